@@ -1,0 +1,1 @@
+"""From exact surfaces to quadratic tetrahedra that follow them."""

@@ -1,0 +1,123 @@
+"""Quadratic tetrahedra with named faces: all that mechanics knows of a mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+TET_EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
+"""Corner pairs whose mid-side nodes are columns 4…9 of a tetrahedron (VTK order)."""
+
+TRIANGLE_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
+"""Corner pairs whose mid-side nodes are columns 3…5 of a six-node triangle."""
+
+TET_FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+"""Corners of the four faces of a positively oriented tetrahedron, seen counter-clockwise from outside."""
+
+TET_RULE = np.array(
+    [
+        [0.1381966011250105, 0.1381966011250105, 0.1381966011250105],
+        [0.5854101966249685, 0.1381966011250105, 0.1381966011250105],
+        [0.1381966011250105, 0.5854101966249685, 0.1381966011250105],
+        [0.1381966011250105, 0.1381966011250105, 0.5854101966249685],
+    ]
+)
+"""Four points of the degree-2 rule on the unit tetrahedron; every weight is 1/24."""
+
+_TRIANGLE_RULE = (
+    np.array(
+        [
+            [0.445948490915965, 0.445948490915965],
+            [0.108103018168070, 0.445948490915965],
+            [0.445948490915965, 0.108103018168070],
+            [0.091576213509771, 0.091576213509771],
+            [0.816847572980459, 0.091576213509771],
+            [0.091576213509771, 0.816847572980459],
+        ]
+    ),
+    0.5 * np.repeat([0.223381589678011, 0.109951743655322], 3),
+)
+
+
+def tet_shape(xi: np.ndarray) -> np.ndarray:
+    """Quadratic shape functions at local points ``xi`` (..., 3); returns (..., 10)."""
+    x, y, z = np.moveaxis(xi, -1, 0)
+    w = 1 - x - y - z
+    return np.stack(
+        [w * (2 * w - 1), x * (2 * x - 1), y * (2 * y - 1), z * (2 * z - 1)]
+        + [4 * w * x, 4 * x * y, 4 * w * y, 4 * w * z, 4 * x * z, 4 * y * z],
+        axis=-1,
+    )
+
+
+def tet_gradient(xi: np.ndarray) -> np.ndarray:
+    """Derivatives of the quadratic shape functions by the local coordinates; returns (..., 10, 3)."""
+    barycentric = np.concatenate([1 - xi.sum(-1, keepdims=True), xi], axis=-1)
+    slope = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    corner = (4 * barycentric - 1)[..., None] * slope
+    i, j = TET_EDGES.T
+    edge = 4 * (barycentric[..., i, None] * slope[j] + barycentric[..., j, None] * slope[i])
+    return np.concatenate([corner, edge], axis=-2)
+
+
+def triangle_shape(xi: np.ndarray) -> np.ndarray:
+    """Quadratic shape functions of the six-node triangle at ``xi`` (..., 2); returns (..., 6)."""
+    x, y = np.moveaxis(xi, -1, 0)
+    w = 1 - x - y
+    return np.stack([w * (2 * w - 1), x * (2 * x - 1), y * (2 * y - 1), 4 * w * x, 4 * x * y, 4 * w * y], axis=-1)
+
+
+def triangle_gradient(xi: np.ndarray) -> np.ndarray:
+    """Derivatives of the triangle's shape functions by the local coordinates; returns (..., 6, 2)."""
+    barycentric = np.concatenate([1 - xi.sum(-1, keepdims=True), xi], axis=-1)
+    slope = np.array([[-1.0, -1], [1, 0], [0, 1]])
+    corner = (4 * barycentric - 1)[..., None] * slope
+    i, j = TRIANGLE_EDGES.T
+    edge = 4 * (barycentric[..., i, None] * slope[j] + barycentric[..., j, None] * slope[i])
+    return np.concatenate([corner, edge], axis=-2)
+
+
+@dataclass(frozen=True)
+class TetMesh:
+    """Ten-node tetrahedra with named six-node boundary faces.
+
+    Attributes
+    ----------
+    points : (N, 3) float
+        Node positions in mm.
+    tets : (M, 10) int
+        Corners, then mid-side nodes of the edges 01, 12, 02, 03, 13, 23 (VTK order); det(dX/dξ) > 0.
+    faces : dict of (nf, 6) int
+        Corners, then mid-side nodes of the edges 01, 12, 20; normals point from solid to void. Names: ``"base"``
+        (z = 0), ``"tip"``, ``"exterior"`` (the tube between them) and one ``"chamber <name>"`` per chamber, which is
+        closed: tube and both ends.
+    """
+
+    points: np.ndarray
+    tets: np.ndarray
+    faces: dict[str, np.ndarray]
+
+    def at(self, points: np.ndarray) -> TetMesh:
+        """The same mesh with its nodes elsewhere."""
+        return replace(self, points=points)
+
+    def volume(self) -> float:
+        """Volume of the solid in mm³, by the tetrahedra."""
+        # det J is cubic in ξ on a quadratic element; the boundary integral of degree 4 is exact and cheaper.
+        return sum(area_and_volume(self.points, faces)[1] for faces in self.faces.values())
+
+
+def area_vectors(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Quadrature of curved triangles: places (nf, 6, 3) and n dA (nf, 6, 3)."""
+    rule, weights = _TRIANGLE_RULE
+    nodes = points[faces]
+    places = np.einsum("gi,fid->fgd", triangle_shape(rule), nodes)
+    tangents = np.einsum("gik,fid->fgkd", triangle_gradient(rule), nodes)
+    return places, weights[:, None] * np.cross(tangents[:, :, 0], tangents[:, :, 1])
+
+
+def area_and_volume(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, float]:
+    """∮n dA (3,) and ⅓∮x·n dA of curved triangles; on a closed surface the first is 0, the second the volume it bounds."""
+    places, normals = area_vectors(points, faces)
+    return normals.sum((0, 1)), float(np.einsum("fgd,fgd->", places, normals)) / 3
