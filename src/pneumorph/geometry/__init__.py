@@ -1,0 +1,20 @@
+"""B-spline surfaces, the bodies they bound, and the design variables behind them."""
+
+from pneumorph.geometry.body import Body, starting_body
+from pneumorph.geometry.bspline import Basis, clamped, periodic
+from pneumorph.geometry.design_space import DesignSpace, FreePressure, design_space
+from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
+
+__all__ = [
+    "Basis",
+    "Body",
+    "DesignSpace",
+    "FreePressure",
+    "TubeSurface",
+    "cap_points",
+    "clamped",
+    "design_space",
+    "enclosed_volume",
+    "periodic",
+    "starting_body",
+]

@@ -1,0 +1,171 @@
+"""The body: one exterior and any number of chambers, and the plain tubes a design starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.geometry.bspline import clamped, periodic
+from pneumorph.geometry.tube import Ends, TubeSurface
+
+if TYPE_CHECKING:
+    from pneumorph.problem import BodySpec
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """All boundary surfaces of a soft body.
+
+    Flat ends are discs whose points (1 - s)·centre + s·rim(q) are linear in the end row's control points
+    (`tube.cap_points`), so everything a body is follows linearly from its control points.
+
+    Attributes
+    ----------
+    exterior : TubeSurface
+    chambers : tuple of TubeSurface
+    """
+
+    exterior: TubeSurface
+    chambers: tuple[TubeSurface, ...]
+
+    @property
+    def surfaces(self) -> tuple[TubeSurface, ...]:
+        """Every surface, the exterior first."""
+        return (self.exterior, *self.chambers)
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Where each surface's control points stand in `control_points()`."""
+        stops = np.cumsum([surface.net.shape[0] * surface.net.shape[1] for surface in self.surfaces])
+        return tuple(slice(int(start), int(stop)) for start, stop in zip([0, *stops[:-1]], stops, strict=True))
+
+    @property
+    def n_points(self) -> int:
+        """Number of control points."""
+        return self.slices[-1].stop
+
+    def control_points(self) -> Array:
+        """All control points, (n_points, 3) in mm: exterior first, each net row by row (r, then q)."""
+        return np.concatenate([surface.net.reshape(-1, 3) for surface in self.surfaces])
+
+    def with_control_points(self, points: Array) -> Body:
+        """The same body with other control points, (n_points, 3) in mm."""
+        points = np.asarray(points, dtype=float).reshape(self.n_points, 3)
+        surfaces = [
+            replace(surface, net=points[where].reshape(surface.net.shape))
+            for surface, where in zip(self.surfaces, self.slices, strict=True)
+        ]
+        return Body(surfaces[0], tuple(surfaces[1:]))
+
+
+def starting_body(spec: BodySpec) -> Body:
+    """The tubes a design starts from, with the stated radii and lengths (fitted, not merely controlled).
+
+    Parameters
+    ----------
+    spec : BodySpec
+        The problem's body: length, radius, control density, ripple and chambers.
+    """
+
+    def ripple(z: Array) -> Array:
+        if spec.ripple is None:
+            return np.zeros_like(z)
+        # z is the body's, not the surface's, so that all walls undulate in phase and alike on both sides of the middle.
+        return spec.ripple.amplitude * np.cos(2.0 * np.pi * (z - spec.length / 2.0) / spec.ripple.period)
+
+    def cavity(tube: TubeSurface) -> TubeSurface:
+        # The first column stays and q runs the other way round, which turns the normal into the cavity.
+        return replace(tube, cavity=True, net=tube.net[:, -np.arange(tube.net.shape[1])])
+
+    exterior = _tube("exterior", spec.radius, (0.0, 0.0), (0.0, spec.length), "flat", spec.control_density, ripple)
+    chambers = [
+        _tube(chamber.name, chamber.radius, chamber.center, chamber.span, chamber.ends, spec.control_density, ripple)
+        for chamber in spec.chamber
+    ]
+    return Body(exterior, tuple(cavity(chamber) for chamber in chambers))
+
+
+def _tube(
+    name: str,
+    radius: float,
+    center: tuple[float, float],
+    span: tuple[float, float],
+    ends: Ends,
+    density: float,
+    ripple: Callable[[Array], Array],
+) -> TubeSurface:
+    """A round tube about a line parallel to z, q running counter-clockwise."""
+    length = span[1] - span[0] if ends == "flat" else _Capsule(radius, *span).arc_length
+    circumference = 2.0 * np.pi * radius
+    n_q = max(8, round(density * circumference))
+    spans = max(4, round(density * length))
+    profile = _flat_profile if ends == "flat" else _pole_profile
+    rho, z = profile(radius, span, spans, ripple)
+    # A periodic spline through control points on a circle runs inside it by this factor (its first Fourier eigenvalue).
+    rho = rho / np.sinc(1.0 / n_q) ** 4
+    angle = 2.0 * np.pi * periodic(n_q).greville
+    net = np.empty((len(z), n_q, 3))
+    net[..., 0] = center[0] + rho[:, None] * np.cos(angle)
+    net[..., 1] = center[1] + rho[:, None] * np.sin(angle)
+    net[..., 2] = z[:, None]
+    return TubeSurface(name, net, ends, (circumference, length), cavity=False)
+
+
+def _flat_profile(radius: float, span: tuple[float, float], spans: int, ripple: Callable) -> tuple[Array, Array]:
+    """Control values of radius and z along a straight tube: z exactly linear in r, the radius interpolated."""
+    basis = clamped(spans)
+    z = span[0] + (span[1] - span[0]) * basis.greville
+    rho = np.linalg.solve(basis.matrix(basis.greville), radius + ripple(z))
+    return rho, z
+
+
+def _pole_profile(radius: float, span: tuple[float, float], spans: int, ripple: Callable) -> tuple[Array, Array]:
+    """Control values of radius and z along a capsule, fitted by least squares poles and their tangents exact."""
+    basis = clamped(spans)
+    t = np.linspace(0.0, 1.0, 16 * spans + 1)
+    capsule = _Capsule(radius, *span)
+    rho, z = capsule.at(t)
+    rho = rho * (1.0 + ripple(z) / radius)
+    values = basis.matrix(t)
+    fitted_rho, fitted_z = np.zeros(basis.count), np.repeat(span, [2, basis.count - 2])
+    fitted_z[-2:] = span[1]
+    fitted_rho[1:-1] = np.linalg.lstsq(values[:, 1:-1], rho, rcond=None)[0]
+    rest = z - values[:, [0, 1]].sum(axis=1) * span[0] - values[:, [-2, -1]].sum(axis=1) * span[1]
+    fitted_z[2:-2] = np.linalg.lstsq(values[:, 2:-2], rest, rcond=None)[0]
+    return fitted_rho, fitted_z
+
+
+@dataclass(frozen=True)
+class _Capsule:
+    """Meridian of a tube closed by domes: hemispheres, or flatter half ellipsoids where the span is short of them."""
+
+    radius: float
+    base: float
+    tip: float
+
+    @cached_property
+    def _meridian(self) -> tuple[Array, Array, Array]:
+        """Arc length, radius and z along a fine polygon."""
+        height = min(self.radius, (self.tip - self.base) / 2.0)
+        angle = np.linspace(0.0, np.pi / 2.0, 2000)
+        rho = np.concatenate([self.radius * np.sin(angle), self.radius * np.sin(angle)[::-1]])
+        dome = height * (1.0 - np.cos(angle))
+        z = np.concatenate([self.base + dome, self.tip - dome[::-1]])
+        s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(rho), np.diff(z)))])
+        return s, rho, z
+
+    @property
+    def arc_length(self) -> float:
+        return float(self._meridian[0][-1])
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Radius and z at fractions t of the arc length."""
+        s, rho, z = self._meridian
+        return np.interp(t * s[-1], s, rho), np.interp(t * s[-1], s, z)

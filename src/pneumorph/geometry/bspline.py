@@ -1,0 +1,106 @@
+"""Uniform B-spline bases on [0, 1] (the paper's Appendix A): periodic around a tube, clamped along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline
+
+
+@dataclass(frozen=True)
+class Basis:
+    """The B-spline functions of one parameter direction.
+
+    Attributes
+    ----------
+    degree : int
+        Polynomial degree, 3 throughout this package.
+    count : int
+        Number of basis functions, that is of control points in this direction.
+    periodic : bool
+        Whether the functions wrap around; otherwise both ends are clamped.
+    """
+
+    degree: int
+    count: int
+    periodic: bool
+
+    @property
+    def spans(self) -> int:
+        """Number of knot spans in [0, 1]."""
+        return self.count if self.periodic else self.count - self.degree
+
+    @cached_property
+    def breaks(self) -> NDArray[np.float64]:
+        """The distinct knots in [0, 1], both ends included; shape (spans + 1,)."""
+        return np.linspace(0.0, 1.0, self.spans + 1)
+
+    @cached_property
+    def knots(self) -> NDArray[np.float64]:
+        """The full knot vector: repeated at clamped ends, running on beyond [0, 1] when periodic."""
+        if self.periodic:
+            return np.arange(-self.degree, self.count + self.degree + 1) / self.count
+        return np.concatenate([np.zeros(self.degree), self.breaks, np.ones(self.degree)])
+
+    @cached_property
+    def greville(self) -> NDArray[np.float64]:
+        """The parameter each control point belongs to; as control values these reproduce f(t) = t when clamped."""
+        if self.periodic:
+            return np.arange(self.count) / self.count
+        windows = np.lib.stride_tricks.sliding_window_view(self.knots[1:-1], self.degree)
+        return windows.mean(axis=1)
+
+    @cached_property
+    def _functions(self) -> BSpline:
+        if not self.periodic:
+            return BSpline(self.knots, np.eye(self.count), self.degree)
+        # The function that peaks at t = 0 gets the number 0, so that control point i sits at t = i / count.
+        unwrapped = np.arange(self.count + self.degree)
+        wrap = np.zeros((self.count + self.degree, self.count))
+        wrap[unwrapped, (unwrapped - self.degree // 2) % self.count] = 1.0
+        return BSpline(self.knots, wrap, self.degree)
+
+    def matrix(self, t: ArrayLike, derivative: int = 0) -> NDArray[np.float64]:
+        """Values of every basis function, or of its derivative, at the parameters t.
+
+        Parameters
+        ----------
+        t : (n,) array
+            Parameters; any real number when periodic, else within [0, 1].
+        derivative : int
+            Order of the derivative with respect to t.
+
+        Returns
+        -------
+        (n, count) array
+
+        Raises
+        ------
+        ValueError
+            If a parameter of a clamped basis lies outside [0, 1] by more than rounding.
+        """
+        t = np.atleast_1d(np.asarray(t, dtype=float))
+        if self.periodic:
+            t = t % 1.0
+        elif t.size and (t.min() < -1e-9 or t.max() > 1.0 + 1e-9):
+            raise ValueError(f"parameters of a clamped basis lie in [0, 1]; got {t.min():g} to {t.max():g}")
+        else:
+            t = np.clip(t, 0.0, 1.0)
+        return self._functions(t, nu=derivative)
+
+
+def periodic(count: int, degree: int = 3) -> Basis:
+    """A periodic basis of `count` functions (odd degree); control point i belongs to t = i / count."""
+    if count <= degree or degree % 2 == 0:
+        raise ValueError(f"a periodic basis needs an odd degree and more functions than it; got {degree} and {count}")
+    return Basis(degree, count, periodic=True)
+
+
+def clamped(spans: int, degree: int = 3) -> Basis:
+    """A basis over `spans` equal knot spans whose first and last control points are the curve's ends."""
+    if spans < 1:
+        raise ValueError(f"a clamped basis needs at least one knot span; got {spans}")
+    return Basis(degree, spans + degree, periodic=False)

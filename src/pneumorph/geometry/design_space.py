@@ -1,0 +1,160 @@
+"""The variables of a design: which control points and pressures move, and the constant linear map from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from pneumorph.geometry.body import Body
+from pneumorph.geometry.tube import TubeSurface
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Problem
+
+Array = NDArray[np.float64]
+ByTask = Mapping[str, Mapping[str, float]]
+
+# A free pressure's whole range in mm of Φ, so that a step of 0.2 mm moves it by a tenth of the range.
+PRESSURE_SPAN = 2.0
+
+
+@dataclass(frozen=True)
+class FreePressure:
+    """A pressure that is designed with the shape: its task and chamber, and millimetres of Φ per MPa."""
+
+    task: str
+    chamber: str
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class DesignSpace:
+    """The design variables Φ = [shape entries in mm, free pressures scaled to mm] and what they stand for.
+
+    Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end share
+    one z; a pole is one point. Symmetric designs are a smaller Φ: their map is this one composed with a second constant
+    matrix that repeats each free point over its images, so it enters as a factor of L and nothing downstream changes.
+
+    Attributes
+    ----------
+    reference : Body
+        The body whose control points the start is.
+    L : csr (3·n_points, n_shape)
+        Rows are the control points' coordinates, point by point (x, y, z).
+    offset : (3·n_points,) array
+        Fixed coordinates in mm.
+    start, lower, upper : (n,) arrays
+        Φ of the reference body, and its bounds (infinite for the shape).
+    free_pressures : tuple of FreePressure
+        In the order of the last entries of Φ.
+    fixed_pressures : {task: {chamber: MPa}}
+    """
+
+    reference: Body
+    L: sparse.csr_matrix
+    offset: Array
+    start: Array
+    lower: Array
+    upper: Array
+    free_pressures: tuple[FreePressure, ...]
+    fixed_pressures: Mapping[str, Mapping[str, float]]
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return len(self.start)
+
+    @property
+    def n_shape(self) -> int:
+        """Number of variables that move control points; the rest are pressures."""
+        return len(self.start) - len(self.free_pressures)
+
+    def control_points(self, phi: Array) -> Array:
+        """Control points (n_points, 3) in mm."""
+        return (self.L @ phi[: self.n_shape] + self.offset).reshape(-1, 3)
+
+    def body(self, phi: Array) -> Body:
+        """The body that Φ describes."""
+        return self.reference.with_control_points(self.control_points(phi))
+
+    def pressures(self, phi: Array) -> dict[str, dict[str, float]]:
+        """Pressure in MPa of every chamber in every task, fixed and free."""
+        result = {task: dict(chambers) for task, chambers in self.fixed_pressures.items()}
+        for free, value in zip(self.free_pressures, phi[self.n_shape :], strict=True):
+            result[free.task][free.chamber] = float(value) / free.scale
+        return result
+
+    def pullback(self, dP: Array, dp: ByTask | None = None) -> Array:
+        """Gradient with respect to Φ from the gradients with respect to control points and pressures.
+
+        Parameters
+        ----------
+        dP : (n_points, 3) array
+            Derivative by the control points' coordinates, per mm.
+        dp : {task: {chamber: float}}, optional
+            Derivative by the pressures, per MPa; what is missing counts as zero.
+
+        Returns
+        -------
+        (n,) array
+        """
+        dp = dp or {}
+        by_pressure = [dp.get(free.task, {}).get(free.chamber, 0.0) / free.scale for free in self.free_pressures]
+        return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure])
+
+
+def design_space(problem: Problem, body: Body) -> DesignSpace:
+    """The design variables of a problem, starting from `body`."""
+    blocks = [_variable_of_coordinate(surface) for surface in body.surfaces]
+    counts = [int(block.max()) + 1 for block in blocks]
+    shifts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    variable = np.concatenate(
+        [np.where(block >= 0, block + shift, -1).ravel() for block, shift in zip(blocks, shifts, strict=True)]
+    )
+    n_shape = sum(counts)
+    moving = np.flatnonzero(variable >= 0)
+    L = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=(len(variable), n_shape))
+    coordinates = body.control_points().ravel()
+    offset = np.where(variable < 0, coordinates, 0.0)
+    shape = (L.T @ coordinates) / np.asarray(L.sum(axis=0)).ravel()
+
+    free, values, lower, upper = [], [], [], []
+    fixed: dict[str, dict[str, float]] = {}
+    for task in problem.task:
+        fixed[task.name] = {}
+        for chamber, pressure in task.pressure.items():
+            if not pressure.free:
+                fixed[task.name][chamber] = pressure.start
+                continue
+            scale = PRESSURE_SPAN / (pressure.max - pressure.min)
+            free.append(FreePressure(task.name, chamber, scale))
+            values.append(pressure.start * scale)
+            lower.append(pressure.min * scale)
+            upper.append(pressure.max * scale)
+    return DesignSpace(
+        reference=body,
+        L=L,
+        offset=offset,
+        start=np.concatenate([shape, values]),
+        lower=np.concatenate([np.full(n_shape, -np.inf), lower]),
+        upper=np.concatenate([np.full(n_shape, np.inf), upper]),
+        free_pressures=tuple(free),
+        fixed_pressures=fixed,
+    )
+
+
+def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:
+    """Number of the variable behind each coordinate of a net, (n_r, n_q, 3), counted from 0; -1 where it is fixed."""
+    group = np.arange(surface.net.size).reshape(surface.net.shape)
+    for row in (0, -1):
+        if surface.ends == "pole":
+            group[row] = group[row, 0]
+        else:
+            group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
+    names, numbers = np.unique(group, return_inverse=True)
+    return numbers.reshape(group.shape) - int(names[0] < 0)

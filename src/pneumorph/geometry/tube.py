@@ -1,0 +1,97 @@
+"""A tube: a cubic B-spline surface over the unit square, periodic in q and clamped in r (the paper's (1) and (2))."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pneumorph.geometry.bspline import Basis, clamped, periodic
+
+Ends = Literal["flat", "pole"]
+
+
+@dataclass(frozen=True, eq=False)
+class TubeSurface:
+    """One boundary surface of the body.
+
+    r runs from base to tip. q runs so that r_q × r_r points from solid to void: counter-clockwise seen from the tip on
+    the exterior, clockwise on a chamber.
+
+    Attributes
+    ----------
+    name : str
+        "exterior" or the chamber's name.
+    net : (n_r, n_q, 3) array
+        Control points in mm.
+    ends : "flat" or "pole"
+        Whether discs close the two ends or the end rows are one point each.
+    size : (float, float)
+        Circumference and length in mm that the surface had at the start: τ_q and τ_r of (29).
+    cavity : bool
+        Whether the surface encloses a chamber (void) instead of the body.
+    """
+
+    name: str
+    net: NDArray[np.float64]
+    ends: Ends
+    size: tuple[float, float]
+    cavity: bool
+
+    @cached_property
+    def basis_q(self) -> Basis:
+        return periodic(self.net.shape[1])
+
+    @cached_property
+    def basis_r(self) -> Basis:
+        return clamped(self.net.shape[0] - 3)
+
+    def points(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
+        """Position, or its derivative of order (dq, dr), at pairs of parameters; shape (n, 3)."""
+        values_r, values_q = self.basis_r.matrix(r, dr), self.basis_q.matrix(q, dq)
+        return np.einsum("nj,nji->ni", values_r, np.einsum("nk,jki->nji", values_q, self.net, optimize=True))
+
+    def sample(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
+        """Position, or its derivative of order (dq, dr), on the tensor grid of r and q; shape (len(r), len(q), 3)."""
+        return np.einsum(
+            "rj,jki,qk->rqi", self.basis_r.matrix(r, dr), self.net, self.basis_q.matrix(q, dq), optimize=True
+        )
+
+    @property
+    def end_rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Control points of the rims at base and tip, each (n_q, 3); the rims are the splines of these rows alone."""
+        return self.net[0], self.net[-1]
+
+    @property
+    def end_centres(self) -> NDArray[np.float64]:
+        """Centres (2, 3) of the end discs: ∮ rim dq, which is the mean of the end row's control points."""
+        return self.net[[0, -1]].mean(axis=1)
+
+
+def cap_points(surface: TubeSurface, tip: bool, q: ArrayLike, s: ArrayLike) -> NDArray[np.float64]:
+    """Points (n, 3) of a flat end's disc, on the rays from its centre (s = 0) to its rim (s = 1); linear in the net."""
+    s = np.atleast_1d(np.asarray(s, dtype=float))[:, None]
+    row = surface.end_rows[int(tip)]
+    return (1.0 - s) * row.mean(axis=0) + s * (surface.basis_q.matrix(q) @ row)
+
+
+def enclosed_volume(surface: TubeSurface) -> float:
+    """Volume in mm³ inside the surface closed by its (planar, z = constant) ends.
+
+    By the divergence theorem with the field (x, y, 0)/2, which has no flux through the ends; the quadrature is exact.
+    """
+    q, weights_q = _gauss(surface.basis_q.breaks)
+    r, weights_r = _gauss(surface.basis_r.breaks)
+    normal = np.cross(surface.sample(q, r, dq=1), surface.sample(q, r, dr=1))
+    flux = 0.5 * np.einsum("rqi,rqi->rq", surface.sample(q, r)[..., :2], normal[..., :2])
+    return float((-1.0 if surface.cavity else 1.0) * (weights_r @ flux @ weights_q))
+
+
+def _gauss(breaks: NDArray[np.float64], order: int = 5) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gauss points and weights over every span; five points are exact for a product of three cubics."""
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    half = np.diff(breaks)[:, None] / 2.0
+    return (breaks[:-1, None] + half * (1.0 + nodes)).ravel(), (half * weights).ravel()

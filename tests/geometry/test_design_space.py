@@ -1,0 +1,64 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry import design_space, starting_body
+
+
+@pytest.fixture
+def space(spec):
+    fixed = SimpleNamespace(start=0.06, min=0.06, max=0.06, free=False)
+    free = SimpleNamespace(start=0.03, min=0.01, max=0.05, free=True)
+    tasks = (
+        SimpleNamespace(name="one", pressure={"A": fixed, "B": free}),
+        SimpleNamespace(name="two", pressure={"A": free, "B": fixed}),
+    )
+    return design_space(SimpleNamespace(task=tasks), starting_body(spec(ripple=(0.2, 10.0))))
+
+
+def test_start_is_the_reference_body(space):
+    np.testing.assert_allclose(space.control_points(space.start), space.reference.control_points(), atol=1e-12)
+    assert space.pressures(space.start) == {
+        "one": {"A": 0.06, "B": pytest.approx(0.03)},
+        "two": {"A": pytest.approx(0.03), "B": 0.06},
+    }
+
+
+def test_number_of_variables(space):
+    exterior, flat, pole = (surface.net for surface in space.reference.surfaces)
+    lumped = 2 * exterior.shape[1] + 2 * (flat.shape[1] - 1) + 6 * (pole.shape[1] - 1)
+    assert space.n_shape == exterior.size + flat.size + pole.size - lumped
+    assert space.n == space.n_shape + 2
+
+
+def test_ends_stay_planar_for_any_variables(space):
+    body = space.body(np.random.default_rng(3).normal(size=space.n))
+    for row, z in ((0, 0.0), (-1, 80.0)):
+        np.testing.assert_allclose(body.exterior.net[row, :, 2], z, atol=1e-12)
+        assert np.ptp(body.chambers[0].net[row, :, 2]) == 0.0
+        assert np.ptp(body.chambers[0].net[row, :, 0]) > 0.1
+        assert np.ptp(body.chambers[1].net[row], axis=0).max() == 0.0
+
+
+def test_pullback_is_the_transpose(space):
+    rng = np.random.default_rng(4)
+    direction = rng.normal(size=space.n)
+    dP = rng.normal(size=(space.reference.n_points, 3))
+    dp = {"one": {"A": 7.0, "B": 2.0}, "two": {"A": -3.0}}
+    step = 1e-3
+    moved = space.control_points(space.start + step * direction) - space.control_points(space.start)
+    pressed, rest = space.pressures(space.start + step * direction), space.pressures(space.start)
+    change = np.sum(dP * moved) + sum(
+        value * (pressed[task][name] - rest[task][name]) for task in dp for name, value in dp[task].items()
+    )
+    np.testing.assert_allclose(space.pullback(dP, dp) @ direction, change / step, rtol=1e-8)
+    np.testing.assert_array_equal(space.pullback(dP)[space.n_shape :], 0.0)
+
+
+def test_a_step_moves_a_pressure_by_a_tenth_of_its_range(space):
+    step = np.zeros(space.n)
+    step[-2:] = 0.2
+    assert space.pressures(space.start + step)["one"]["B"] == pytest.approx(0.03 + 0.004)
+    np.testing.assert_allclose(space.upper[-2:] - space.lower[-2:], 2.0)
+    assert np.all(np.isinf(space.lower[:-2]))
