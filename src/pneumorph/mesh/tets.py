@@ -25,7 +25,7 @@ TET_RULE = np.array(
 )
 """Four points of the degree-2 rule on the unit tetrahedron; every weight is 1/24."""
 
-_TRIANGLE_RULE = (
+TRIANGLE_RULE = (
     np.array(
         [
             [0.445948490915965, 0.445948490915965],
@@ -110,7 +110,7 @@ class TetMesh:
 
 def area_vectors(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Quadrature of curved triangles: places (nf, 6, 3) and n dA (nf, 6, 3)."""
-    rule, weights = _TRIANGLE_RULE
+    rule, weights = TRIANGLE_RULE
     nodes = points[faces]
     places = np.einsum("gi,fid->fgd", triangle_shape(rule), nodes)
     tangents = np.einsum("gik,fid->fgkd", triangle_gradient(rule), nodes)

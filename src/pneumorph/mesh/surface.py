@@ -1,0 +1,260 @@
+"""Triangulation of every surface of the body in its parameters (q, r), and the linear map from control points to nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.geometry import Body, TubeSurface
+from pneumorph.mesh.tets import TRIANGLE_EDGES
+
+_SAMPLES_PER_SPAN = 4
+_GRADATION = 0.4  # how much longer an edge may be per mm of way from its neighbour
+_HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot rules the whole line
+
+
+@dataclass(frozen=True)
+class SurfaceMesh:
+    """Six-node triangles on the exact surfaces.
+
+    Attributes
+    ----------
+    B : (n_nodes, n_points) sparse
+        Nodes are ``B @ P``; a row holds at most 16 values on a tube, an end row's worth on a disc.
+    n_vertices : int
+        The first ``n_vertices`` nodes are corners of triangles, the others mid-side nodes.
+    faces : dict of (nf, 6) int
+        Triangles by name (see `TetMesh.faces`), normals from solid to void; a chamber's tube comes before its discs.
+    param : dict of (nf, 6, 2) float
+        (q, r) of the tube triangles' nodes by surface name ("exterior" or the chamber's), in the order of ``faces``; q runs
+        on beyond 1 where a triangle crosses the seam.
+    """
+
+    B: sparse.csr_array
+    n_vertices: int
+    faces: dict[str, np.ndarray]
+    param: dict[str, np.ndarray]
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """All triangles, (nt, 6)."""
+        return np.concatenate(list(self.faces.values()))
+
+
+def surface_mesh(body: Body, size: float, turn: float = np.pi / 4) -> SurfaceMesh:
+    """Triangulate all surfaces of the body.
+
+    Parameters
+    ----------
+    body : Body
+    size : float
+        Longest edge aimed at, mm.
+    turn : float
+        Largest turning of a surface line's tangent along one edge, rad.
+    """
+    patches = [_patch(surface, size, turn) for surface in body.surfaces]
+    n_vertices = sum(patch.n_vertices for patch in patches)
+    # Vertices of all surfaces come first, then all mid-side nodes.
+    first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
+    first_mid = n_vertices + np.cumsum([0] + [patch.B.shape[0] - patch.n_vertices for patch in patches])
+    faces, param = {}, {}
+    for surface, patch, v, m in zip(body.surfaces, patches, first_vertex, first_mid, strict=False):
+        number = np.concatenate([v + np.arange(patch.n_vertices), np.arange(m, m + patch.B.shape[0] - patch.n_vertices)])
+        base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
+        if surface.cavity:
+            faces[f"chamber {surface.name}"] = np.concatenate([tube, base, tip])
+        else:
+            faces |= {"base": base, "tip": tip, "exterior": tube}
+        param[surface.name] = patch.param[patch.part == 1]
+    corners = sparse.block_diag([patch.B[: patch.n_vertices] for patch in patches])
+    mids = sparse.block_diag([patch.B[patch.n_vertices :] for patch in patches])
+    return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), n_vertices, faces, param)
+
+
+@dataclass(frozen=True)
+class _Patch:
+    """One closed surface; ``part`` says of each triangle whether it is on the base disc (0), the tube (1) or the tip disc."""
+
+    B: sparse.csr_array
+    n_vertices: int
+    triangles: np.ndarray
+    part: np.ndarray
+    param: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Ring:
+    """A closed row of vertices: on the tube at r, or on a disc at the fraction s of the way from its centre to its rim."""
+
+    q: np.ndarray
+    r: float
+    s: float = 1.0
+
+
+def _patch(surface: TubeSurface, size: float, turn: float) -> _Patch:
+    """Stack rings from the base's centre (or pole) up to the tip's, and fill the strips between neighbours."""
+    tube = _tube_rings(surface, size, turn)
+    base, tip = (
+        _disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1])
+    )
+    rings = [*base[::-1], *tube, *tip]
+    start = np.cumsum([0] + [len(ring.q) for ring in rings])
+
+    # Corners as (ring, number along it), the number running on to n where a triangle closes the ring.
+    strips = [_strip(len(a.q), len(b.q), k) for k, (a, b) in enumerate(zip(rings[:-1], rings[1:], strict=True))]
+    ring = np.concatenate([k + strip[..., 0] for k, strip in enumerate(strips)])
+    along = np.concatenate([strip[..., 1] for strip in strips])
+    strip_part = np.repeat([0, 1, 2], [len(base), len(tube) - 1, len(tip)])
+    part = np.repeat(strip_part, [len(strip) for strip in strips])
+
+    count = np.array([len(ring.q) for ring in rings])
+    vertex = start[ring] + along % count[ring]
+    vertex_q = np.concatenate([ring.q for ring in rings])
+    q = vertex_q[vertex] + along // count[ring]
+    r = np.array([ring.r for ring in rings])[ring]
+    # The single vertex of a pole or a centre takes its q from the two it is joined to.
+    single = count[ring] == 1
+    q = np.where(single, np.where(single, 0.0, q).sum(axis=1, keepdims=True) / 2, q)
+
+    # A mid-side node is shared by two triangles: number the edges, and take its parameters from one of them.
+    ends = vertex[:, TRIANGLE_EDGES]
+    edges, first, inverse = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0, return_index=True, return_inverse=True)
+    pole_end = single[:, TRIANGLE_EDGES]
+    edge_q, edge_r = q[:, TRIANGLE_EDGES], r[:, TRIANGLE_EDGES]
+    other = edge_q[..., ::-1]
+    edge_q = np.where(pole_end, other, edge_q)  # the way to a pole is a meridian
+    mid_q, mid_r = edge_q.mean(-1), edge_r.mean(-1)
+    param = np.stack([np.hstack([q, mid_q]), np.hstack([r, mid_r])], axis=-1)
+
+    row_r = np.repeat([ring.r for ring in rings], count)
+    row_s = np.repeat([ring.s for ring in rings], count)
+    vertices = _rows(surface, vertex_q, row_r, row_s)
+    on_tube = (row_s[edges] == 1.0).all(axis=1)
+    curved = _rows(surface, mid_q.ravel()[first], mid_r.ravel()[first], np.ones(len(edges)))
+    # Inside a disc edges are straight: their mid-side nodes are the means of their ends.
+    pick = np.repeat(np.arange(len(edges)), 2)
+    mean = sparse.csr_array((np.full(len(pick), 0.5), (pick, edges.ravel())), (len(edges), len(vertex_q)))
+    chosen = sparse.diags_array(on_tube.astype(float))
+    straight = sparse.diags_array((~on_tube).astype(float))
+    mids = chosen @ curved + straight @ mean @ vertices
+    triangles = np.hstack([vertex, len(vertex_q) + inverse.reshape(-1, 3)])
+    B = sparse.csr_array(sparse.vstack([vertices, mids]))
+    B.eliminate_zeros()
+    return _Patch(B, len(vertex_q), triangles, part, param)
+
+
+def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> sparse.csr_array:
+    """Rows that take the surface's control points to the points (q, r), moved to 1 - s of the way to their row's mean."""
+    n_r, n_q = surface.net.shape[:2]
+    value_q = s[:, None] * surface.basis_q.matrix(q) + (1 - s[:, None]) / n_q
+    value_r = surface.basis_r.matrix(r)
+    row_r, col_r = np.nonzero(value_r)
+    # Every nonzero of r meets the row's nonzeros of q: at most 4 × 4 on the tube.
+    pairs = sparse.csr_array((value_r[row_r, col_r], (np.arange(len(row_r)), row_r)), (len(row_r), len(q)))
+    blocks = sparse.coo_array(pairs @ sparse.csr_array(value_q))
+    return sparse.csr_array((blocks.data, (row_r[blocks.row], col_r[blocks.row] * n_q + blocks.col)), (len(q), n_r * n_q))
+
+
+def _tube_rings(surface: TubeSurface, size: float, turn: float) -> list[_Ring]:
+    """Rows of the tube; near a pole they hold fewer vertices, as their circumference asks."""
+    q = _lines(surface, "q", size, turn)
+    r = _lines(surface, "r", size, turn)
+    count = np.full(len(r), len(q))
+    if surface.ends == "pole":
+        closed = surface.sample(np.linspace(0, 1, 4 * len(q) + 1), r)
+        girth = np.linalg.norm(np.diff(closed, axis=1), axis=2).sum(axis=1)
+        wanted = np.maximum(8, 4 * np.round(girth / (4 * size)).astype(int))
+        for rows in (range(1, len(r) - 1), range(len(r) - 2, 0, -1)):
+            for j in rows:
+                if wanted[j] >= len(q):
+                    break
+                count[j] = wanted[j]
+        count[[0, -1]] = 1
+    return [_Ring(_thinned(q, n), float(rj)) for n, rj in zip(count, r, strict=True)]
+
+
+def _disc_rings(surface: TubeSurface, rim: _Ring, size: float) -> list[_Ring]:
+    """Rings of an end disc from next to the rim to the centre."""
+    points = surface.points(np.append(rim.q, 1.0), np.full(len(rim.q) + 1, rim.r))
+    girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    steps = max(1, round(girth / (2 * np.pi * size)))
+    rings, count = [], len(rim.q)
+    for k in range(steps - 1, 0, -1):
+        count = min(count, max(8, 4 * round(girth * k / steps / (4 * size)), 4 * round(count / 8)))
+        rings.append(_Ring(_thinned(rim.q, count), rim.r, k / steps))
+    return [*rings, _Ring(np.zeros(1), rim.r, 0.0)]
+
+
+def _thinned(q: np.ndarray, count: int) -> np.ndarray:
+    """``count`` parameters spread like those in q."""
+    return np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, 1.0))
+
+
+def _lines(surface: TubeSurface, direction: str, size: float, turn: float) -> np.ndarray:
+    """Parameters of the grid lines: in q a multiple of four of them, the last short of 1; in r an even number of steps.
+
+    Steps spread max(arc length / size, turning angle / turn) evenly.
+    """
+    along_q = direction == "q"
+    q, r = (
+        np.linspace(0, 1, _SAMPLES_PER_SPAN * basis.spans + 1) for basis in (surface.basis_q, surface.basis_r)
+    )
+    first = surface.sample(q, r, dq=1) if along_q else surface.sample(q, r, dr=1)
+    second = surface.sample(q, r, dq=2) if along_q else surface.sample(q, r, dr=2)
+    speed = np.linalg.norm(first, axis=-1)
+    tiny = 1e-9 * speed.max()
+    turning = np.linalg.norm(np.cross(first, second), axis=-1) / (speed**2 + tiny**2)
+    axis, t = (0, q) if along_q else (1, r)
+    density = np.mean(np.maximum(speed / size, turning / turn) ** _HOT_SPOT_POWER, axis=axis) ** (1 / _HOT_SPOT_POWER)
+    speed = np.mean(speed**_HOT_SPOT_POWER, axis=axis) ** (1 / _HOT_SPOT_POWER) + tiny
+
+    way = np.concatenate([[0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(t))])
+    apart = np.abs(way[:, None] - way)
+    if along_q:
+        apart = np.minimum(apart, way[-1] - apart)
+    step = np.min(speed / density + _GRADATION * apart, axis=1)
+    density = speed / step
+    steps = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(t))])
+    multiple = 4 if along_q else 2
+    count = max(2 * multiple, multiple * round(steps[-1] / multiple))
+    lines = np.interp(np.linspace(0, steps[-1], count + 1), steps, t)
+    return lines[:-1] if along_q else lines
+
+
+def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
+    """Triangles between two rings of ``lower`` and ``upper`` vertices: (n, 3 corners, (0 lower or 1 upper, number along))."""
+    if upper == 1:
+        return np.array([[(0, i), (0, i + 1), (1, 0)] for i in range(lower)])
+    if lower == 1:
+        return np.array([[(0, 0), (1, i + 1), (1, i)] for i in range(upper)])
+    if lower == upper:
+        # Diagonals that alternate keep the mirror symmetries of the grid.
+        rising = [[[(0, 0), (0, 1), (1, 1)], [(0, 0), (1, 1), (1, 0)]]]
+        falling = [[[(0, 0), (0, 1), (1, 0)], [(0, 1), (1, 1), (1, 0)]]]
+        cells = np.concatenate([rising if (i + parity) % 2 == 0 else falling for i in range(lower)])
+        cells[..., 1] += np.arange(lower)[:, None, None]
+        return cells.reshape(-1, 3, 2)
+    quarters = [_quarter(lower // 4, upper // 4, mirrored=bool(k % 2)) for k in range(4)]
+    for k, quarter in enumerate(quarters):
+        quarter[..., 1] += k * np.where(quarter[..., 0] == 0, lower // 4, upper // 4)
+    return np.concatenate(quarters)
+
+
+def _quarter(lower: int, upper: int, mirrored: bool) -> np.ndarray:
+    """A quarter of a strip between unequal rings; neighbouring quarters mirror each other."""
+    i = j = 0
+    triangles = []
+    while i < lower or j < upper:
+        if j == upper or (i < lower and (2 * i + 1) * upper <= (2 * j + 1) * lower):
+            triangles.append([(0, i), (0, i + 1), (1, j)])
+            i += 1
+        else:
+            triangles.append([(0, i), (1, j + 1), (1, j)])
+            j += 1
+    quarter = np.array(triangles)
+    if mirrored:
+        quarter[..., 1] = np.where(quarter[..., 0] == 0, lower, upper) - quarter[..., 1]
+        quarter = quarter[:, ::-1]
+    return quarter
