@@ -1,7 +1,7 @@
 """Quantities at the edge of the program: "60 kPa" in the file, 0.06 inside.
 
-Inside, everything is a float in mm, N, MPa, t, s, rad (N = t·mm/s², MPa = N/mm²). Text becomes a float here and nowhere else, and
-a float becomes text again so that reading it back gives the same float to the last bit: the arithmetic is decimal.
+Inside, everything is a float in mm, N, MPa, t, s, rad (N = t·mm/s², MPa = N/mm²). Text becomes a float here and nowhere
+else, and a float becomes text that reads back as the same float to the last bit: the arithmetic is decimal.
 """
 
 import math
@@ -9,10 +9,12 @@ import re
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from tokenize import TokenError
+from typing import cast
 
 import pint
 
-_registry = pint.UnitRegistry(non_int_type=Decimal)
+# pint documents Decimal here; its annotation knows float alone.
+_registry = pint.UnitRegistry(non_int_type=cast(type[float], Decimal))
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
@@ -21,7 +23,7 @@ _UNIT = re.compile(r"(?:1?\s*/\s*)?[A-Za-zµμ°](?:[A-Za-zµμ°²³·*/() ]|\^
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of quantity: what it is called, its unit inside, the unit it is written in, and an example for messages."""
+    """A kind of quantity: what it is called, its unit inside, the unit it is written in, and an example."""
 
     name: str
     inside: str
@@ -55,7 +57,7 @@ def parse(text: str, kind: Kind) -> float:
     Raises
     ------
     ValueError
-        With a sentence that says what is wrong and how to mend it: no unit, no number, an unknown unit, another dimension.
+        With a sentence that says what is wrong (no unit, no number, an unknown unit, another dimension) and the mend.
     """
     mend = f'write e.g. "{kind.example}"'
     if not isinstance(text, str):

@@ -1,0 +1,64 @@
+"""From a problem file to a sound `Problem`, or to one readable line that says why not."""
+
+import tomllib
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem.checks import faults
+from pneumorph.problem.models import Pressure, Problem
+from pneumorph.problem.reasons import faults_of, one_line
+
+
+def load(path: str | Path) -> Problem:
+    """Read a problem file.
+
+    Raises
+    ------
+    ProblemError
+        One line: the file or the key in it, what is wrong, and the mend.
+    """
+    path = Path(path)
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except FileNotFoundError:
+        raise ProblemError(f"{path}: there is no such file; check the path") from None
+    except IsADirectoryError:
+        raise ProblemError(f"{path}: is a directory; name the problem file in it") from None
+    except UnicodeDecodeError:
+        raise ProblemError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
+    except (OSError, ValueError) as error:
+        raise ProblemError(f"{path}: cannot be read ({error}); check the path and its permissions") from None
+    return loads(text, where=str(path))
+
+
+def loads(text: str, where: str = "problem") -> Problem:
+    """Read a problem from the text of a file; `where` names it in messages. Raises ProblemError as `load` does."""
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise ProblemError(f"{where}: is not TOML ({' '.join(str(error).split())}); mend it there") from None
+    if not data:
+        raise ProblemError(f"{where}: is empty; start from a file in examples/")
+    try:
+        problem = Problem.model_validate(data)
+    except ValidationError as error:
+        raise ProblemError(one_line(faults_of(error))) from None
+    if found := faults(problem):
+        raise ProblemError(one_line(found))
+    return _with_all_pressures(problem)
+
+
+def _with_all_pressures(problem: Problem) -> Problem:
+    """Every task with a pressure for every chamber, zero where none was given."""
+    zero = Pressure.model_validate("0 kPa")
+    tasks = [
+        task.model_copy(
+            update={
+                "pressure": {chamber.name: task.pressure.get(chamber.name, zero) for chamber in problem.body.chamber}
+            }
+        )
+        for task in problem.task
+    ]
+    return problem.model_copy(update={"task": tuple(tasks)})

@@ -1,0 +1,307 @@
+"""The problem file as frozen models: what is designed, from what, for which tasks, within which limits.
+
+Field names are the keys of the file; after reading, every quantity is a float in mm, N, MPa, t, s, rad.
+"""
+
+import math
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from pydantic import (
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    SerializerFunctionWrapHandler,
+    Strict,
+    StringConstraints,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import CoreSchema
+
+from pneumorph import units
+from pneumorph.problem.table import Misfit, Quantity, Table
+
+Length = Annotated[float, Quantity(units.LENGTH)]
+PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
+Curvature = Annotated[float, Quantity(units.CURVATURE, "positive")]
+Gauge = Annotated[float, Quantity(units.PRESSURE)]
+Modulus = Annotated[float, Quantity(units.MODULUS, "positive")]
+Stiffness = Annotated[float, Quantity(units.STIFFNESS, "not negative")]
+TurningStiffness = Annotated[float, Quantity(units.TURNING_STIFFNESS, "not negative")]
+Force = Annotated[float, Quantity(units.FORCE)]
+Moment = Annotated[float, Quantity(units.MOMENT)]
+Number = Annotated[float, Strict()]
+Whole = Annotated[int, Strict()]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]
+
+RUBBERS = {
+    "Hei-Cast 8400": {
+        "model": "neo-hookean",
+        "shear_modulus": "0.49 MPa",
+        "bulk_modulus": "4.80 MPa",
+        "density": "1.10 g/cm^3",
+    }
+}
+
+
+def _by_name_or_by_moduli(schema: dict[str, Any]) -> None:
+    """In the file a material is a name from the library, or its moduli and its density."""
+    by_moduli = [key for key in schema["required"] if key != "name"]
+    del schema["required"]
+    schema["anyOf"] = [
+        {"required": by_moduli},
+        {"required": ["name"], "properties": {"name": {"enum": list(RUBBERS)}}, "maxProperties": 1},
+    ]
+
+
+class Material(Table):
+    """A rubber: shear and bulk modulus in MPa, density in t/mm³; energy (41) of the paper."""
+
+    model_config = ConfigDict(json_schema_extra=_by_name_or_by_moduli)
+
+    name: str = "rubber"
+    model: Literal["neo-hookean"] = "neo-hookean"
+    shear_modulus: Modulus
+    bulk_modulus: Modulus
+    density: Annotated[float, Quantity(units.DENSITY, "positive")]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_the_library(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or data.keys() - {"name"}:
+            return data
+        name = data.get("name")
+        if isinstance(name, str) and name in RUBBERS:
+            return {"name": name, **RUBBERS[name]}
+        known = ", ".join(f'"{rubber}"' for rubber in RUBBERS)
+        wrong = "is missing" if name is None else f'"{name}" is not in the library'
+        raise Misfit("name", f"{wrong}; take one of {known} or give shear_modulus, bulk_modulus and density")
+
+
+class Ripple(Table):
+    """Sinusoidal start-up perturbation of the radii along z."""
+
+    amplitude: PositiveLength
+    period: PositiveLength
+
+
+class Symmetry(Table):
+    """Symmetries that the shape keeps: mirror planes, order of rotation about z, point symmetry."""
+
+    mirror: tuple[str, ...] = ()
+    rotation: Whole = 1
+    point: Annotated[bool, Strict()] = False
+
+
+class ChamberSpec(Table):
+    """A starting chamber: a cylinder parallel to z, with flat or hemispherical ends."""
+
+    name: Name = Field(description='e.g. name = "A"')
+    radius: PositiveLength
+    center: tuple[Length, Length] = Field(description='e.g. center = ["0 mm", "0 mm"]')
+    span: tuple[Length, Length] = Field(description='e.g. span = ["3 mm", "77 mm"]')
+    ends: Literal["flat", "pole"] = "flat"
+
+
+class BodySpec(Table):
+    """The starting body: a cylinder from z = 0 to z = length with chambers in it; control_density in 1/mm."""
+
+    length: PositiveLength
+    radius: PositiveLength
+    control_density: Annotated[float, Quantity(units.PER_LENGTH, "positive")] = 0.6
+    ripple: Ripple | None = None
+    symmetry: Symmetry = Symmetry()
+    chamber: tuple[ChamberSpec, ...] = Field(min_length=1, description="a table [[body.chamber]]")
+
+
+class Spring(Table):
+    """Springs between the end-effector and the ground: N/mm along z, N·mm/rad about x, y, z."""
+
+    axial: Stiffness = 0.0
+    bending_x: TurningStiffness = 0.0
+    bending_y: TurningStiffness = 0.0
+    torsion: TurningStiffness = 0.0
+
+
+class EndEffector(Table):
+    """What the tip carries: a rigid plate with springs, a force (N) and a moment (N·mm), or nothing ("free")."""
+
+    kind: Literal["plate", "free"] = "plate"
+    spring: Spring = Spring()
+    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _nothing_on_a_free_tip(self) -> "EndEffector":
+        for key in ("spring", "force", "moment"):
+            if self.kind == "free" and getattr(self, key) != type(self).model_fields[key].default:
+                raise Misfit(key, f'a free tip has no plate to carry it; take kind = "plate" or leave {key} out')
+        return self
+
+
+class Gravity(Table):
+    """Acceleration in mm/s² and its direction, a unit vector after reading."""
+
+    acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = 9810.0
+    direction: tuple[Number, Number, Number] = Field(description="e.g. direction = [0, 0, -1]")
+
+    @model_validator(mode="after")
+    def _unit_direction(self) -> "Gravity":
+        length = math.hypot(*self.direction)
+        if length == 0:
+            raise Misfit("direction", "has no length; write e.g. direction = [0, 0, -1]")
+        if not math.isclose(length, 1.0, rel_tol=1e-12):
+            object.__setattr__(self, "direction", tuple(part / length for part in self.direction))
+        return self
+
+
+class Pressure(Table):
+    """The gauge pressure of a chamber in MPa: fixed, or free between min and max and then designed with the shape."""
+
+    start: Gauge
+    min: Gauge
+    max: Gauge
+
+    @property
+    def free(self) -> bool:
+        """Whether it is designed with the shape."""
+        return self.min < self.max
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fixed(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            return data
+        units.parse(data, units.PRESSURE)
+        return {"start": data, "min": data, "max": data}
+
+    @model_validator(mode="after")
+    def _start_within(self) -> "Pressure":
+        if self.min > self.max:
+            raise Misfit("min", "is above max; exchange them")
+        if not self.min <= self.start <= self.max:
+            raise Misfit("start", "is not between min and max; move it there or widen them")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_in_the_file(self, write: SerializerFunctionWrapHandler) -> Any:
+        return write(self) if self.free else units.write(self.start, units.PRESSURE)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"anyOf": [Quantity(units.PRESSURE).json_schema(), handler(schema)]}
+
+
+class Maximize(Table):
+    """Objective: the largest motion of the tip along or about an axis; a minus sign turns it round."""
+
+    kind: Literal["maximize"] = "maximize"
+    motion: Literal[
+        "extension", "bending_x", "bending_y", "twist",
+        "+extension", "+bending_x", "+bending_y", "+twist",
+        "-extension", "-bending_x", "-bending_y", "-twist",
+    ] = Field(description='e.g. motion = "extension"')  # fmt: skip
+
+    @property
+    def sign(self) -> float:
+        """-1.0 for a motion with a minus sign, else 1.0."""
+        return -1.0 if self.motion.startswith("-") else 1.0
+
+    @property
+    def component(self) -> str:
+        """The motion without its sign."""
+        return self.motion.lstrip("+-")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _maximize_alone(cls, data: Any) -> Any:
+        """Name the kind, not the keys that come with it, when an objective of another kind is asked for."""
+        if isinstance(data, dict) and data.get("kind", "maximize") != "maximize":
+            raise Misfit("kind", f'{data["kind"]!r} is not known here; take "maximize"')
+        return data
+
+
+class Task(Table):
+    """One target: the pressures of the chambers and what they should achieve."""
+
+    name: Name = Field(description='e.g. name = "extend"')
+    weight: Annotated[Number, Field(gt=0)] = 1.0
+    pressure: dict[Name, Pressure] = Field(description='e.g. pressure = { A = "60 kPa" }')
+    objective: Maximize = Field(description='e.g. objective = { kind = "maximize", motion = "extension" }')
+
+
+class Fold(Table):
+    """Least distance within one surface, between points further apart on it than the neighbourhood (23)."""
+
+    distance: PositiveLength = 1.0
+    neighbourhood: PositiveLength = 2.0
+
+
+class Stretch(Table):
+    """Limit of h₃ in 1/mm²: the stretch gradient per millimetre, or as (29) is printed."""
+
+    limit: Curvature = 0.1
+    form: Literal["per_mm", "printed"] = "per_mm"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _limit_alone(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            return data
+        units.parse(data, units.CURVATURE)
+        return {"limit": data}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"anyOf": [Quantity(units.CURVATURE, "positive").json_schema(), handler(schema)]}
+
+
+class Envelope(Table):
+    """The cylinder about z that the body has to stay in."""
+
+    radius: PositiveLength
+
+
+class Limits(Table):
+    """What every design has to respect; the defaults are Table I of the paper."""
+
+    wall: PositiveLength = 2.0
+    fold: Fold = Fold()
+    curvature: Curvature = 0.3
+    skew: Annotated[Number, Field(gt=0, lt=1)] = 0.2
+    stretch: Stretch = Stretch()
+    envelope: Envelope | None = None
+
+
+class MeshSpec(Table):
+    """Target edge length in mm and kind of the tetrahedra."""
+
+    size: PositiveLength = 2.0
+    element: Literal["quadratic"] = "quadratic"
+
+
+class OptimizerSpec(Table):
+    """First and reference step in mm, method of the sub-problem, greatest number of designs."""
+
+    step: PositiveLength = 0.2
+    method: Literal["lbfgs", "dfp"] = "lbfgs"
+    iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 40
+
+
+class Problem(Table):
+    """A whole problem file."""
+
+    title: str = ""
+    material: Material = Field(description='[material] with name = "Hei-Cast 8400"')
+    body: BodySpec = Field(description="[body] with its length, radius and chambers")
+    end_effector: EndEffector = EndEffector()
+    gravity: Gravity | None = None
+    task: tuple[Task, ...] = Field(min_length=1, description="a table [[task]]")
+    limits: Limits = Limits()
+    mesh: MeshSpec = MeshSpec()
+    optimizer: OptimizerSpec = OptimizerSpec()
+
+    def to_toml(self) -> str:
+        """The file that reads back as this problem, defaults written out."""
+        return tomli_w.dumps(self.model_dump(exclude_none=True))

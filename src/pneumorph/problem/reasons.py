@@ -1,0 +1,77 @@
+"""From what validation found to one readable line: the key, what is wrong, the mend."""
+
+import json
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic import ValidationError
+
+from pneumorph.problem.table import Misfit
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def one_line(faults: Sequence[tuple[str, str]]) -> str:
+    """The first fault (key, reason), and how many more there are."""
+    key, reason = faults[0]
+    more = len(faults) - 1
+    return f"{key}: {reason}" + (f" (and {more} more {'fault' if more == 1 else 'faults'} after it)" if more else "")
+
+
+def faults_of(error: ValidationError) -> list[tuple[str, str]]:
+    """Key and reason of everything that did not fit the models."""
+    return [_fault(found) for found in error.errors()]
+
+
+def _fault(found: Any) -> tuple[str, str]:
+    path, context = list(found["loc"]), found.get("ctx", {})
+    if isinstance(context.get("error"), Misfit):
+        path.append(context["error"].key)
+    if path and path[-1] == "[key]":
+        path.pop()
+    return key_of(path), _reason(found["type"], found.get("input"), context, found["msg"])
+
+
+def key_of(path: Sequence[str | int]) -> str:
+    """The path of a key as people write it: ``body.chamber[0].radius``."""
+    key = ""
+    for part in path:
+        if isinstance(part, int):
+            key += f"[{part}]"
+        else:
+            name = part if _BARE.fullmatch(part) else json.dumps(part)
+            key += f".{name}" if key else name
+    return key
+
+
+def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> str:
+    match kind:
+        case "value_error":
+            return str(context["error"])
+        case "literal_error":
+            return f"{_shown(given)} is not known here; take {context['expected']}"
+        case "model_type":
+            return "should be a table of its own; give it its keys"
+        case "dict_type":
+            return 'should be a table; write e.g. { A = "60 kPa" }'
+        case "tuple_type":
+            return "should be a list (of tables: with double brackets, [[...]])"
+        case "too_short" if context["actual_length"] == 0:
+            return "is empty; give at least one"
+        case "too_short" | "too_long" | "missing":
+            return "has too many or too few entries; give as many as the schema says"
+        case "string_pattern_mismatch":
+            return f"{_shown(given)} cannot be a name; use letters, digits, _ and - alone"
+        case "string_type":
+            return f"{_shown(given)} is not text; put it in quotes"
+        case "float_type" | "int_type" | "bool_type" | "finite_number" | "int_from_float":
+            wanted = {"int_type": "a whole number", "int_from_float": "a whole number", "bool_type": "true or false"}
+            return f"{_shown(given)} is not {wanted.get(kind, 'a number')}; write one without quotes"
+        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
+            return f"{_shown(given)} is out of range; it should be {otherwise.removeprefix('Input should be ')}"
+    return otherwise
+
+
+def _shown(given: Any) -> str:
+    return json.dumps(given) if isinstance(given, str | bool | int | float) else f"a {type(given).__name__}"

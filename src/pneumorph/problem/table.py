@@ -1,0 +1,90 @@
+"""What every table of a problem file shares: quantities with units, no unknown keys, no missing keys."""
+
+import difflib
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema, core_schema
+
+from pneumorph import units
+
+
+class Misfit(ValueError):
+    """A table does not fit: `key`, inside the table, is wrong for the reason given."""
+
+    def __init__(self, key: str, reason: str):
+        super().__init__(reason)
+        self.key = key
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Annotation of a float field: text with a unit in the file, a float in the inside unit after reading."""
+
+    kind: units.Kind
+    sign: Literal["any", "positive", "not negative"] = "any"
+
+    def read(self, text: str) -> float:
+        """The float, as `units.parse` reads it; ValueError also when its sign is not allowed."""
+        value = units.parse(text, self.kind)
+        if self.sign == "positive" and value <= 0:
+            raise ValueError(f'"{text}" is not above zero; write e.g. "{self.kind.example}"')
+        if self.sign == "not negative" and value < 0:
+            raise ValueError(f'"{text}" is below zero; write e.g. "{self.kind.example}"')
+        return value
+
+    def write(self, value: float) -> str:
+        """The text of a value."""
+        return units.write(value, self.kind)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(
+            self.read, handler(source), serialization=core_schema.plain_serializer_function_ser_schema(self.write)
+        )
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return self.json_schema()
+
+    def json_schema(self) -> dict[str, Any]:
+        """The JSON schema of the text."""
+        number = units.NUMBER if self.sign == "any" else units.NUMBER.replace("[+-]?", r"\+?", 1)
+        return {
+            "type": "string",
+            "description": f"{self.kind.name} with its unit",
+            "pattern": rf"^\s*{number}\s*[A-Za-zµμ°/1].*$",
+            "examples": [self.kind.example],
+        }
+
+
+def _as_in_the_file(schema: dict[str, Any], table: type[BaseModel]) -> None:
+    """Give the defaults in the JSON schema the form they have in the file."""
+    optional = [key for key, described in schema.get("properties", {}).items() if "default" in described]
+    if optional:
+        defaults = table.model_construct().model_dump(mode="json", include=set(optional), warnings=False)
+        for key in optional:
+            schema["properties"][key]["default"] = defaults[key]
+
+
+class Table(BaseModel):
+    """A table of the problem file."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, hide_input_in_errors=True, json_schema_extra=_as_in_the_file
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_and_complete(cls, data: Any) -> Any:
+        """Refuse unknown and missing keys here, where the names of the right ones are known."""
+        if isinstance(data, dict):
+            for key in data.keys() - cls.model_fields.keys():
+                near = difflib.get_close_matches(key, cls.model_fields, n=1)
+                mend = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
+                raise Misfit(key, f"unknown key; {mend}")
+            for key, field in cls.model_fields.items():
+                if field.is_required() and key not in data:
+                    quantities = [part for part in field.metadata if isinstance(part, Quantity)]
+                    example = f'e.g. {key} = "{quantities[0].kind.example}"' if quantities else field.description
+                    raise Misfit(key, f"is missing; add {example}")
+        return data

@@ -1,0 +1,220 @@
+"""Wrong problem files: each gets one line that names the key, what is wrong, and the mend."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem import load, loads
+
+GOOD = """
+title = "Two chambers"
+[material]
+name = "Hei-Cast 8400"
+[body]
+length = "80 mm"
+radius = "12 mm"
+ripple = { amplitude = "0.2 mm", period = "10 mm" }
+[[body.chamber]]
+name = "A"
+radius = "3 mm"
+center = ["5 mm", "0 mm"]
+span = ["3 mm", "77 mm"]
+[[body.chamber]]
+name = "B"
+radius = "3 mm"
+center = ["-5 mm", "0 mm"]
+span = ["3 mm", "77 mm"]
+[end_effector]
+kind = "plate"
+spring = { axial = "4 N/mm" }
+[gravity]
+acceleration = "9.81 m/s^2"
+direction = [0, 0, -1]
+[[task]]
+name = "bend"
+weight = 1.0
+pressure = { A = "60 kPa", B = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }
+objective = { kind = "maximize", motion = "bending_y" }
+[limits]
+wall = "2 mm"
+fold = { distance = "1 mm", neighbourhood = "2 mm" }
+curvature = "0.3 /mm^2"
+skew = 0.2
+stretch = "0.1 /mm^2"
+envelope = { radius = "14 mm" }
+[mesh]
+size = "2 mm"
+element = "quadratic"
+[optimizer]
+step = "0.2 mm"
+method = "lbfgs"
+iterations = 40
+"""
+
+# What to put in place of what, the key that the answer has to name, and a word of the reason or the mend.
+WRONG = [
+    ('length = "80 mm"', 'length = "80 kg"', "body.length", "not a unit of a length"),
+    ('length = "80 mm"', "length = 80", "body.length", "has no unit"),
+    ('length = "80 mm"', 'length = "80"', "body.length", "has no unit"),
+    ('length = "80 mm"', 'length = "long"', "body.length", "not a number with a unit"),
+    ('length = "80 mm"', 'length = "-80 mm"', "body.length", "not above zero"),
+    ('length = "80 mm"', "", "body.length", 'is missing; add e.g. length = "80 mm"'),
+    ('length = "80 mm"', 'lenght = "80 mm"', "body.lenght", 'did you mean "length"?'),
+    ("[material]", "[materials]", "materials", 'did you mean "material"?'),
+    ('[material]\nname = "Hei-Cast 8400"', "", "material", "is missing"),
+    ('name = "Hei-Cast 8400"', "", "material.name", 'take one of "Hei-Cast 8400"'),
+    ('name = "Hei-Cast 8400"', 'name = "Ecoflex"', "material.name", 'not in the library; take one of "Hei-Cast 8400"'),
+    (
+        'name = "Hei-Cast 8400"',
+        'shear_modulus = "0.49 MPa"\nbulk_modulus = "-4.8 MPa"\ndensity = "1 g/cm^3"',
+        "material.bulk_modulus",
+        "not above zero",
+    ),
+    (
+        'name = "Hei-Cast 8400"',
+        'shear_modulus = "0 MPa"\nbulk_modulus = "4.8 MPa"\ndensity = "1 g/cm^3"',
+        "material.shear_modulus",
+        "not above zero",
+    ),
+    ('name = "Hei-Cast 8400"', 'model = "ogden"\nshear_modulus = "1 MPa"', "material.bulk_modulus", "is missing"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", "85 mm"]', "body.chamber[0].span", "outside the body"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["-3 mm", "77 mm"]', "body.chamber[0].span", "outside the body"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["77 mm", "3 mm"]', "body.chamber[0].span", "lower end first"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["1 mm", "77 mm"]', "body.chamber[0].span", "wall at an end"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm"]', "body.chamber[0].span", "too many or too few"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", 77]', "body.chamber[0].span[1]", "has no unit"),
+    (
+        'span = ["3 mm", "77 mm"]',
+        'span = ["3 mm", "8 mm"]\nends = "pole"',
+        "body.chamber[0].span",
+        "shorter than the two hemispheres",
+    ),
+    ('center = ["5 mm", "0 mm"]', 'center = ["9 mm", "3 mm"]', "body.chamber[0].center", "outside the body"),
+    ('center = ["5 mm", "0 mm"]', 'center = ["-1 mm", "0 mm"]', "body.chamber[1]", 'overlaps "A"'),
+    ('center = ["5 mm", "0 mm"]', 'center = ["8 mm", "0 mm"]', "body.chamber[0].center", "thinner than limits.wall"),
+    ('center = ["5 mm", "0 mm"]', 'center = ["2 mm", "0 mm"]', "body.chamber[1]", '1 mm of wall to "A"'),
+    ('radius = "12 mm"', 'radius = "9 mm"', "body.chamber[0].center", "1 mm of wall to the exterior"),
+    ('name = "B"', 'name = "A"', "body.chamber[1].name", "taken already"),
+    ('name = "B"', 'name = "B 2"', "body.chamber[1].name", "letters, digits"),
+    ('name = "B"', 'name = ""', "body.chamber[1].name", "letters, digits"),
+    ("[[body.chamber]]", "[body.chamber]", "problem", "not TOML"),
+    ('ripple = { amplitude = "0.2 mm"', 'ripple = { amplitude = "13 mm"', "body.ripple.amplitude", "every surface"),
+    ('period = "10 mm"', 'period = "2 mm"', "limits.curvature", "raise the limit"),
+    ("title =", 'symmetry.mirror = ["xz"]\ntitle =', "symmetry", "unknown key"),
+    ('radius = "12 mm"', 'radius = "12 mm"\nsymmetry = { rotation = 2 }', "body.symmetry", "cannot be imposed"),
+    ('radius = "12 mm"', 'radius = "12 mm"\ncontrol_density = "60 /mm"', "body.control_density", "lower it"),
+    ('radius = "12 mm"', 'radius = "12 mm"\ncontrol_density = "0.01 /mm"', "body.control_density", "raise it"),
+    ('radius = "12 mm"', 'radius = "15 mm"', "limits.envelope.radius", "outside the envelope"),
+    ('kind = "plate"', 'kind = "free"', "end_effector.spring", "a free tip has no plate"),
+    ('axial = "4 N/mm"', 'axial = "-4 N/mm"', "end_effector.spring.axial", "below zero"),
+    ('axial = "4 N/mm"', 'bending_y = "4 N/mm"', "end_effector.spring.bending_y", "not a unit of"),
+    ("[0, 0, -1]", "[0, 0, 0]", "gravity.direction", "has no length"),
+    ("[0, 0, -1]", "[0, 0, nan]", "gravity.direction[2]", "not a number"),
+    ("[0, 0, -1]", '[0, 0, "down"]', "gravity.direction[2]", "not a number"),
+    ('A = "60 kPa"', 'C = "60 kPa"', "task[0].pressure.C", 'no chamber "C"; the chambers are A, B'),
+    ('A = "60 kPa"', "A = 60", "task[0].pressure.A", "has no unit"),
+    ('A = "60 kPa"', 'A = "60 KPa"', "task[0].pressure.A", "not a unit known here"),
+    ('start = "30 kPa"', 'start = "70 kPa"', "task[0].pressure.B.start", "between min and max"),
+    ('min = "0 kPa"', 'min = "90 kPa"', "task[0].pressure.B.min", "above max"),
+    ('min = "0 kPa", ', "", "task[0].pressure.B.min", "is missing"),
+    ('motion = "bending_y"', 'motion = "bend"', "task[0].objective.motion", "take 'extension'"),
+    ('"maximize", motion = "bending_y"', '"reach", position = [0, 0, 9]', "task[0].objective.kind", "maximize"),
+    ("weight = 1.0", "weight = 0", "task[0].weight", "greater than 0"),
+    ("weight = 1.0", "weight = inf", "task[0].weight", "not a number"),
+    ("weight = 1.0", 'weight = "1"', "task[0].weight", "not a number"),
+    ("weight = 1.0", "weight = true", "task[0].weight", "not a number"),
+    ('wall = "2 mm"', 'wall = "4 mm"', "body.chamber[0].span", "thinner than limits.wall"),
+    ('neighbourhood = "2 mm"', 'neighbourhood = "1 mm"', "limits.fold.neighbourhood", "make it larger"),
+    ('distance = "1 mm"', 'distance = "1.99 mm"', "limits.fold.distance", "closer to itself"),
+    ('curvature = "0.3 /mm^2"', 'curvature = "0.03 /mm^2"', "limits.curvature", "above the limit"),
+    ('curvature = "0.3 /mm^2"', 'curvature = "0.3 /mm"', "limits.curvature", "not a unit of"),
+    ('stretch = "0.1 /mm^2"', 'stretch = "0 /mm^2"', "limits.stretch", "not above zero"),
+    ("skew = 0.2", "skew = 1.5", "limits.skew", "out of range"),
+    ('size = "2 mm"', 'size = "20 mm"', "mesh.size", "make it smaller"),
+    ('size = "2 mm"', 'size = "1 um"', "mesh.size", "make it larger"),
+    ('element = "quadratic"', 'element = "mixed"', "mesh.element", "take 'quadratic'"),
+    ("iterations = 40", "iterations = 4.5", "optimizer.iterations", "whole number"),
+    ("iterations = 40", "iterations = 0", "optimizer.iterations", "out of range"),
+    ('method = "lbfgs"', 'method = "newton"', "optimizer.method", "take 'lbfgs' or 'dfp'"),
+    ("[mesh]", "mesh = 2\n[nothing]", "limits.mesh", "unknown key"),
+    ("iterations = 40", "iterations = 40\niterations = 50", "problem", "not TOML"),
+]
+
+
+def refusal(text: str) -> str:
+    with pytest.raises(ProblemError) as caught:
+        loads(text)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "reason"), WRONG, ids=[f"{key}-{i}" for i, (*_, key, _) in enumerate(WRONG)]
+)
+def test_one_line_names_the_key_and_the_mend(old, new, key, reason):
+    assert old in GOOD
+    message = refusal(GOOD.replace(old, new, 1))
+    assert "\n" not in message
+    assert message.startswith(f"{key}: ")
+    assert reason in message
+
+
+def test_the_good_one_is_good():
+    assert loads(GOOD).title == "Two chambers"
+
+
+@pytest.mark.parametrize("table", ["chamber", "task"])
+def test_no_chamber_and_no_task(table):
+    kept, skip = [], False
+    for line in GOOD.splitlines():
+        if line.startswith("["):
+            skip = line.endswith(f"{table}]]")
+        if not skip:
+            kept.append(line)
+    assert refusal("\n".join(kept)).startswith(f"{'task' if table == 'task' else 'body.chamber'}: is missing; add")
+    empty = GOOD.split("[[body.chamber]]")[0] + "chamber = []\n" + GOOD[GOOD.index("[end_effector]") :]
+    assert refusal(empty).startswith("body.chamber: is empty; ")
+
+
+def test_several_faults_are_counted():
+    text = GOOD.replace('length = "80 mm"', "length = 80").replace('wall = "2 mm"', "wall = 2")
+    message = refusal(text)
+    assert message.startswith("body.length: ")
+    assert message.endswith("(and 1 more fault after it)")
+
+
+def test_files_that_are_no_problem_files(tmp_path):
+    def answer(name: str, content: bytes | None) -> str:
+        path = tmp_path / name
+        if content is not None:
+            path.write_bytes(content)
+        with pytest.raises(ProblemError) as caught:
+            load(path)
+        message = str(caught.value)
+        assert message.startswith(f"{path}: ")
+        assert "\n" not in message
+        return message
+
+    assert "no such file" in answer("missing.toml", None)
+    assert "is empty" in answer("empty.toml", b"")
+    assert "is empty" in answer("comment.toml", b"# nothing\n")
+    assert "not UTF-8" in answer("latin.toml", "title = 'Körper'".encode("latin-1"))
+    assert "not TOML" in answer("picture.toml", b"\x00\x01\x02")
+    assert "not TOML" in answer("yaml.toml", b"title: A\nbody:\n  - 1\n")
+    assert "not TOML" in answer("deep.toml", b"a = " + b"[" * 100_000)
+    assert "is a directory" in answer(".", None)
+
+
+@given(
+    st.integers(0, len(GOOD.splitlines()) - 1),
+    st.sampled_from(["7", '"x"', "[]", "{}", "nan", "true", '"9 mm"', "[[1]]"]),
+)
+def test_any_value_in_any_place_is_read_or_refused_in_one_line(line, value):
+    lines = GOOD.splitlines()
+    if "=" in lines[line]:
+        lines[line] = f"{lines[line].split('=')[0]}= {value}"
+    try:
+        loads("\n".join(lines))
+    except ProblemError as error:
+        assert "\n" not in str(error)
+        assert ": " in str(error)
