@@ -82,7 +82,8 @@ WRONG = [
     ('span = ["3 mm", "77 mm"]', 'span = ["-3 mm", "77 mm"]', "body.chamber[0].span", "outside the body"),
     ('span = ["3 mm", "77 mm"]', 'span = ["77 mm", "3 mm"]', "body.chamber[0].span", "lower end first"),
     ('span = ["3 mm", "77 mm"]', 'span = ["1 mm", "77 mm"]', "body.chamber[0].span", "wall at an end"),
-    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm"]', "body.chamber[0].span", "too many or too few"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm"]', "body.chamber[0].span[1]", "is missing"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", "4 mm", "77 mm"]', "body.chamber[0].span", "too many"),
     ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", 77]', "body.chamber[0].span[1]", "has no unit"),
     (
         'span = ["3 mm", "77 mm"]',
@@ -137,7 +138,7 @@ WRONG = [
     ("iterations = 40", "iterations = 4.5", "optimizer.iterations", "whole number"),
     ("iterations = 40", "iterations = 0", "optimizer.iterations", "out of range"),
     ('method = "lbfgs"', 'method = "newton"', "optimizer.method", "take 'lbfgs' or 'dfp'"),
-    ("[mesh]", "mesh = 2\n[nothing]", "limits.mesh", "unknown key"),
+    ("[mesh]", "mesh = 2\n[mesh]", "limits.mesh", "unknown key"),
     ("iterations = 40", "iterations = 40\niterations = 50", "problem", "not TOML"),
 ]
 

@@ -173,7 +173,7 @@ class Pressure(Table):
     def _fixed(cls, data: Any) -> Any:
         if isinstance(data, dict):
             return data
-        units.parse(data, units.PRESSURE)
+        Quantity(units.PRESSURE).read(data)
         return {"start": data, "min": data, "max": data}
 
     @model_validator(mode="after")
@@ -249,7 +249,7 @@ class Stretch(Table):
     def _limit_alone(cls, data: Any) -> Any:
         if isinstance(data, dict):
             return data
-        units.parse(data, units.CURVATURE)
+        Quantity(units.CURVATURE, "positive").read(data)
         return {"limit": data}
 
     @classmethod

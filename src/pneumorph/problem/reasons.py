@@ -57,10 +57,12 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
             return 'should be a table; write e.g. { A = "60 kPa" }'
         case "tuple_type":
             return "should be a list (of tables: with double brackets, [[...]])"
-        case "too_short" if context["actual_length"] == 0:
+        case "too_short":
             return "is empty; give at least one"
-        case "too_short" | "too_long" | "missing":
-            return "has too many or too few entries; give as many as the schema says"
+        case "missing":
+            return "is missing; give the list all its entries"
+        case "too_long":
+            return f"has too many entries; leave all but {context['max_length']} out"
         case "string_pattern_mismatch":
             return f"{_shown(given)} cannot be a name; use letters, digits, _ and - alone"
         case "string_type":

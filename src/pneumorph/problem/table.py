@@ -78,7 +78,7 @@ class Table(BaseModel):
     def _known_and_complete(cls, data: Any) -> Any:
         """Refuse unknown and missing keys here, where the names of the right ones are known."""
         if isinstance(data, dict):
-            for key in data.keys() - cls.model_fields.keys():
+            for key in (key for key in data if key not in cls.model_fields):
                 near = difflib.get_close_matches(key, cls.model_fields, n=1)
                 mend = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
                 raise Misfit(key, f"unknown key; {mend}")

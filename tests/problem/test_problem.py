@@ -1,0 +1,154 @@
+"""Good problem files: what is read from them, what is written, and the schema that describes them."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pneumorph.problem import load, loads
+from pneumorph.problem.schema import SHIPPED, json_schema
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+LEAST = """
+[material]
+name = "Hei-Cast 8400"
+[body]
+length = "80 mm"
+radius = "12 mm"
+[[body.chamber]]
+name = "A"
+radius = "3 mm"
+center = ["5 mm", "0 mm"]
+span = ["3 mm", "77 mm"]
+[[body.chamber]]
+name = "B"
+radius = "3 mm"
+center = ["-5 mm", "0 mm"]
+span = ["3 mm", "77 mm"]
+[[task]]
+name = "bend"
+pressure = { B = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }
+objective = { motion = "-bending_y" }
+"""
+
+
+def test_inside_units_and_defaults():
+    problem = loads(LEAST)
+    rubber = problem.material
+    assert (rubber.model, rubber.shear_modulus, rubber.bulk_modulus, rubber.density) == (
+        "neo-hookean",
+        0.49,
+        4.8,
+        1.1e-9,
+    )
+    assert problem.body.control_density == 0.6
+    assert problem.body.chamber[0].span == (3.0, 77.0)
+    assert problem.body.ripple is None
+    assert problem.gravity is None
+    assert problem.end_effector.kind == "plate"
+    limits = problem.limits
+    assert (limits.wall, limits.fold.distance, limits.fold.neighbourhood) == (2.0, 1.0, 2.0)
+    assert (limits.curvature, limits.skew, limits.stretch.limit, limits.stretch.form) == (0.3, 0.2, 0.1, "per_mm")
+    assert limits.envelope is None
+
+
+def test_pressures_and_objective():
+    task = loads(LEAST).task[0]
+    assert list(task.pressure) == ["A", "B"]
+    a, b = task.pressure["A"], task.pressure["B"]
+    assert (a.start, a.free) == (0.0, False)
+    assert (b.start, b.min, b.max, b.free) == (0.03, 0.0, 0.06, True)
+    assert (task.objective.sign, task.objective.component) == (-1.0, "bending_y")
+
+
+def test_gravity_direction_is_a_unit_vector():
+    text = LEAST + '[gravity]\nacceleration = "9.81 m/s^2"\ndirection = [3, 0, -4]\n'
+    gravity = loads(text).gravity
+    assert gravity is not None
+    assert gravity.acceleration == 9810.0
+    assert gravity.direction == pytest.approx((0.6, 0.0, -0.8), abs=1e-15)
+
+
+def test_stretch_as_printed():
+    text = LEAST + '[limits]\nstretch = { limit = "0.2 /mm^2", form = "printed" }\n'
+    assert loads(text).limits.stretch.form == "printed"
+
+
+def test_a_rubber_of_ones_own():
+    own = 'shear_modulus = "0.1 MPa"\nbulk_modulus = "50 MPa"\ndensity = "1070 kg/m^3"'
+    rubber = loads(LEAST.replace('name = "Hei-Cast 8400"', own)).material
+    assert (rubber.shear_modulus, rubber.bulk_modulus, rubber.density) == (0.1, 50.0, 1.07e-9)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_sound_and_round_trip(path):
+    problem = load(path)
+    assert loads(problem.to_toml()) == problem
+
+
+lengths = st.floats(20, 200)
+
+
+@given(
+    length=lengths,
+    radius=st.floats(9, 30),
+    share=st.floats(0.3, 0.7),
+    direction=st.tuples(*[st.floats(-1, 1)] * 3).filter(any),
+    pressure=st.floats(-0.1, 0.5),
+    stiffness=st.floats(0, 1e6),
+    density=st.floats(1e-10, 1e-8),
+)
+def test_written_problems_read_back_exactly(length, radius, share, direction, pressure, stiffness, density):
+    problem = loads(f"""
+title = "ρ, “quotes” and \\\\ in a title"
+gravity = {{ direction = [{", ".join(repr(part) for part in direction)}] }}
+[material]
+name = "own"
+shear_modulus = "0.3 MPa"
+bulk_modulus = "3 MPa"
+density = "{density!r} t/mm^3"
+[body]
+length = "{length!r} mm"
+radius = "{radius!r} mm"
+[[body.chamber]]
+name = "a-1"
+radius = "{share * radius!r} mm"
+center = ["0 mm", "0 mm"]
+span = ["2 mm", "{length - 2!r} mm"]
+[end_effector]
+spring = {{ torsion = "{stiffness!r} N*mm/rad" }}
+[[task]]
+name = "t"
+pressure = {{ a-1 = "{pressure!r} MPa" }}
+objective = {{ motion = "+twist" }}
+""")
+    assert problem.task[0].pressure["a-1"].start == pressure
+    assert problem.material.density == density
+    assert loads(problem.to_toml()) == problem
+
+
+def test_shipped_schema_is_what_the_models_generate():
+    """After a change of the models: python -m pneumorph.problem.schema."""
+    assert SHIPPED.read_text(encoding="utf-8") == json_schema()
+
+
+def test_schema_describes_the_file():
+    schema = json.loads(json_schema())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    for text in [LEAST, *(path.read_text(encoding="utf-8") for path in EXAMPLES)]:
+        validator.validate(tomllib.loads(text))
+        validator.validate(tomllib.loads(loads(text).to_toml()))
+    for wrong in ("length = 80", 'length = "-80 mm"', 'lenght = "80 mm"', ""):
+        assert not validator.is_valid(tomllib.loads(LEAST.replace('length = "80 mm"', wrong)))
+
+
+def test_schema_states_defaults_as_the_file_would():
+    definitions = json.loads(json_schema())["$defs"]
+    assert definitions["Limits"]["properties"]["wall"]["default"] == "2 mm"
+    assert definitions["BodySpec"]["properties"]["control_density"]["default"] == "0.6 /mm"
