@@ -1,0 +1,203 @@
+"""The run directory: the problem as run, every accepted design, and the state to go on from after a kill.
+
+In it are ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``checkpoint.npz`` and
+``result.json``. A design is recorded in the order npz, history line, checkpoint; the checkpoint seals it. Whatever lies
+beyond the checkpoint is the iteration that was in progress, and `resume` removes it.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem import Problem, load
+from pneumorph.run import atomic
+
+State = dict[str, Any]
+"""Arrays and JSON values by name: what the optimiser needs to go on."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """One design as stored.
+
+    Attributes
+    ----------
+    exterior : ndarray, shape (n_r, n_q, 3), mm
+        Control net of the exterior.
+    chambers : dict of str to ndarray, shape (n_r, n_q, 3), mm
+        Control net of every chamber, by its name in the problem.
+    pressures : dict of str to dict of str to float, MPa
+        By task, then by chamber.
+    """
+
+    exterior: np.ndarray
+    chambers: dict[str, np.ndarray]
+    pressures: dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """A directory that holds a run of `problem`. Made by `create`, `resume` and `open_run`."""
+
+    path: Path
+    problem: Problem
+
+    def record(self, line: Mapping[str, Any], design: Design, state: State) -> None:
+        """Store an accepted design: its history line (with ``"iteration"``), its shape and pressures, and the state."""
+        iteration = int(line["iteration"])
+        atomic.write_arrays(self._design_path(iteration), self._design_arrays(design))
+        atomic.append_line(self.path / "history.jsonl", json.dumps(_plain(line), allow_nan=False))
+        atomic.write_arrays(self.path / "checkpoint.npz", _checkpoint_arrays(iteration, state))
+
+    def write_result(self, result: Mapping[str, Any]) -> None:
+        """Store ``result.json``."""
+        text = json.dumps(_plain(result), indent=2, allow_nan=False, ensure_ascii=False)
+        atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
+
+    def history(self) -> list[dict[str, Any]]:
+        """The history lines in the order of iterations; a torn last line is ignored."""
+        lines = []
+        for text in atomic.complete_lines(self.path / "history.jsonl"):
+            try:
+                lines.append(json.loads(text))
+            except json.JSONDecodeError as error:
+                raise ProblemError(
+                    f"{self.path / 'history.jsonl'}: is damaged ({error}); run the design again"
+                ) from None
+        return lines
+
+    def latest(self) -> int | None:
+        """The last iteration on which history line, design and checkpoint agree; None before the first."""
+        if not (self.path / "checkpoint.npz").exists():
+            return None
+        iteration, _ = self.checkpoint()
+        if self._design_path(iteration).exists() and any(line["iteration"] == iteration for line in self.history()):
+            return iteration
+        raise ProblemError(
+            f"{self.path}: design {iteration} of its checkpoint is not in history.jsonl and designs/; "
+            "put the files back or name another directory"
+        )
+
+    def checkpoint(self) -> tuple[int, State]:
+        """Iteration and state of the checkpoint."""
+        arrays = atomic.read_arrays(self.path / "checkpoint.npz")
+        plain = json.loads(arrays.pop("json").item())
+        state = {name.removeprefix("array "): array for name, array in arrays.items()}
+        return plain["iteration"], plain["state"] | state
+
+    def load_design(self, iteration: int) -> Design:
+        """The design of an iteration; ProblemError when there is none."""
+        arrays = atomic.read_arrays(self._design_path(iteration))
+        chambers = [chamber.name for chamber in self.problem.body.chamber]
+        pressures = zip((task.name for task in self.problem.task), arrays["pressures"], strict=True)
+        return Design(
+            exterior=arrays["exterior"],
+            chambers={name: arrays[f"chamber_{name}"] for name in chambers},
+            pressures={task: dict(zip(chambers, map(float, row), strict=True)) for task, row in pressures},
+        )
+
+    def _design_path(self, iteration: int) -> Path:
+        return self.path / "designs" / f"{iteration:04d}.npz"
+
+    def _design_arrays(self, design: Design) -> dict[str, np.ndarray]:
+        chambers = [chamber.name for chamber in self.problem.body.chamber]
+        rows = [[design.pressures[task.name][name] for name in chambers] for task in self.problem.task]
+        nets = {f"chamber_{name}": design.chambers[name] for name in chambers}
+        return {"exterior": design.exterior, **nets, "pressures": np.array(rows)}
+
+    def _drop_what_is_unsealed(self) -> None:
+        """Remove what a kill left beyond the checkpoint, so that the run goes on as if it had not begun."""
+        latest = self.latest()
+        sealed = -1 if latest is None else latest
+        kept = [line for line in self.history() if line["iteration"] <= sealed]
+        text = "".join(f"{json.dumps(line)}\n" for line in kept)
+        atomic.write_bytes(self.path / "history.jsonl", text.encode())
+        for stored in (self.path / "designs").glob("[0-9]*.npz"):
+            if int(stored.stem) > sealed:
+                stored.unlink()
+
+
+def create(path: str | Path, problem: Problem) -> RunDirectory:
+    """A new run directory for `problem`; ProblemError when there is something in it already."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        if any(not entry.name.startswith(".") for entry in path.iterdir()):
+            raise ProblemError(f"{path}: is not empty; add --resume to go on with the run in it, or name another --out")
+        return _started(path, problem)
+    except OSError as error:
+        raise ProblemError(f"{path}: cannot be a run directory ({error.strerror}); name another --out") from None
+
+
+def resume(path: str | Path, problem: Problem) -> RunDirectory:
+    """The directory of a run of `problem` that was stopped, without what was in progress when it was.
+
+    The number of iterations may differ from that of the stopped run. A directory in which nothing had begun becomes
+    a new one.
+
+    Raises
+    ------
+    ProblemError
+        When it holds a run of another problem, or something that is no run.
+    """
+    path = Path(path)
+    if not (path / "problem.toml").exists():
+        return create(path, problem)
+    stored = load(path / "problem.toml")
+    unlike = next(_differences(stored.model_dump(), problem.model_dump()), None)
+    if unlike:
+        raise ProblemError(
+            f"{path}: holds a run of another problem ({unlike} differs); name another --out or take {path}/problem.toml"
+        )
+    run = _started(path, problem)
+    run._drop_what_is_unsealed()
+    return run
+
+
+def open_run(path: str | Path) -> RunDirectory:
+    """A run directory to read; nothing in it is changed. ProblemError when it is none."""
+    path = Path(path)
+    if not (path / "problem.toml").exists():
+        raise ProblemError(f"{path}: is not a run directory (no problem.toml in it); name the --out of a design")
+    return RunDirectory(path, load(path / "problem.toml"))
+
+
+def _started(path: Path, problem: Problem) -> RunDirectory:
+    atomic.write_bytes(path / "problem.toml", problem.to_toml().encode())
+    (path / "designs").mkdir(exist_ok=True)
+    return RunDirectory(path, problem)
+
+
+def _differences(one: Any, other: Any, key: str = "") -> Iterator[str]:
+    """The keys in which two dumped problems differ; the number of iterations is allowed to."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for name in {**one, **other}:
+            yield from _differences(one.get(name), other.get(name), f"{key}.{name}" if key else name)
+    elif isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
+        for index, (mine, yours) in enumerate(zip(one, other, strict=True)):
+            yield from _differences(mine, yours, f"{key}[{index}]")
+    elif one != other and key != "optimizer.iterations":
+        yield key
+
+
+def _checkpoint_arrays(iteration: int, state: State) -> dict[str, np.ndarray]:
+    arrays = {f"array {name}": value for name, value in state.items() if isinstance(value, np.ndarray)}
+    rest = {name: value for name, value in state.items() if not isinstance(value, np.ndarray)}
+    return {"json": np.array(json.dumps({"iteration": iteration, "state": rest})), **arrays}
+
+
+def _plain(value: Any) -> Any:
+    """For JSON: numpy values as Python's, and null for what is not finite, which JSON has no word for."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(part) for key, part in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

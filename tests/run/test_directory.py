@@ -1,0 +1,180 @@
+"""The run directory: what is written reads back, and a kill at any moment loses at most the iteration in progress."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem import load
+from pneumorph.run import Design, atomic, create, open_run, resume
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PROBLEM = load(EXAMPLES / "linear.toml")
+OTHER = load(EXAMPLES / "linear_spring.toml")
+
+
+def design(iteration: int) -> Design:
+    rng = np.random.default_rng(iteration)
+    return Design(rng.random((5, 8, 3)), {"A": rng.random((4, 8, 3))}, {"extend": {"A": 0.06}})
+
+
+def line(iteration: int) -> dict:
+    return {"iteration": iteration, "objective": np.float64(0.1 * iteration), "limits": {"wall_mm": float("inf")}}
+
+
+def state(iteration: int) -> dict:
+    return {"phi": np.arange(3.0) + iteration, "step": 0.1 + iteration, "mesh": {"seed": iteration}, "tried": [1, None]}
+
+
+def run_of(path: Path, iterations: int):
+    run = create(path, PROBLEM)
+    for iteration in range(iterations):
+        run.record(line(iteration), design(iteration), state(iteration))
+    return run
+
+
+def test_what_is_written_reads_back(tmp_path):
+    run_of(tmp_path / "run", 3).write_result({"objective": np.array([1.0, np.nan])})
+    run = open_run(tmp_path / "run")
+    assert run.problem == PROBLEM
+    assert run.latest() == 2
+    assert [entry["iteration"] for entry in run.history()] == [0, 1, 2]
+    assert run.history()[2]["objective"] == 0.2
+    assert run.history()[2]["limits"]["wall_mm"] is None
+    stored, written = run.load_design(1), design(1)
+    np.testing.assert_array_equal(stored.exterior, written.exterior)
+    np.testing.assert_array_equal(stored.chambers["A"], written.chambers["A"])
+    assert stored.pressures == written.pressures
+    iteration, back = run.checkpoint()
+    assert iteration == 2
+    np.testing.assert_array_equal(back.pop("phi"), [2.0, 3.0, 4.0])
+    assert back == {"step": 2.1, "mesh": {"seed": 2}, "tried": [1, None]}
+    assert json.loads((run.path / "result.json").read_text())["objective"] == [1.0, None]
+
+
+def test_names_in_the_design_file(tmp_path):
+    run_of(tmp_path, 1)
+    with np.load(tmp_path / "designs" / "0000.npz") as stored:
+        assert {name: stored[name].shape for name in stored.files} == {
+            "exterior": (5, 8, 3),
+            "chamber_A": (4, 8, 3),
+            "pressures": (1, 1),
+        }
+
+
+class Killed(BaseException):
+    """Stands for the moment at which the process ends."""
+
+
+@pytest.mark.parametrize("moment", range(4))
+def test_a_kill_at_any_moment_of_recording(tmp_path, monkeypatch, moment):
+    """Design 2 is being recorded when the process ends before one of its three writes takes effect, or after them."""
+    run = run_of(tmp_path, 2)
+    calls = 0
+    replace, append = atomic.os.replace, atomic.append_line
+
+    def counted(action, torn):
+        def called(*arguments):
+            nonlocal calls
+            calls += 1
+            if calls == moment + 1:
+                torn(*arguments)
+                raise Killed
+            action(*arguments)
+
+        return called
+
+    def half_a_line(path, text):
+        with path.open("a") as file:
+            file.write(text[: len(text) // 2])
+
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.os, "replace", counted(replace, lambda *_: None))
+        patch.setattr(atomic, "append_line", counted(append, half_a_line))
+        try:
+            run.record(line(2), design(2), state(2))
+        except Killed:
+            expected = 1
+        else:
+            expected = 2
+    assert expected == (1 if moment < 3 else 2)
+    assert open_run(tmp_path).latest() == expected
+
+    again = resume(tmp_path, PROBLEM)
+    assert again.latest() == expected
+    assert [entry["iteration"] for entry in again.history()] == list(range(expected + 1))
+    assert sorted(path.name for path in (tmp_path / "designs").glob("[!.]*")) == [
+        f"{i:04d}.npz" for i in range(expected + 1)
+    ]
+    again.record(line(expected + 1), design(expected + 1), state(expected + 1))
+    assert again.latest() == expected + 1
+    assert [entry["iteration"] for entry in again.history()] == list(range(expected + 2))
+
+
+@pytest.mark.parametrize("cut", [1, 10, 40])
+def test_a_torn_last_line_is_ignored_and_trimmed(tmp_path, cut):
+    run_of(tmp_path, 2)
+    history = tmp_path / "history.jsonl"
+    whole = history.read_bytes()
+    history.write_bytes(whole + whole.splitlines(keepends=True)[-1][:cut])
+    assert [entry["iteration"] for entry in open_run(tmp_path).history()] == [0, 1]
+    resume(tmp_path, PROBLEM)
+    assert history.read_bytes() == whole
+
+
+def test_resume_before_the_first_design(tmp_path):
+    """Killed before there was anything, or with the problem alone written, or in the first record."""
+    assert resume(tmp_path / "none", PROBLEM).latest() is None
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    assert resume(empty, PROBLEM).latest() is None
+    run = create(tmp_path / "begun", PROBLEM)
+    atomic.append_line(run.path / "history.jsonl", json.dumps({"iteration": 0}))
+    assert resume(run.path, PROBLEM).latest() is None
+    assert run.history() == []
+
+
+def test_resume_may_change_the_number_of_iterations(tmp_path):
+    run_of(tmp_path, 2)
+    longer = PROBLEM.model_copy(update={"optimizer": PROBLEM.optimizer.model_copy(update={"iterations": 100})})
+    assert resume(tmp_path, longer).latest() == 1
+    assert open_run(tmp_path).problem.optimizer.iterations == 100
+
+
+def refusal(action, *arguments) -> str:
+    with pytest.raises(ProblemError) as caught:
+        action(*arguments)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_refusals(tmp_path):
+    run_of(tmp_path / "run", 1)
+    assert "add --resume" in refusal(create, tmp_path / "run", PROBLEM)
+    assert "end_effector.spring.axial differs" in refusal(
+        resume, tmp_path / "run", OTHER.model_copy(update={"title": PROBLEM.title})
+    )
+    assert "name another --out" in refusal(create, tmp_path / "run" / "problem.toml", PROBLEM)
+    assert "not a run directory" in refusal(open_run, tmp_path)
+    assert "no such file" in refusal(open_run(tmp_path / "run").load_design, 7)
+    strange = tmp_path / "strange"
+    strange.mkdir()
+    (strange / "thesis.tex").touch()
+    assert "is not empty" in refusal(resume, strange, PROBLEM)
+    assert (strange / "thesis.tex").exists()
+
+
+def test_damage_is_told(tmp_path):
+    run_of(tmp_path / "run", 2)
+    for name in ("checkpoint.npz", "designs/0001.npz", "history.jsonl"):
+        damaged = tmp_path / "copy"
+        shutil.copytree(tmp_path / "run", damaged)
+        (damaged / name).write_bytes(b"no\n")
+        run = open_run(damaged)
+        assert "is damaged" in refusal(lambda run=run: (run.latest(), run.load_design(1)))
+        shutil.rmtree(damaged)
+    (tmp_path / "run" / "designs" / "0001.npz").unlink()
+    assert "put the files back" in refusal(open_run(tmp_path / "run").latest)
