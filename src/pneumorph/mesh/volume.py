@@ -11,33 +11,58 @@ import netgen.meshing as netgen
 import numpy as np
 
 from pneumorph.errors import MeshError
+from pneumorph.mesh.mend import mend, straight_quality
 from pneumorph.mesh.surface import SurfaceMesh
-from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TRIANGLE_EDGES
+from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
 
 
-def fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Fill a closed triangulated body with straight tetrahedra.
+def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
+    """Quadratic tetrahedra with straight edges between the surfaces.
 
     Parameters
     ----------
-    points : (n, 3) float
-        Vertices; they keep their numbers.
-    triangles : (nt, 3) int
-        Normals point out of the solid.
+    body_surface : SurfaceMesh
+    nodes : (n_nodes, 3) float
+        Its nodes, mid-side nodes included. They become the first nodes of the mesh, the mid-side ones moved to their chords.
     size : float
         Longest edge wanted inside, mm.
-
-    Returns
-    -------
-    points : (n + interior, 3) float
-    tets : (M, 4) int
-        Positively oriented.
 
     Raises
     ------
     MeshError
         If Netgen finds no filling, as when the triangles of two walls cross.
     """
+    n_vertices, n_surface = body_surface.n_vertices, len(nodes)
+    triangles = body_surface.triangles
+    points, tets = _netgen_fill(nodes[:n_vertices], triangles[:, :3], size)
+    points, tets = mend(points, tets, triangles[:, :3], body_surface.sheets)
+
+    ends = np.sort(tets[:, TET_EDGES].reshape(-1, 2), axis=1)
+    edges, inverse = np.unique(ends, axis=0, return_inverse=True)
+    n_interior = len(points) - n_vertices
+    mids = n_surface + n_interior + np.arange(len(edges))
+    # Edges of surface triangles have their mid-side node already.
+    surface_edges, first = np.unique(
+        np.sort(triangles[:, TRIANGLE_EDGES].reshape(-1, 2), axis=1), axis=0, return_index=True
+    )
+    rank = _key(edges, len(points)).searchsorted(_key(surface_edges, len(points)))
+    mids[rank] = triangles[:, 3:].ravel()[first]
+    inner = np.setdiff1d(np.arange(len(edges)), rank)
+    mids[inner] = n_surface + n_interior + np.arange(len(inner))
+
+    number = np.concatenate([np.arange(n_vertices), n_surface + np.arange(n_interior)])
+    all_points = np.empty((n_surface + n_interior + len(inner), 3))
+    all_points[number] = points
+    all_points[mids] = points[edges].mean(axis=1)
+    return TetMesh(all_points, np.hstack([number[tets], mids[inverse.reshape(-1, 6)]]), body_surface.faces)
+
+
+def _key(edges: np.ndarray, n: int) -> np.ndarray:
+    return edges[:, 0] * n + edges[:, 1]
+
+
+def _netgen_fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Straight, positively oriented tetrahedra inside closed triangles; the given points come first."""
     mesh = netgen.Mesh()
     face = mesh.Add(netgen.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
     mesh.AddPoints(np.ascontiguousarray(points))
@@ -45,15 +70,15 @@ def fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.nda
     with _silence():
         try:
             mesh.GenerateVolumeMesh(maxh=size)
-        except Exception as error:  # Netgen raises bare Exceptions
-            raise MeshError(f"the body could not be filled with tetrahedra: {error}") from error
+        except Exception as error:  # Netgen has no error class of its own here
+            raise MeshError("the space between the surfaces could not be filled with tetrahedra") from error
     elements = mesh.Elements3D().NumPy()
     if not len(elements):
-        raise MeshError("the body could not be filled with tetrahedra")
+        raise MeshError("the space between the surfaces could not be filled with tetrahedra")
     # Netgen's arrays are views of memory that goes with its mesh.
     filled = np.array(mesh.Coordinates())
     tets = elements["nodes"][:, :4].astype(np.int64) - 1
-    inverted = _volumes(filled, tets) < 0
+    inverted = straight_quality(filled[tets]) < 0
     tets[inverted] = tets[inverted][:, [0, 2, 1, 3]]
     return filled, tets
 
@@ -61,8 +86,7 @@ def fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.nda
 @contextmanager
 def _silence() -> Iterator[None]:
     """Keep Netgen, which prints from C++, off the screen."""
-    netgen_level = 0
-    netgen.SetMessageImportance(netgen_level)
+    netgen.SetMessageImportance(0)
     sys.stdout.flush()
     sys.stderr.flush()
     kept = os.dup(1), os.dup(2)
@@ -76,9 +100,3 @@ def _silence() -> Iterator[None]:
             os.dup2(copy, fd)
             os.close(copy)
         os.close(nowhere)
-
-
-def _volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """Six times the signed volume of straight tetrahedra."""
-    a, b, c, d = np.moveaxis(points[tets], 1, 0)
-    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)

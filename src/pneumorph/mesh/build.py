@@ -1,0 +1,49 @@
+"""From a body to a mesh that follows it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.errors import MeshError
+from pneumorph.geometry import Body
+from pneumorph.mesh.morph import Morph, morph
+from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mesh.surface import surface_mesh
+from pneumorph.mesh.volume import fill
+
+_TURN = np.radians(45)
+_FINER = (1.0, 0.8, 0.64, 0.5)
+"""Factors on turning angle and size in successive tries."""
+
+
+def mesh_body(body: Body, size: float) -> Morph:
+    """Mesh the body with quadratic tetrahedra of about the given edge length.
+
+    Where chords of a coarse triangulation cross, or curving the elements inverts one, finer triangulations are tried.
+
+    Parameters
+    ----------
+    body : Body
+    size : float
+        Edge length, mm; edges are shorter where the surfaces turn sharply.
+
+    Raises
+    ------
+    MeshError
+        If no try gives a mesh without inverted elements.
+    """
+    P = body.control_points()
+    reason = MeshError("never tried")
+    for finer in _FINER:
+        surface = surface_mesh(body, finer * size, finer * _TURN)
+        try:
+            straight = fill(surface, surface.B @ P, finer * size)
+        except MeshError as error:
+            reason = error
+            continue
+        result = morph(straight, surface.B, P, size, surface.param)
+        worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
+        if worst > 0:
+            return result
+        reason = MeshError(f"the best mesh of the body has an inverted element (quality {worst:.2g})")
+    raise MeshError(f"{reason}; surfaces may touch, or the mesh size of {size:g} mm may be too coarse for the walls")

@@ -1,0 +1,93 @@
+"""The mesh follows the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is meshed anew."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+
+from pneumorph.mesh.tets import TET_RULE, TetMesh, tet_gradient
+
+
+@dataclass(frozen=True, eq=False)
+class Morph:
+    """Node positions as an affine function of the control points.
+
+    Surface nodes, mid-side ones included, are B P: exactly on the surfaces. Their motion is carried into the volume by
+    diffusion in the quadratic space of the straight reference mesh, stiffer where elements are small.
+
+    Attributes
+    ----------
+    mesh : TetMesh
+        The mesh at the control points it was built for.
+    B : (n_surface, n_points) sparse
+        Surface nodes, which are the first of the mesh.
+    reference : (N, 3) float
+        X_ref: the straight mesh, surface mid-side nodes on their chords.
+    size : float
+        Edge length the mesh was built for, mm.
+    param : dict of (nf, 6, 2) float
+        (q, r) of the tube triangles' nodes by surface name (see `SurfaceMesh.param`).
+    """
+
+    mesh: TetMesh
+    B: sparse.csr_array
+    reference: np.ndarray
+    size: float
+    param: dict[str, np.ndarray]
+    coupling: sparse.csr_array
+    factor: SuperLU
+
+    @property
+    def n_surface(self) -> int:
+        """Number of surface nodes."""
+        return self.B.shape[0]
+
+    def positions(self, P: np.ndarray) -> np.ndarray:
+        """All nodes, (N, 3) in mm, for the control points P (n_points, 3)."""
+        return self.reference + self._extend(self.B @ P - self.reference[: self.n_surface])
+
+    def push(self, dP: np.ndarray) -> np.ndarray:
+        """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points: the linear part of `positions`."""
+        return self._extend(self.B @ dP)
+
+    def pullback(self, dX: np.ndarray) -> np.ndarray:
+        """Transpose of `push`: from a gradient by node positions (N, 3) to that by control points (n_points, 3)."""
+        inner = self.factor.solve(np.ascontiguousarray(dX[self.n_surface :]))
+        return self.B.T @ (dX[: self.n_surface] - self.coupling.T @ inner)
+
+    def at(self, P: np.ndarray) -> TetMesh:
+        """The mesh for the control points P."""
+        return self.mesh.at(self.positions(P))
+
+    def _extend(self, surface: np.ndarray) -> np.ndarray:
+        return np.concatenate([surface, -self.factor.solve(np.ascontiguousarray(self.coupling @ surface))])
+
+
+def morph(straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, param: dict[str, np.ndarray]) -> Morph:
+    """Factorise the extension on a straight mesh whose first nodes are the surface's (see `Morph`)."""
+    stiffness = _stiffness(straight)
+    n = B.shape[0]
+    coupling = sparse.csr_array(stiffness[n:, :n])
+    factor = splu(
+        sparse.csc_matrix(stiffness[n:, n:]),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    unplaced = Morph(straight, B, straight.points, size, param, coupling, factor)
+    return Morph(unplaced.at(P), B, straight.points, size, param, coupling, factor)
+
+
+def _stiffness(straight: TetMesh) -> sparse.csr_array:
+    """Scalar diffusion, ∫∇a·∇b / V over every element: small elements are the ones that bear least."""
+    corners = straight.points[straight.tets[:, :4]]
+    jacobian = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+    gradient = np.einsum("gak,ekd->egad", tet_gradient(TET_RULE), np.linalg.inv(jacobian))
+    # Quadrature weights are V/4 each; 1/V cancels the volume.
+    blocks = np.einsum("egad,egbd->eab", gradient, gradient, optimize=True) / 4
+    rows, cols = np.repeat(straight.tets, 10, axis=1), np.tile(straight.tets, (1, 10))
+    n = len(straight.points)
+    return sparse.csr_array((blocks.ravel(), (rows.ravel(), cols.ravel())), (n, n))
