@@ -1,0 +1,98 @@
+"""Factorisation of the symmetric tangent: MKL PARDISO where there is one, SuperLU of SciPy elsewhere."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+SYMMETRIC_INDEFINITE = -2
+
+
+class Factorisation(Protocol):
+    """A factorised symmetric matrix."""
+
+    negative_pivots: int
+
+    def refactorise(self, data: np.ndarray) -> None:
+        """Factorise anew for other values in the same pattern."""
+        ...
+
+    def solve(self, rhs: np.ndarray) -> np.ndarray:
+        """Solve for one right-hand side (n,)."""
+        ...
+
+
+class SingularMatrix(ArithmeticError):
+    """The matrix could not be factorised."""
+
+
+class Pardiso:
+    """LDLᵀ by MKL PARDISO; the symbolic analysis is done once per pattern."""
+
+    def __init__(self, indptr: np.ndarray, indices: np.ndarray):
+        # Imported here because machines without MKL raise ImportError, some of them only when the solver is made.
+        import pypardiso
+
+        self._solver = pypardiso.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+        self._error = pypardiso.pardiso_wrapper.PyPardisoError
+        self.negative_pivots = 0
+        size = len(indptr) - 1
+        self._matrix = sparse.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(size, size))
+        self._zero = np.zeros((size, 1))
+        self._analysed = False
+        weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
+
+    def _call(self, phase: int, rhs: np.ndarray) -> np.ndarray:
+        self._solver.set_phase(phase)
+        return self._solver._call_pardiso(self._matrix, rhs)
+
+    def refactorise(self, data: np.ndarray) -> None:
+        self._matrix.data[:] = data
+        try:
+            if not self._analysed:
+                self._call(11, self._zero)
+                self._analysed = True
+            self._call(22, self._zero)
+        except self._error as error:
+            raise SingularMatrix(str(error)) from error
+        self.negative_pivots = int(self._solver.get_iparm(23))
+
+    def solve(self, rhs: np.ndarray) -> np.ndarray:
+        return self._call(33, np.asfortranarray(rhs.reshape(-1, 1), dtype=float)).ravel()
+
+
+class SuperLU:
+    """LU by SciPy's SuperLU, for machines without MKL."""
+
+    def __init__(self, indptr: np.ndarray, indices: np.ndarray):
+        self.negative_pivots = 0
+        size = len(indptr) - 1
+        self._upper = sparse.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(size, size))
+        self._factor = None
+
+    def refactorise(self, data: np.ndarray) -> None:
+        self._upper.data[:] = data
+        full = (self._upper + sparse.triu(self._upper, 1).T).tocsc()
+        try:
+            # Diagonal pivots keep the symmetric order, so the signs of U's diagonal are those of the pivots.
+            self._factor = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError as error:
+            raise SingularMatrix(str(error)) from error
+        self.negative_pivots = int(np.count_nonzero(self._factor.U.diagonal() < 0))
+
+    def solve(self, rhs: np.ndarray) -> np.ndarray:
+        if self._factor is None:
+            raise SingularMatrix("nothing is factorised yet")
+        return self._factor.solve(rhs)
+
+
+def factorisation(indptr: np.ndarray, indices: np.ndarray) -> Factorisation:
+    """The best factorisation this machine has, for an upper triangle in CSR form."""
+    try:
+        return Pardiso(indptr, indices)
+    except ImportError:
+        return SuperLU(indptr, indices)

@@ -1,0 +1,58 @@
+"""Strain-energy densities ψ(F): a rubber is one function, everything else is its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+from jax import Array
+
+Energy = Callable[[Array, Array], Array]
+
+
+@dataclass(frozen=True)
+class Rubber:
+    """A hyperelastic solid.
+
+    Parameters
+    ----------
+    energy : callable
+        ψ(F, parameters) in MPa for deformation gradients F (3, 3, …); the trailing axes are points.
+    parameters : tuple of float
+        What ψ takes, in MPa (or pure numbers).
+    density : float
+        Mass density of the undeformed rubber, t/mm³.
+    """
+
+    energy: Energy
+    parameters: tuple[float, ...]
+    density: float
+
+
+def determinant(F: Array) -> Array:
+    """Determinant of 3×3 matrices (3, 3, …), written out so that it compiles into the loop over the points."""
+    return (
+        F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
+        - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
+        + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0])
+    )
+
+
+def neo_hookean(F: Array, parameters: Array) -> Array:
+    """Generalised neo-Hookean energy, the paper's (41): μ/2 (J^(−2/3) tr FᵀF − 3) + κ/2 (J − 1)².
+
+    Parameters
+    ----------
+    F : (3, 3, …) deformation gradients.
+    parameters : (2,) shear modulus μ and bulk modulus κ, MPa.
+    """
+    shear, bulk = parameters[0], parameters[1]
+    J = determinant(F)
+    # exp and log run as vector instructions where a power does not; both are NaN for an inverted element.
+    return 0.5 * shear * (jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * jnp.log(J)) - 3.0) + 0.5 * bulk * (J - 1.0) ** 2
+
+
+def rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
+    """The neo-Hookean rubber of the given moduli (MPa) and density (t/mm³)."""
+    return Rubber(neo_hookean, (shear_modulus, bulk_modulus), density)

@@ -1,0 +1,196 @@
+"""The discrete mechanical model of one mesh: topology for the potential, pattern for the tangent, supports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from scipy import sparse
+
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.element import TET_DN
+from pneumorph.mechanics.material import Rubber
+from pneumorph.mechanics.pattern import Pattern, element_blocks, gather, pattern
+from pneumorph.mechanics.potential import Loads, State, Topology, padded
+from pneumorph.mesh.tets import TetMesh
+
+
+@dataclass(frozen=True)
+class Model:
+    """All of the mechanics that stays fixed while nodes move: rubber, connectivity, supports, sparsity.
+
+    Attributes
+    ----------
+    rubber : Rubber
+    chambers : tuple of str
+        Names, in the order of every pressure and volume vector.
+    plate : bool
+        Whether the tip face is bonded to a rigid plate.
+    nodes : int
+        Number of nodes; arrays handed to the kernels are padded beyond it.
+    fixed : (n,) bool
+        Unknowns held at zero by the supports, in the numbering of `pattern`.
+    """
+
+    rubber: Rubber
+    chambers: tuple[str, ...]
+    plate: bool
+    nodes: int
+    top: Topology
+    near_tip: Topology
+    pattern: Pattern
+    fixed: np.ndarray
+    chamber_places: np.ndarray
+    off_tip: np.ndarray
+    supported_values: np.ndarray
+    diagonal: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.pattern.size
+
+    @property
+    def elements(self) -> int:
+        return int(np.count_nonzero(self.top.weight))
+
+    @property
+    def rubber_arguments(self):
+        """What every kernel takes first."""
+        return self.rubber.energy, jnp.asarray(self.rubber.parameters, dtype=float)
+
+    def pad(self, nodal: np.ndarray) -> jnp.ndarray:
+        """A nodal array (nodes, …) with the rows of padding added."""
+        nodal = np.asarray(nodal)
+        rows = self.top.on_tip.shape[0] - self.nodes
+        return jnp.asarray(np.concatenate([nodal, np.zeros((rows, *nodal.shape[1:]))]))
+
+    def state(self, vector: np.ndarray) -> State:
+        """The unknowns (n,) as a State."""
+        u = np.zeros((self.top.on_tip.shape[0], 3))
+        u[self.off_tip] = vector[:-6].reshape(-1, 3)
+        return State(jnp.asarray(u), jnp.asarray(vector[-6:]))
+
+    def vector(self, state: State) -> np.ndarray:
+        """A State (or a residual) as a vector (n,)."""
+        return np.concatenate([np.asarray(state.u)[self.off_tip].ravel(), np.asarray(state.plate)])
+
+
+def model(mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarray | None = None) -> Model:
+    """Build the model of a mesh.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised) are used, where there are such.
+    plate : bool
+        False leaves the tip face free.
+    supports : (N, 3) bool, optional
+        Displacement components held at zero; by default all three on the face "base".
+    """
+    count = len(mesh.points)
+    if supports is None:
+        supports = np.zeros((count, 3), bool)
+        supports[np.unique(mesh.faces["base"])] = True
+    on_tip = np.zeros(count, bool)
+    if plate:
+        on_tip[np.unique(mesh.faces["tip"])] = True
+    chambers = tuple(name.removeprefix("chamber ") for name in mesh.faces if name.startswith("chamber "))
+    sparsity = pattern(mesh.tets, count, on_tip)
+    triangles = [mesh.faces[f"chamber {name}"] for name in chambers]
+    tip = mesh.faces.get("tip", np.zeros((0, 6), int))
+    top = _topology(mesh.tets, triangles, tip, on_tip)
+    touching = [t[on_tip[t].any(axis=1)] for t in triangles]
+    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip)
+
+    fixed = np.concatenate([supports[~on_tip].ravel(), np.full(6, not plate)])
+    rows = np.repeat(np.arange(sparsity.size), np.diff(sparsity.indptr))
+    supported = np.flatnonzero(fixed[rows] | fixed[sparsity.indices])
+    return Model(
+        rubber=rubber,
+        chambers=chambers,
+        plate=plate,
+        nodes=count,
+        top=top,
+        near_tip=near_tip,
+        pattern=sparsity,
+        fixed=fixed,
+        chamber_places=_chamber_places(sparsity, np.asarray(top.chamber)),
+        off_tip=np.flatnonzero(~on_tip),
+        supported_values=supported,
+        diagonal=sparsity.indptr[:-1],
+    )
+
+
+def tangent(model: Model, X, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
+    """Values of the tangent ∂²Π in the pattern's order; rows and columns of fixed and `held` (6,) plate unknowns are the identity's."""
+    sparsity = model.pattern
+    moduli, inverse_jacobian = kernels.moduli(*model.rubber_arguments, model.top, X, state)
+    blocks = np.empty((model.elements, 55, 9))
+    element_blocks(np.asarray(moduli), np.asarray(inverse_jacobian), TET_DN, blocks)
+    data = np.zeros(len(sparsity.indices))
+    gather(blocks, sparsity.visits, sparsity.visit_start, sparsity.slot, sparsity.indptr, data)
+    if len(model.chamber_places):
+        hessians = np.asarray(kernels.volume_hessians(model.top, X, state, loads.pressure))
+        places, used = model.chamber_places, model.chamber_places >= 0
+        data += np.bincount(places[used], hessians.ravel()[used], minlength=len(data))
+    if model.plate:
+        columns = kernels.plate_columns(*model.rubber_arguments, model.near_tip, X, state, loads)
+        number = sparsity.number[sparsity.beside_tip]
+        row_ends = sparsity.indptr[(3 * number[:, None] + np.arange(3)) + 1]
+        data[row_ends[:, :, None] + np.arange(-6, 0)] = np.asarray(columns.u)[sparsity.beside_tip]
+        data[-21:] = np.asarray(columns.plate)[np.triu_indices(6)]
+    data[model.supported_values] = 0.0
+    data[model.diagonal[model.fixed]] = 1.0
+    if model.plate and held.any():
+        _hold(model, data, held)
+    return data
+
+
+def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:
+    sparsity = model.pattern
+    columns = sparsity.size - 6 + np.flatnonzero(held)
+    data[np.isin(sparsity.indices, columns)] = 0.0
+    corner = data[-21:]
+    rows, _ = np.triu_indices(6)
+    corner[held[rows]] = 0.0
+    data[model.diagonal[columns]] = 1.0
+
+
+def _topology(tets, triangles, tip, on_tip) -> Topology:
+    chamber = np.concatenate([*triangles, np.zeros((0, 6), int)])
+    owner = np.repeat(np.arange(len(triangles)), [len(t) for t in triangles])
+    weight = np.zeros((len(chamber), len(triangles)))
+    weight[np.arange(len(chamber)), owner] = -1.0
+    nodes = np.zeros((padded(len(on_tip)), 1))
+    nodes[: len(on_tip), 0] = on_tip
+    tets, tet_weight = _pad(tets, np.ones(len(tets)))
+    tip, tip_weight = _pad(tip, np.ones(len(tip)))
+    chamber, weight = _pad(chamber, weight)
+    return Topology(*map(jnp.asarray, (tets, tet_weight, tip, tip_weight, nodes, chamber, weight)))
+
+
+def _pad(connectivity, weight):
+    """Rows up to the padded size, copies of the first with weight zero."""
+    if len(connectivity) == 0:
+        return connectivity, weight
+    extra = padded(len(connectivity)) - len(connectivity)
+    return (
+        np.concatenate([connectivity, np.repeat(connectivity[:1], extra, axis=0)]),
+        np.concatenate([weight, np.zeros((extra, *weight.shape[1:]))]),
+    )
+
+
+def _chamber_places(sparsity: Pattern, triangles: np.ndarray) -> np.ndarray:
+    """For every entry of the (S, 18, 18) chamber Hessians its place in the tangent's values, −1 for none; flat."""
+    number = sparsity.number[triangles]
+    dofs = np.where(number[:, :, None] >= 0, 3 * number[:, :, None] + np.arange(3), -1).reshape(len(triangles), 18)
+    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+    wanted = (rows >= 0) & (columns >= rows)
+    ranks = sparse.csr_array(
+        (np.arange(1, len(sparsity.indices) + 1), sparsity.indices, sparsity.indptr), shape=(sparsity.size,) * 2
+    )
+    places = np.full(rows.shape, -1)
+    places[wanted] = np.asarray(ranks[rows[wanted], columns[wanted]]).ravel() - 1
+    return places.ravel()

@@ -1,0 +1,183 @@
+"""The total potential, written once: Π(X, u) = Σ∫ψ(F) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d (plate d = [c, θ]).
+
+Residual, load vectors and the mixed shape derivative are its derivatives by JAX; every function here is compiled once per padded mesh
+size. Arrays over nodes are padded to `nodes` rows, elements and triangles by copies of weight zero, so that a remesh seldom compiles anew.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from pneumorph.mechanics.element import (
+    TET_WEIGHT,
+    deformation_gradients,
+    inverse,
+    reference_gradients,
+    tet_energies,
+    triangle_integrals,
+    triangle_volumes,
+)
+from pneumorph.mechanics.material import Energy, determinant
+from pneumorph.mechanics.plate import rigid_displacement
+
+
+class Topology(NamedTuple):
+    """Connectivity as JAX arrays of padded size."""
+
+    tets: Array  # (M, 10)
+    weight: Array  # (M,) 1, or 0 for padding
+    tip: Array  # (T, 6) triangles of the tip face
+    tip_weight: Array  # (T,)
+    on_tip: Array  # (N, 1) 1 where a node is bonded to the plate, else 0
+    chamber: Array  # (S, 6) triangles of all chambers, oriented into the cavity
+    chamber_weight: Array  # (S, chambers) −1 in the column of its chamber (their normals point into the cavity), or 0
+
+
+class State(NamedTuple):
+    """Unknowns: nodal displacements u (N, 3) mm and the plate's (6,) [c mm, θ rad]; rows of u on the tip are not used."""
+
+    u: Array
+    plate: Array
+
+
+class Loads(NamedTuple):
+    """What acts: chamber pressures (C,) MPa, body force ρ₀ g (3,) N/mm³, plate springs (6,) and dead plate loads (6,)."""
+
+    pressure: Array
+    body_force: Array
+    spring: Array
+    wrench: Array
+
+
+def padded(count: int) -> int:
+    """The next size in a series with ratio about 1.2, so that meshes of like size share one compiled program."""
+    size = 64.0
+    while size < count:
+        size *= 1.2
+    return int(np.ceil(size / 64) * 64)
+
+
+def tip_mean(top: Topology, X: Array, values: Array) -> Array:
+    """Area mean over the undeformed tip face of nodal values (N, k); zero where the mesh names no tip."""
+    if not len(top.tip):
+        return jnp.zeros(values.shape[1])
+    integral, area = triangle_integrals(X[top.tip], values[top.tip])
+    return top.tip_weight @ integral / jnp.sum(top.tip_weight * area)
+
+
+def displacement(top: Topology, X: Array, state: State) -> Array:
+    """Displacements of all nodes (N, 3): the unknowns, with the tip face moved by the plate."""
+    rigid = rigid_displacement(X, tip_mean(top, X, X), state.plate)
+    return jnp.where(top.on_tip > 0, rigid, state.u)
+
+
+def chamber_volumes(top: Topology, x: Array) -> Array:
+    """Volumes (C,) in mm³ of the chambers of nodes at x (N, 3), by the divergence theorem."""
+    return triangle_volumes(x[top.chamber]) @ top.chamber_weight
+
+
+def field_potential(energy: Energy, parameters: Array, top: Topology, X: Array, u: Array, loads: Loads) -> Array:
+    """The part of Π that is a function of the displacement field u (N, 3): rubber, pressure, weight; N·mm."""
+    solid = tet_energies(X[top.tets], u[top.tets], energy, parameters, loads.body_force)
+    return jnp.sum(top.weight * solid) - jnp.sum(loads.pressure * chamber_volumes(top, X + u))
+
+
+def potential(energy: Energy, parameters: Array, top: Topology, X: Array, state: State, loads: Loads) -> Array:
+    """Π in N·mm."""
+    plate = 0.5 * jnp.sum(loads.spring * state.plate**2) - jnp.sum(loads.wrench * state.plate)
+    return field_potential(energy, parameters, top, X, displacement(top, X, state), loads) + plate
+
+
+@partial(jax.jit, static_argnums=0)
+def value_and_residual(energy, parameters, top, X, state, loads) -> tuple[Array, State]:
+    """Π and R = ∂Π/∂(u, plate)."""
+    return jax.value_and_grad(potential, argnums=4)(energy, parameters, top, X, state, loads)
+
+
+@partial(jax.jit, static_argnums=0)
+def tangent_product(energy, parameters, top, X, state, loads, direction) -> State:
+    """K·direction without a matrix: the residual's derivative along a change of state."""
+    residual = jax.grad(potential, argnums=4)
+    return jax.jvp(lambda s: residual(energy, parameters, top, X, s, loads), (state,), (direction,))[1]
+
+
+@partial(jax.jit, static_argnums=0)
+def shape_product(energy, parameters, top, X, state, loads, dX) -> State:
+    """(∂R/∂X)·dX for a motion dX (N, 3) of the nodes."""
+    residual = jax.grad(potential, argnums=4)
+    return jax.jvp(lambda Y: residual(energy, parameters, top, Y, state, loads), (X,), (dX,))[1]
+
+
+@partial(jax.jit, static_argnums=0)
+def shape_pullback(energy, parameters, top, X, state, loads, w) -> tuple[Array, Array]:
+    """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂p (C,) for an adjoint state w."""
+
+    def work(Y, pressure):
+        applied = loads._replace(pressure=pressure)
+        return jax.jvp(lambda s: potential(energy, parameters, top, Y, s, applied), (state,), (w,))[1]
+
+    return jax.grad(work, argnums=(0, 1))(X, loads.pressure)
+
+
+@partial(jax.jit, static_argnums=0)
+def pressure_product(energy, parameters, top, X, state, loads, dp) -> State:
+    """(∂R/∂p)·dp for a change of the chamber pressures (C,)."""
+    residual = jax.grad(potential, argnums=4)
+    return jax.jvp(
+        lambda p: residual(energy, parameters, top, X, state, loads._replace(pressure=p)), (loads.pressure,), (dp,)
+    )[1]
+
+
+@partial(jax.jit, static_argnums=0)
+def moduli(energy, parameters, top, X, state) -> tuple[Array, Array]:
+    """∂²ψ/∂F∂F times the quadrature weight (9, 9, 4, M) and ∂ξ/∂X (3, 3, 4, M) at the quadrature points."""
+    jacobian = reference_gradients(X[top.tets])
+    inverse_jacobian = inverse(jacobian)
+    F = deformation_gradients(displacement(top, X, state)[top.tets], inverse_jacobian)
+    stress = jax.grad(lambda F: jnp.sum(energy(F, parameters)))
+    units = jnp.broadcast_to(jnp.eye(9).reshape(9, 3, 3, 1, 1), (9, *F.shape))
+    rows = jax.vmap(lambda unit: jax.jvp(stress, (F,), (unit,))[1])(units)
+    measure = TET_WEIGHT * determinant(jacobian) * top.weight
+    return measure * rows.reshape(9, 9, *measure.shape), inverse_jacobian
+
+
+@jax.jit
+def volume_hessians(top: Topology, X: Array, state: State, pressure: Array) -> Array:
+    """−p ∂²V/∂x∂x of every chamber triangle (S, 18, 18), its nodes' components in the order (node, component)."""
+    x = (X + displacement(top, X, state))[top.chamber]
+    slope = jax.grad(lambda x: jnp.sum(triangle_volumes(x)))
+    units = jnp.broadcast_to(jnp.eye(18).reshape(18, 1, 6, 3), (18, *x.shape))
+    rows = jax.vmap(lambda unit: jax.jvp(slope, (x,), (unit,))[1])(units)
+    hessians = jnp.moveaxis(rows.reshape(18, -1, 18), 1, 0)
+    return -(top.chamber_weight @ pressure)[:, None, None] * hessians
+
+
+@partial(jax.jit, static_argnums=0)
+def plate_columns(energy, parameters, near_tip, X, state, loads) -> State:
+    """∂R/∂plate: u (N, 3, 6) and plate (6, 6). `near_tip` holds just the elements that touch the tip; no other depends on the plate."""
+    residual = jax.grad(potential, argnums=4)
+    return jax.jacfwd(lambda d: residual(energy, parameters, near_tip, X, state._replace(plate=d), loads))(state.plate)
+
+
+@jax.jit
+def stretches(top: Topology, X: Array, state: State) -> tuple[Array, Array]:
+    """Largest principal stretch (M,) over the quadrature points of each tetrahedron, and the smallest det F (M,)."""
+    inverse_jacobian = inverse(reference_gradients(X[top.tets]))
+    F = deformation_gradients(displacement(top, X, state)[top.tets], inverse_jacobian)
+    return jnp.max(largest_stretch(F), axis=0), jnp.min(determinant(F), axis=0)
+
+
+def largest_stretch(F: Array) -> Array:
+    """Largest singular value of 3×3 matrices (3, 3, …), from the characteristic cubic of FᵀF (Smith 1961)."""
+    C = jnp.sum(F[:, :, None] * F[:, None, :], axis=0)
+    mean = (C[0, 0] + C[1, 1] + C[2, 2]) / 3
+    deviator = C - mean * jnp.eye(3).reshape(3, 3, *[1] * (F.ndim - 2))
+    spread = jnp.sqrt(jnp.maximum(jnp.sum(deviator**2, axis=(0, 1)) / 6, 1e-30))
+    cosine = jnp.clip(determinant(deviator / spread) / 2, -1.0, 1.0)
+    return jnp.sqrt(mean + 2 * spread * jnp.cos(jnp.arccos(cosine) / 3))

@@ -1,0 +1,124 @@
+"""The tangent as a linear solver: a factorisation, perhaps a few states old, preconditions conjugate gradients on the exact product.
+
+One factorisation costs as much as some twenty back-solves, and after a small step an old one still needs only a few of them; so Newton,
+predictors and adjoints all share this solver and factorise only when conjugate gradients grow slow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.linear import factorisation
+from pneumorph.mechanics.model import Model, tangent
+from pneumorph.mechanics.potential import Loads, State
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Where the tangent is taken: nodes X (padded), loads, and the plate components that are blocked (6,) bool."""
+
+    model: Model
+    X: jnp.ndarray
+    loads: Loads
+    blocked: np.ndarray
+
+    @property
+    def held(self) -> np.ndarray:
+        """All unknowns kept at their value: supports and blocked plate components."""
+        held = self.model.fixed.copy()
+        held[-6:] |= self.blocked
+        return held
+
+
+class Tangent:
+    """A factorised tangent that is reused while it serves.
+
+    Attributes
+    ----------
+    factorisations : int
+        How many numerical factorisations were made so far.
+    solves : int
+        How many back-solves.
+    negative_pivots : int
+        Of the latest factorisation: 0 at a stable state.
+    """
+
+    def __init__(self, model: Model):
+        self._model = model
+        self._factor = factorisation(model.pattern.indptr, model.pattern.indices)
+        self.ready = False
+        self.factorisations = 0
+        self.solves = 0
+
+    @property
+    def negative_pivots(self) -> int:
+        return self._factor.negative_pivots
+
+    def factorise(self, at: Configuration, state: State) -> None:
+        """Assemble and factorise the tangent at a state."""
+        data = tangent(self._model, at.X, state, at.loads, at.blocked)
+        self._refactorise(data)
+
+    def factorise_convex(self, at: Configuration, state: State) -> bool:
+        """Factorise; where the tangent is indefinite, with its diagonal raised until it is not. Returns whether it had to be raised."""
+        data = tangent(self._model, at.X, state, at.loads, at.blocked)
+        self._refactorise(data)
+        if self.negative_pivots == 0:
+            return False
+        diagonal = np.abs(data[self._model.diagonal])
+        shift = 1e-3
+        while self.negative_pivots > 0 and shift < 10:
+            raised = data.copy()
+            raised[self._model.diagonal] += shift * diagonal
+            self._refactorise(raised)
+            shift *= 4
+        return True
+
+    def _refactorise(self, data: np.ndarray) -> None:
+        self._factor.refactorise(data)
+        self.factorisations += 1
+        self.ready = True
+
+    def precondition(self, rhs: np.ndarray) -> np.ndarray:
+        """One back-solve with the factorisation at hand."""
+        self.solves += 1
+        return self._factor.solve(rhs)
+
+    def solve(self, at: Configuration, state: State, rhs: np.ndarray, tolerance: float, most: int) -> Solution:
+        """K(state) x = rhs by preconditioned conjugate gradients.
+
+        Stops at the relative `tolerance` in the preconditioner's norm, after `most` products, or at negative curvature.
+        """
+        model, held = self._model, at.held
+        x, r = np.zeros_like(rhs), np.where(held, 0.0, rhs)
+        z = self.precondition(r)
+        p, rho = z, r @ z
+        target = tolerance**2 * rho
+        for count in range(most):
+            if rho <= target or rho <= 0:
+                return Solution(x, True, False, count)
+            product = kernels.tangent_product(*model.rubber_arguments, model.top, at.X, state, at.loads, model.state(p))
+            Kp = np.where(held, 0.0, model.vector(product))
+            curvature = p @ Kp
+            if not curvature > 0:
+                return Solution(x if count else p, False, True, count)
+            step = rho / curvature
+            x, r = x + step * p, r - step * Kp
+            z = self.precondition(r)
+            previous, rho = rho, r @ z
+            p = z + (rho / previous) * p
+        return Solution(x, rho <= target, False, most)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Answer of a linear solve: x (n,), whether it met its tolerance, whether negative curvature ended it, products used."""
+
+    x: np.ndarray
+    converged: bool
+    negative_curvature: bool
+    products: int

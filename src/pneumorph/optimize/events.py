@@ -1,0 +1,72 @@
+"""What happens in a design run, told to whoever watches: a screen, a run directory, a test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pneumorph.geometry import Body
+
+
+@dataclass(frozen=True)
+class Started:
+    """The loop begins, after design `iteration` when it was resumed."""
+
+    iteration: int
+    iterations: int
+    variables: int
+    elements: int
+    dofs: int
+
+
+@dataclass(frozen=True)
+class Remeshed:
+    """The body was meshed anew for a reason given as a sentence."""
+
+    iteration: int
+    reason: str
+    elements: int
+    quality: float
+
+
+@dataclass(frozen=True)
+class DesignRejected:
+    """A step was taken back for a reason given as a sentence; the next is at most `step_mm` long."""
+
+    iteration: int
+    reason: str
+    step_mm: float
+
+
+@dataclass(frozen=True)
+class DesignAccepted:
+    """A design was accepted.
+
+    Attributes
+    ----------
+    iteration : int
+        0 is the starting design.
+    line : its line of the history, as documented for ``history.jsonl``.
+    body : Body
+    pressures : by task, then by chamber, MPa.
+    state : arrays and JSON values from which the loop goes on.
+    """
+
+    iteration: int
+    line: Mapping[str, Any]
+    body: Body
+    pressures: dict[str, dict[str, float]]
+    state: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The loop has ended for a reason given as a sentence; `held` tells whether the last design keeps every limit."""
+
+    iteration: int
+    reason: str
+    held: bool
+
+
+Event = Started | Remeshed | DesignRejected | DesignAccepted | Finished

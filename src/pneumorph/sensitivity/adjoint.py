@@ -1,0 +1,56 @@
+"""The exact gradient of the discrete problem: dJ/dX = ∂J/∂X − ∂(wᵀR)/∂X with K w = ∂J/∂u, the tangent being symmetric."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from pneumorph.mechanics import Configuration, Equilibrium, Tangent
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.potential import State
+from pneumorph.objective import Objective, features
+
+ADJOINT_TOLERANCE = 1e-12
+MOST_PRODUCTS = 60
+
+
+@dataclass(frozen=True)
+class NodalGradient:
+    """Gradient of an objective at an equilibrium.
+
+    Attributes
+    ----------
+    value : J.
+    X : (N, 3) dJ/dX, per mm of node motion, the equilibrium following.
+    pressure : dict of dJ/dp per chamber, 1/MPa.
+    adjoint : State
+        w, padded.
+    """
+
+    value: float
+    X: np.ndarray
+    pressure: dict[str, float]
+    adjoint: State
+
+
+def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective) -> NodalGradient:
+    """Gradient of `objective` with respect to every node and every chamber pressure, by one adjoint solve.
+
+    The tangent must be factorised at the equilibrium, as `solve` leaves it.
+    """
+    model, state = at.model, equilibrium.state
+    value, (direct, seed) = jax.value_and_grad(
+        lambda X, state: objective(features(model, X, state)), argnums=(0, 1)
+    )(at.X, state)
+    solution = tangent.solve(at, state, model.vector(seed), ADJOINT_TOLERANCE, MOST_PRODUCTS)
+    w = model.state(solution.x)
+    shape, pressure = kernels.shape_pullback(*model.rubber_arguments, model.top, at.X, state, at.loads, w)
+    return NodalGradient(
+        value=float(value),
+        X=np.asarray(direct - shape)[: model.nodes],
+        pressure=dict(zip(model.chambers, -np.asarray(pressure), strict=True)),
+        adjoint=w,
+    )
+

@@ -1,0 +1,80 @@
+"""The paper's boundary formula (16)–(22): the continuum limit of the exact gradient, as an integral over the surfaces.
+
+dJ/dX_a = −∫ N_a m [P : ∇w + p ∇·(J F⁻¹ w) − ρ₀ g·w] dΓ, over chambers with their pressure and over the exterior without. With our
+sign of the adjoint, K w = ∂J/∂u, the paper's w is −w. The divergence needs no second derivatives of the shape functions, as the
+paper's (71)–(74) have: ∇·(J F⁻¹) = 0 (Piola), so it is J F⁻ᵀ : ∇w. Gravity carries ρ₀ and no J, since mass is conserved.
+"""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.mechanics import Configuration, Equilibrium
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.potential import State
+from pneumorph.mesh.tets import (
+    TRIANGLE_RULE,
+    TetMesh,
+    area_vectors,
+    tet_gradient,
+    tet_shape,
+    triangle_shape,
+)
+
+
+def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, adjoint: State) -> np.ndarray:
+    """dJ/dX (N, 3) on the surface nodes by the boundary formula; zero inside.
+
+    Parameters
+    ----------
+    at : the configuration `mesh` was solved in; `mesh.points` are its nodes.
+    adjoint : w of `gradient`.
+    """
+    model = at.model
+    # The adjoint's field on the tip is the plate's first-order motion.
+    _, w = jax.jvp(lambda s: kernels.displacement(model.top, at.X, s), (equilibrium.state,), (adjoint,))
+    w = np.asarray(w)[: model.nodes]
+    pressures = dict(zip(model.chambers, np.asarray(at.loads.pressure), strict=True))
+    answer = np.zeros((model.nodes, 3))
+    shape = triangle_shape(TRIANGLE_RULE[0])
+    for name, triangles in mesh.faces.items():
+        pressure = pressures.get(name.removeprefix("chamber "), 0.0)
+        density = _integrand(at, mesh, equilibrium.u, w, triangles, float(pressure))
+        _, normals = area_vectors(mesh.points, triangles)
+        np.add.at(answer, triangles, -np.einsum("qa,fqi,fq->fai", shape, normals, density))
+    return answer
+
+
+def _integrand(at: Configuration, mesh: TetMesh, u, w, triangles, pressure: float) -> np.ndarray:
+    """P : ∇w + p J F⁻ᵀ : ∇w − ρ₀ g·w at the quadrature points (f, 6) of boundary triangles, from the element behind each."""
+    owner, corners = _owners(mesh.tets, triangles)
+    bary = np.column_stack([1 - TRIANGLE_RULE[0].sum(axis=1), TRIANGLE_RULE[0]])
+    vertices = np.vstack([np.zeros(3), np.eye(3)])
+    xi = np.einsum("qk,fki->fqi", bary, vertices[corners])
+    derivative, tets = tet_gradient(xi), mesh.tets[owner]
+    jacobian = np.einsum("fai,fqaj->fqij", mesh.points[tets], derivative)
+    gradients = derivative @ np.linalg.inv(jacobian)
+    F = np.eye(3) + np.einsum("fai,fqaj->fqij", u[tets], gradients)
+    slope = np.einsum("fai,fqaj->fqij", w[tets], gradients)
+    energy, parameters = at.model.rubber_arguments
+    stress = jax.grad(lambda F: jnp.sum(energy(F, parameters)))(jnp.moveaxis(jnp.asarray(F), (2, 3), (0, 1)))
+    cofactor = np.linalg.det(F)[..., None, None] * np.swapaxes(np.linalg.inv(F), -1, -2)
+    total = np.moveaxis(np.asarray(stress), (0, 1), (2, 3)) + pressure * cofactor
+    weight = np.einsum("fqa,fai,i->fq", tet_shape(xi), w[tets], np.asarray(at.loads.body_force))
+    return np.einsum("fqij,fqij->fq", total, slope) - weight
+
+
+def _owners(tets: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The tetrahedron behind each triangle (f,), and which of its corners the triangle's corners are (f, 3)."""
+    sides = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
+    keys = np.sort(tets[:, sides], axis=2).reshape(-1, 3)
+    order = np.lexsort(keys.T[::-1])
+    wanted = np.sort(triangles[:, :3], axis=1)
+    size = int(tets.max()) + 1
+    flat = (keys[order].astype(np.int64) @ [size**2, size, 1]).astype(np.int64)
+    found = np.searchsorted(flat, wanted.astype(np.int64) @ [size**2, size, 1])
+    owner = order[found] // 4
+    corners = np.argmax(tets[owner][:, None, :4] == triangles[:, :3, None], axis=2)
+    return owner, corners

@@ -1,0 +1,104 @@
+"""Structured quadratic tetrahedral meshes of simple solids, for tests with closed-form answers."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+
+from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TRIANGLE_EDGES, TetMesh
+
+
+def block(counts, mapping, faces):
+    """A unit cube cut into counts[i] cells, each into six tetrahedra, its nodes (mid-sides too) moved by `mapping`.
+
+    `faces` maps a name to a predicate on reference coordinates that picks the nodes of that face.
+    """
+    counts = np.asarray(counts)
+    axes = [np.arange(2 * n + 1) for n in counts]
+    shape = tuple(2 * counts + 1)
+    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    cells = np.stack(np.meshgrid(*[np.arange(n) for n in counts], indexing="ij"), axis=-1).reshape(-1, 3) * 2
+    tets = []
+    for order in permutations(range(3)):
+        corners = [np.zeros(3, int)]
+        for axis in order:
+            corners.append(corners[-1] + 2 * np.eye(3, dtype=int)[axis])
+        if np.linalg.det(np.array(corners[1:]) - corners[0]) < 0:
+            corners[1], corners[2] = corners[2], corners[1]
+        nodes = corners + [(corners[i] + corners[j]) // 2 for i, j in TET_EDGES]
+        tets.append([np.ravel_multi_index(tuple((cells + node).T), shape) for node in nodes])
+    tets = np.concatenate([np.array(t).T for t in tets])
+    reference = lattice / (2 * counts)
+    points = mapping(reference)
+    keys, index, inverse = np.unique(np.round(points, 8), axis=0, return_index=True, return_inverse=True)
+    inverse = inverse.ravel()
+    used = inverse[tets]
+    triangles = {name: _face(tets, used, points, inside(reference)) for name, inside in faces.items()}
+    return TetMesh(points[index], used, triangles)
+
+
+def _face(tets, merged, points, marked):
+    rows = []
+    for corners in TET_FACES:
+        edges = list(corners)
+        middle = [4 + _edge(edges[i], edges[j]) for i, j in TRIANGLE_EDGES]
+        local = edges + middle
+        chosen = marked[tets[:, local]].all(axis=1)
+        rows.append(merged[chosen][:, local])
+    return np.concatenate(rows)
+
+
+def _edge(i, j):
+    return next(k for k, pair in enumerate(TET_EDGES) if set(pair) == {i, j})
+
+
+def tube(inner, outer, length, counts, closed=False):
+    """Hollow cylinder of full turn; faces base (z = 0), tip (z = length), bore, exterior. counts: radial, around, along."""
+
+    def mapping(r):
+        radius, angle = inner + (outer - inner) * r[:, 0], 2 * np.pi * r[:, 1]
+        return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), length * r[:, 2]])
+
+    return block(
+        counts,
+        mapping,
+        {
+            "base": lambda r: r[:, 2] == 0,
+            "tip": lambda r: r[:, 2] == 1,
+            "chamber A": lambda r: r[:, 0] == 0,
+            "exterior": lambda r: r[:, 0] == 1,
+        },
+    )
+
+
+def octant(inner, outer, counts):
+    """One eighth of a hollow sphere in x, y, z > 0, of three gnomonic patches; faces chamber A and exterior."""
+    third = [
+        block(
+            counts,
+            lambda r, turn=turn: _gnomonic(r, inner, outer, turn),
+            {
+                "chamber A": lambda r: r[:, 0] == 0,
+                "exterior": lambda r: r[:, 0] == 1,
+            },
+        )
+        for turn in range(3)
+    ]
+    points = np.concatenate([m.points for m in third])
+    offsets = np.cumsum([0] + [len(m.points) for m in third[:-1]])
+    _, index, inverse = np.unique(np.round(points, 8), axis=0, return_index=True, return_inverse=True)
+    inverse = inverse.ravel()
+    tets = np.concatenate([inverse[m.tets + k] for m, k in zip(third, offsets, strict=True)])
+    faces = {
+        name: np.concatenate([inverse[m.faces[name] + k] for m, k in zip(third, offsets, strict=True)])
+        for name in ("chamber A", "exterior")
+    }
+    return TetMesh(points[index], tets, faces)
+
+
+def _gnomonic(r, inner, outer, turn):
+    a, b = np.tan(np.pi / 4 * r[:, 1]), np.tan(np.pi / 4 * r[:, 2])
+    direction = np.column_stack([np.ones_like(a), a, b])
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    return np.roll((inner + (outer - inner) * r[:, :1]) * direction, turn, axis=1)
