@@ -1,0 +1,255 @@
+"""All limits of a problem as normalised, differentiable constraint values c ≤ 0 of fixed shapes.
+
+The optimiser forms what it likes from them: the paper's penalties (32) from `paper_arguments`, or an augmented
+Lagrangian with a multiplier to each entry.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from numpy.typing import ArrayLike, NDArray
+
+from pneumorph.constraint.distance import Feet, Target, distances, nearest, nearest_fold, target
+from pneumorph.constraint.sampling import Fields, Grid, closed_positions, grid
+from pneumorph.constraint.surface import MIN_AREA, Form, measures
+from pneumorph.geometry import Body
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits as LimitsSpec
+
+
+class Pairs(NamedTuple):
+    """Who is near whom at the control points `found_at` (n_points, 3); arrays of fixed shapes."""
+
+    wall: Feet
+    fold: Feet
+    found_at: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """The limits of a problem on fixed samples of a body's surfaces; make it with `limits_of`.
+
+    Attributes
+    ----------
+    grids : tuple of Grid
+        Samples of each surface, the exterior first.
+    slices : tuple of slice
+        Control points of each surface.
+    length : float
+        The body's length in mm: its end discs lie at z = 0 and z = length.
+    wall, fold, neighbourhood, curvature, skew, stretch : float
+        Limits in mm, mm, mm, 1/mm², 1 and 1/mm².
+    form : "per_mm" or "printed"
+        Of the stretch.
+    envelope : float or None
+        Largest distance from the z axis in mm.
+    reach : float
+        Partners up to this much farther apart than their limit are taken into account, mm.
+    """
+
+    grids: tuple[Grid, ...]
+    slices: tuple[slice, ...]
+    length: float
+    wall: float
+    fold: float
+    neighbourhood: float
+    curvature: float
+    skew: float
+    stretch: float
+    form: Form
+    envelope: float | None
+    reach: float
+
+    def values(self, points: ArrayLike, pairs: Pairs) -> dict[str, Array]:
+        """Constraint values at control points (n_points, 3), or flat; held where c ≤ 0. Jittable and differentiable.
+
+        Returns
+        -------
+        dict of 1-d arrays, whose lengths never change
+            wall : 1 - d/t between surfaces; -1 where nothing is within reach
+            ends : 1 - d/t between chambers and the planes of the body's ends, for samples of the chambers; and how far
+            samples
+                of the exterior are beyond these planes, over t
+            fold : 1 - d/t within a surface; -1 where nothing is within reach
+            curvature, skew, stretch : h/h_max - 1
+            area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
+            envelope : distance from the axis over its limit - 1, samples of the exterior; absent without an envelope
+        """
+        fields = self._fields(points)
+        X = self._positions(fields)
+        wall = distances(X, self._wall_source, pairs.wall)
+        fold = distances(X, self._fold_source, pairs.fold)
+        shapes = [measures(field, grid, self.form) for field, grid in zip(fields, self.grids, strict=True)]
+        heights = [jnp.minimum(field.x[2], self.length - field.x[2]).ravel() for field in fields]
+
+        def over(name: str) -> Array:
+            return jnp.concatenate([getattr(shape, name).ravel() for shape in shapes])
+
+        result = {
+            "wall": jnp.where(pairs.wall.active, 1.0 - wall / self.wall, -1.0),
+            "ends": jnp.concatenate([-heights[0] / self.wall, *(1.0 - height / self.wall for height in heights[1:])]),
+            "fold": jnp.where(pairs.fold.active, 1.0 - fold / self.fold, -1.0),
+            "curvature": over("curvature") / self.curvature - 1.0,
+            "skew": over("skew") / self.skew - 1.0,
+            "stretch": over("stretch") / self.stretch - 1.0,
+            "area": 1.0 - over("area") / MIN_AREA,
+        }
+        if self.envelope is not None:
+            x, y, _ = fields[0].x
+            result["envelope"] = jnp.sqrt(x**2 + y**2 + 1e-12).ravel() / self.envelope - 1.0
+        return result
+
+    def paper_arguments(self, values: dict[str, Array], tolerance: float = 0.05) -> dict[str, Array]:
+        """What (33) puts into the barrier f of (32): g/ε_t for distances in mm, h/h_max for the rest, from `values`.
+
+        The barrier of a quantity h starts at zero and reaches one at its limit, that of a distance starts at the limit.
+        """
+        scale = {"wall": self.wall, "ends": self.wall, "fold": self.fold, "envelope": self.envelope or 0.0}
+        return {
+            name: value * (scale[name] / tolerance) if name in scale else jnp.maximum(value + 1.0, 0.0)
+            for name, value in values.items()
+        }
+
+    def pairs(self, points: ArrayLike) -> Pairs:
+        """Find every sample's partners anew at the control points (n_points, 3), or flat."""
+        points = np.asarray(points, dtype=float).reshape(-1, 3)
+        fields = self._jitted_fields(points)
+        targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)]
+        return Pairs(
+            wall=_joined([self._wall_feet(targets, a, b) for a, b in self._neighbours]),
+            fold=_joined([self._fold_feet(field, a) for a, field in enumerate(fields)]),
+            found_at=points,
+        )
+
+    def moved(self, points: ArrayLike, pairs: Pairs) -> bool:
+        """Whether control points have moved so far since the partners were found that they should be found anew."""
+        step = np.asarray(points, dtype=float).reshape(-1, 3) - pairs.found_at
+        return bool(np.sqrt((step**2).sum(axis=1).max()) > self.reach / 4.0)
+
+    # Each two surfaces are compared once. The exterior has the closer samples and therefore asks the chambers; with the
+    # planes of the body's ends in "ends", its own discs need no samples.
+
+    @cached_property
+    def _neighbours(self) -> list[tuple[int, int]]:
+        return [(a, b) for a in range(len(self.grids)) for b in range(a + 1, len(self.grids))]
+
+    @cached_property
+    def _first(self) -> list[int]:
+        """Number of each surface's first sample among all positions."""
+        counts = [len(grid.q) * (len(grid.r) + (2 * len(grid.rings) if grid.cavity else 0)) for grid in self.grids]
+        return [0, *np.cumsum(counts).tolist()]
+
+    @cached_property
+    def _wall_source(self) -> NDArray[np.int32]:
+        blocks = [np.arange(self._first[a], self._first[a + 1]) for a, _ in self._neighbours]
+        return np.concatenate([*blocks, np.zeros(0)]).astype(np.int32)
+
+    @cached_property
+    def _tubes(self) -> list[slice]:
+        """Where the samples of each tube stand among all positions."""
+        starts = [
+            first + (len(grid.rings) * len(grid.q) if grid.cavity else 0)
+            for grid, first in zip(self.grids, self._first, strict=False)
+        ]
+        return [slice(start, start + len(grid.q) * len(grid.r)) for start, grid in zip(starts, self.grids, strict=True)]
+
+    @cached_property
+    def _fold_source(self) -> NDArray[np.int32]:
+        return np.concatenate([np.arange(tube.start, tube.stop) for tube in self._tubes]).astype(np.int32)
+
+    def _fields(self, points: ArrayLike) -> list[Fields]:
+        points = jnp.asarray(points).reshape(-1, 3)
+        return [
+            grid.fields(points[where].reshape(*grid.net_shape, 3))
+            for grid, where in zip(self.grids, self.slices, strict=True)
+        ]
+
+    @cached_property
+    def _jitted_fields(self):
+        return jax.jit(self._fields)
+
+    def _positions(self, fields: list[Fields]) -> Array:
+        """All samples that distances are taken between, (n, 3): the exterior's tube, then the closed chambers."""
+        parts = [
+            (closed_positions(field.x, grid) if grid.cavity else field.x).reshape(3, -1).T
+            for field, grid in zip(fields, self.grids, strict=True)
+        ]
+        return jnp.concatenate(parts)
+
+    def _wall_feet(self, targets: list[Target], a: int, b: int) -> Feet:
+        points, bound = targets[a].x, self.wall + self.reach
+        # The closest sample is farther than the foot, by less than half a cell's diagonal.
+        within, near = nearest(points, targets[b], bound + 1.0)
+        return _feet(points, targets[b], self._first[b], within, near, within, bound)
+
+    def _fold_feet(self, fields: Fields, a: int) -> Feet:
+        tube, bound = target(fields, self.grids[a], discs=False), self.fold + self.reach
+        within, near, facing = nearest_fold(tube, self.neighbourhood, bound + 0.5)
+        return _feet(tube.x, tube, self._tubes[a].start, within, near, facing, bound)
+
+
+def limits_of(body: Body, spec: LimitsSpec, per_span: int = 4, reach: float = 0.5) -> Limits:
+    """The limits of a problem on samples of a body.
+
+    Parameters
+    ----------
+    body : Body
+        Any body of the run: only what never changes (net shapes, starting sizes, kinds of ends, length) is taken from
+        it.
+    spec : problem.Limits
+    per_span : int
+        Samples to each knot span, in both directions. Curvature peaks on the knots, and four see it.
+    reach : float
+        See `Limits`.
+    """
+    return Limits(
+        grids=tuple(grid(surface, per_span) for surface in body.surfaces),
+        slices=body.slices,
+        length=float(body.exterior.net[-1, 0, 2]),
+        wall=spec.wall,
+        fold=spec.fold.distance,
+        neighbourhood=spec.fold.neighbourhood,
+        curvature=spec.curvature,
+        skew=spec.skew,
+        stretch=spec.stretch.limit,
+        form=spec.stretch.form,
+        envelope=spec.envelope.radius if spec.envelope else None,
+        reach=reach,
+    )
+
+
+def _feet(
+    points: NDArray[np.float64],
+    surface: Target,
+    first: int,
+    within: NDArray[np.bool_],
+    near: NDArray[np.int64],
+    refine: NDArray[np.bool_],
+    bound: float,
+) -> Feet:
+    """Partners of points, refined from nearest samples to feet where asked; inactive beyond the bound."""
+    n = len(points)
+    index, weight, rest = np.full((n, 4), first, dtype=np.int32), np.zeros((n, 4)), np.zeros((n, 3))
+    active = np.zeros(n, dtype=bool)
+    some = np.flatnonzero(within)
+    distance, foot, offset = surface.closest(points[some], near[some])
+    plain = ~refine[some]
+    foot[plain], offset[plain] = surface.x[near[some[plain]]], 0.0
+    distance[plain] = np.linalg.norm(foot[plain] - points[some[plain]], axis=1)
+    index[some], weight[some], rest[some] = surface.feet(near[some], foot, offset, first)
+    active[some] = distance <= bound
+    return Feet(index, weight, rest, active)
+
+
+def _joined(feet: list[Feet]) -> Feet:
+    if not feet:
+        return Feet(np.zeros((0, 4), np.int32), np.zeros((0, 4)), np.zeros((0, 3)), np.zeros(0, bool))
+    return Feet(*(np.concatenate(parts) for parts in zip(*feet, strict=True)))

@@ -1,0 +1,222 @@
+"""The worst value of every limit on a body, sampled twice as finely as the optimiser does, in units a person reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
+from pneumorph.constraint.sampling import Fields, Grid, grid
+from pneumorph.constraint.surface import MIN_AREA, measures
+from pneumorph.geometry import Body
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits as LimitsSpec
+
+_UNITS = {
+    "wall": "mm",
+    "fold": "mm",
+    "curvature": "/mm²",
+    "skew": "",
+    "stretch": "/mm²",
+    "envelope": "mm",
+    "ends": "mm",
+}
+_AT_LEAST = ("wall", "fold", "area")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The worst value of one limit.
+
+    Attributes
+    ----------
+    limit : str
+        "wall", "fold", "curvature", "skew", "stretch", "area", "ends" or "envelope".
+    value, bound : float
+        In mm, 1/mm² or 1; distances and the area element must not be below the bound, all else must not be above it.
+    surface : str
+        Name of the surface the worst place lies on.
+    q, r : float
+        Its parameters; on an end disc those of the rim beside it.
+    """
+
+    limit: str
+    value: float
+    bound: float
+    surface: str
+    q: float
+    r: float
+
+    def excess(self) -> float:
+        """How far beyond the bound, relative to it (in mm where it is zero: the ends); not positive when held."""
+        beyond = self.bound - self.value if self.limit in _AT_LEAST else self.value - self.bound
+        return beyond / (self.bound or 1.0)
+
+    def __str__(self) -> str:
+        unit = _UNITS.get(self.limit, "")
+        space = " " if unit == "mm" else ""
+        kind = "at least" if self.limit in _AT_LEAST else "at most"
+        return (
+            f"{self.limit} is {self.value:.3g}{space}{unit}, {kind} {self.bound:g}{space}{unit} is asked"
+            f" (on {self.surface}, q = {self.q:.3f}, r = {self.r:.3f})"
+        )
+
+
+@dataclass(frozen=True)
+class LimitReport:
+    """Every limit's worst value over all surfaces.
+
+    wall is the least distance between two surfaces, or between a chamber and the body's end planes; fold the least
+    distance within a surface outside the neighbourhood; area the least area element sqrt(EG - F²) relative to the
+    starting one; ends how far the exterior passes its own end planes; envelope the largest distance from the axis
+    (absent without such a limit).
+    """
+
+    readings: tuple[Reading, ...]
+
+    def __getitem__(self, limit: str) -> Reading:
+        return next(reading for reading in self.readings if reading.limit == limit)
+
+    def values(self) -> dict[str, float | None]:
+        """As a line of the history has it: wall_mm, fold_mm, curvature, skew, stretch, envelope_mm."""
+        found = {reading.limit: reading.value for reading in self.readings}
+        return {
+            "wall_mm": found["wall"],
+            "fold_mm": found["fold"],
+            "curvature": found["curvature"],
+            "skew": found["skew"],
+            "stretch": found["stretch"],
+            "envelope_mm": found.get("envelope"),
+        }
+
+    def violated(self, tolerance: float = 0.03, distance_tolerance: float = 0.01) -> tuple[Reading, ...]:
+        """The limits not held to within a fraction of their bound, which is stricter for distances and the envelope."""
+        strict = {"wall", "fold", "envelope", "ends"}
+        return tuple(
+            reading
+            for reading in self.readings
+            if not reading.excess() <= (distance_tolerance if reading.limit in strict else tolerance)
+        )
+
+    def held(self, tolerance: float = 0.03, distance_tolerance: float = 0.01) -> bool:
+        """Whether every limit is held; see `violated`."""
+        return not self.violated(tolerance, distance_tolerance)
+
+
+def report(body: Body, spec: LimitsSpec, per_span: int = 8) -> LimitReport:
+    """Measure a body against a problem's limits.
+
+    Parameters
+    ----------
+    body : Body
+    spec : problem.Limits
+    per_span : int
+        Samples to each knot span in both directions.
+    """
+    grids = [grid(surface, per_span) for surface in body.surfaces]
+    fields = [
+        Fields(*(np.asarray(part) for part in grid.fields(jnp.asarray(surface.net))))
+        for surface, grid in zip(body.surfaces, grids, strict=True)
+    ]
+    targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, grids, strict=True)]
+    length = float(body.exterior.net[-1, 0, 2])
+    readings = [
+        _worst("wall", spec.wall, _wall(targets, fields, length)),
+        _worst(
+            "fold", spec.fold.distance, (_fold(field, grid, spec) for field, grid in zip(fields, grids, strict=True))
+        ),
+        *_shape(fields, grids, spec),
+        _worst("ends", 0.0, [_beyond_ends(fields[0], grids[0], length)]),
+    ]
+    if spec.envelope is not None:
+        radius = np.hypot(fields[0].x[0], fields[0].x[1])
+        readings.append(_worst("envelope", spec.envelope.radius, [_largest(radius, grids[0])]))
+    return LimitReport(tuple(readings))
+
+
+Place = tuple[float, str, float, float]  # value, surface, q, r
+
+
+def _worst(limit: str, bound: float, places: Iterator[Place] | list[Place]) -> Reading:
+    pick = min if limit in _AT_LEAST else max
+    value, surface, q, r = pick(places, key=lambda place: place[0])
+    return Reading(limit, float(value), bound, surface, float(q), float(r))
+
+
+def _largest(values: NDArray[np.float64], grid: Grid) -> Place:
+    """The largest of the values on all or the measured rows of a grid; a value that is no number is larger than any."""
+    rows = grid.r if len(values) == len(grid.r) else grid.r[grid.measured]
+    i, j = np.unravel_index(np.argmax(np.where(np.isfinite(values), values, np.inf)), values.shape)
+    return values[i, j], grid.name, grid.q[j], rows[i]
+
+
+def _shape(fields: list[Fields], grids: list[Grid], spec: LimitsSpec) -> list[Reading]:
+    bounds = {"curvature": spec.curvature, "skew": spec.skew, "stretch": spec.stretch.limit, "area": MIN_AREA}
+    found = [measures(field, grid, spec.stretch.form) for field, grid in zip(fields, grids, strict=True)]
+    readings = []
+    for name, bound in bounds.items():
+        sign = -1.0 if name in _AT_LEAST else 1.0
+        places = [
+            _largest(sign * np.asarray(getattr(measure, name)), grid)
+            for measure, grid in zip(found, grids, strict=True)
+        ]
+        readings.append(_worst(name, bound, [(sign * value, *place) for value, *place in places]))
+    return readings
+
+
+def _beyond_ends(fields: Fields, grid: Grid, length: float) -> Place:
+    value, *place = _largest(np.maximum(-fields.x[2], fields.x[2] - length), grid)
+    return (max(value, 0.0), *place)
+
+
+def _wall(targets: list[Target], fields: list[Fields], length: float) -> Iterator[Place]:
+    """Least distances of every two surfaces, asked from both sides, and of the chambers from the body's end planes."""
+    for surface, field in zip(targets[1:], fields[1:], strict=True):
+        value, *place = _largest(-np.minimum(field.x[2], length - field.x[2]), surface.grid)
+        yield (-value, *place)
+    for asking in targets:
+        for asked in targets:
+            if asking is asked:
+                continue
+            _, near = nearest(asking.x, asked, np.inf)
+            yield _least_foot(asking, asked, np.arange(len(asking.x)), near)
+
+
+def _fold(fields: Fields, grid: Grid, spec: LimitsSpec) -> Place:
+    """Least distance within a tube, up to the neighbourhood's size: walls farther apart than that are no folds."""
+    neighbourhood = spec.fold.neighbourhood
+    surface = target(fields, grid, discs=False)
+    within, near, facing = nearest_fold(surface, neighbourhood, neighbourhood)
+    own = np.arange(len(near))
+    places = [(neighbourhood, grid.name, 0.0, 0.0)]
+    edge = within & ~facing
+    if edge.any():
+        distance = np.linalg.norm(surface.x[own[edge]] - surface.x[near[edge]], axis=1)
+        worst = int(np.argmin(distance))
+        places.append((distance[worst], *_place(surface, own[edge][worst])))
+    if facing.any():
+        places.append(_least_foot(surface, surface, own[facing], near[facing]))
+    return min(places)
+
+
+def _least_foot(asking: Target, asked: Target, own: NDArray[np.int64], near: NDArray[np.int64]) -> Place:
+    """The least distance from samples `own` to feet near samples `near`; only such as can be the least are refined."""
+    rough = np.linalg.norm(asking.x[own] - asked.x[near], axis=1)
+    # A foot is at most half a cell's diagonal from its nearest sample; cells may have been stretched fourfold.
+    slack = 2.0 * np.hypot(asked.across, asked.grid.step[1])
+    some = np.flatnonzero(rough <= rough.min() + slack)
+    distance, _, _ = asked.closest(asking.x[own[some]], near[some])
+    worst = int(np.argmin(distance))
+    return (distance[worst], *_place(asking, own[some[worst]]))
+
+
+def _place(surface: Target, sample: int) -> tuple[str, float, float]:
+    row, column = divmod(int(sample), surface.columns)
+    row = min(max(row - surface.rings, 0), len(surface.grid.r) - 1)
+    return surface.grid.name, float(surface.grid.q[column]), float(surface.grid.r[row])

@@ -1,0 +1,157 @@
+"""Tensor grids of samples on the surfaces: every quantity that is limited is read off these.
+
+Derivatives are taken per millimetre of the starting tube: with respect to q·τ_q and r·τ_r, so that E = G = 1 on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from numpy.typing import NDArray
+
+from pneumorph.geometry import TubeSurface
+
+
+class Fields(NamedTuple):
+    """Position and its derivatives on a grid, each (3, rows, columns): components first, then r, then q."""
+
+    x: Any
+    q: Any
+    r: Any
+    qq: Any
+    qr: Any
+    rr: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Samples of one surface at equal steps in q and r, knots and ends included.
+
+    Attributes
+    ----------
+    name, cavity, size
+        As of the surface.
+    net_shape : (int, int)
+        Rows and columns of the control net.
+    q, r : (columns,) and (rows,) arrays
+        Parameters of the samples; q = 1 is left out because it is q = 0.
+    values_q, values_r : three arrays each
+        Basis functions and their first two derivatives per mm, (columns, n_q) and (rows, n_r).
+    measured : slice
+        Rows where the surface has a tangent plane: all of them, but not the very poles.
+    shrink, polar : (rows, 1) arrays
+        Circumference of the starting surface relative to τ_q, and the derivative of its logarithm per mm: 1 and 0 on
+        tubes with flat ends; towards a pole they follow the dome, whose parallels must shrink.
+    rings : (m,) array
+        Fractions s of the rings that sample each flat end's disc, from the centre (s = 0) outwards without the rim;
+        empty at poles.
+    """
+
+    name: str
+    cavity: bool
+    size: tuple[float, float]
+    net_shape: tuple[int, int]
+    q: NDArray[np.float64]
+    r: NDArray[np.float64]
+    values_q: tuple[NDArray[np.float64], ...]
+    values_r: tuple[NDArray[np.float64], ...]
+    measured: slice
+    shrink: NDArray[np.float64]
+    polar: NDArray[np.float64]
+    rings: NDArray[np.float64]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of samples on the tube."""
+        return len(self.r), len(self.q)
+
+    @property
+    def step(self) -> tuple[float, float]:
+        """Distance in mm of neighbouring samples along q and r on the starting tube."""
+        return self.size[0] / len(self.q), self.size[1] / (len(self.r) - 1)
+
+    def fields(self, net: Array) -> Fields:
+        """Position and derivatives on the tube for the control net (n_r, n_q, 3)."""
+        along = [jnp.einsum("Rr,rqc->cRq", values, net) for values in self.values_r]
+        orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        return Fields(*(jnp.matmul(along[dr], self.values_q[dq].T) for dq, dr in orders))
+
+
+def grid(surface: TubeSurface, per_span: int) -> Grid:
+    """Samples of a surface, `per_span` steps to each knot span in both directions."""
+    n_r, n_q = surface.net.shape[:2]
+    tau_q, tau_r = surface.size
+    q = np.arange(per_span * n_q) / (per_span * n_q)
+    r = np.linspace(0.0, 1.0, per_span * surface.basis_r.spans + 1)
+    shrink, polar = np.ones((len(r), 1)), np.zeros((len(r), 1))
+    rings = np.zeros(0)
+    pole = surface.ends == "pole"
+    if pole:
+        radius = tau_q / (2.0 * np.pi)
+        angle = (np.minimum(r, 1.0 - r) * tau_r / radius)[:, None]
+        dome = (angle > 0.0) & (angle < np.pi / 2.0)
+        inside = np.where(dome, angle, np.pi / 2.0)
+        shrink = np.where(angle > 0.0, np.sin(inside), 0.0)
+        polar = np.where(dome, np.sign(0.5 - r)[:, None] / (radius * np.tan(inside)), 0.0)
+    else:
+        count = max(2, round(tau_q / (2.0 * np.pi) / (tau_r / (len(r) - 1))))
+        rings = np.arange(count) / count
+    return Grid(
+        name=surface.name,
+        cavity=surface.cavity,
+        size=surface.size,
+        net_shape=(n_r, n_q),
+        q=q,
+        r=r,
+        values_q=tuple(surface.basis_q.matrix(q, order) / tau_q**order for order in range(3)),
+        values_r=tuple(surface.basis_r.matrix(r, order) / tau_r**order for order in range(3)),
+        measured=slice(1, -1) if pole else slice(None),
+        shrink=shrink,
+        polar=polar,
+        rings=rings,
+    )
+
+
+def with_discs(fields: Fields, grid: Grid) -> Fields:
+    """The fields of a chamber closed by its end discs: rings of the base's disc, the tube, rings of the tip's disc.
+
+    The discs are the linear blends (1 - s)·centre + s·rim(q); along them the second parameter is s times the starting
+    radius. Surfaces with poles are closed already and come back unchanged.
+    """
+    if not len(grid.rings):
+        return fields
+    radius = grid.size[0] / (2.0 * np.pi)
+
+    def disc(row: int, rings: NDArray[np.float64], outward: float) -> Fields:
+        s = rings[:, None]
+        rim, rim_q, rim_qq = (field[:, row, None] for field in (fields.x, fields.q, fields.qq))
+        centre = rim.mean(axis=2, keepdims=True)
+        ray = outward * (rim - centre) / radius
+        return Fields(
+            x=centre + s * (rim - centre),
+            q=s * rim_q,
+            r=jnp.broadcast_to(ray, (3, len(rings), rim.shape[2])),
+            qq=s * rim_qq,
+            qr=jnp.broadcast_to(outward * rim_q / radius, (3, len(rings), rim.shape[2])),
+            rr=jnp.zeros((3, len(rings), rim.shape[2])),
+        )
+
+    base, tip = disc(0, grid.rings, 1.0), disc(-1, grid.rings[::-1], -1.0)
+    return Fields(*(jnp.concatenate(parts, axis=1) for parts in zip(base, fields, tip, strict=True)))
+
+
+def closed_positions(x: Array, grid: Grid) -> Array:
+    """Only the positions of `with_discs`: (3, rows + 2m, columns) from (3, rows, columns)."""
+    if not len(grid.rings):
+        return x
+    s = grid.rings[:, None]
+
+    def disc(rim: Array, s: NDArray[np.float64]) -> Array:
+        centre = rim.mean(axis=2, keepdims=True)
+        return centre + s * (rim - centre)
+
+    return jnp.concatenate([disc(x[:, :1], s), x, disc(x[:, -1:], s[::-1])], axis=1)
