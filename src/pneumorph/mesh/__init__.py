@@ -1,1 +1,10 @@
 """From exact surfaces to quadratic tetrahedra that follow them."""
+
+from pneumorph.mesh.build import mesh_body
+from pneumorph.mesh.morph import Morph
+from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mesh.remesh import needs_remesh
+from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.transfer import transfer
+
+__all__ = ["Morph", "TetMesh", "mesh_body", "needs_remesh", "scaled_jacobian", "transfer"]

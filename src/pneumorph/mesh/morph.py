@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
-from pneumorph.mesh.tets import TET_RULE, TetMesh, tet_gradient
+from pneumorph.mesh.tets import TET_RULE, TRIANGLE_EDGES, TetMesh, tet_gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,13 @@ class Morph:
     def n_surface(self) -> int:
         """Number of surface nodes."""
         return self.B.shape[0]
+
+    @cached_property
+    def surface_edges(self) -> np.ndarray:
+        """Both ends and the mid-side node of every surface edge, (n, 3)."""
+        triangles = np.concatenate(list(self.mesh.faces.values()))
+        edges = np.stack([triangles[:, TRIANGLE_EDGES[:, 0]], triangles[:, TRIANGLE_EDGES[:, 1]], triangles[:, 3:]], axis=-1)
+        return edges.reshape(-1, 3)[np.unique(edges[..., 2], return_index=True)[1]]
 
     def positions(self, P: np.ndarray) -> np.ndarray:
         """All nodes, (N, 3) in mm, for the control points P (n_points, 3)."""

@@ -30,15 +30,12 @@ class SurfaceMesh:
     param : dict of (nf, 6, 2) float
         (q, r) of the tube triangles' nodes by surface name ("exterior" or the chamber's), in the order of ``faces``; q runs
         on beyond 1 where a triangle crosses the seam.
-    sheets : (nt,) int
-        For each of ``triangles``, the number of the smooth piece of surface it lies on: a tube or one of its discs.
     """
 
     B: sparse.csr_array
     n_vertices: int
     faces: dict[str, np.ndarray]
     param: dict[str, np.ndarray]
-    sheets: np.ndarray
 
     @property
     def triangles(self) -> np.ndarray:
@@ -53,29 +50,28 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4) -> SurfaceMes
     ----------
     body : Body
     size : float
-        Longest edge aimed at, mm.
+        Edge length aimed at, mm: the mean of a grid cell's side and its diagonal.
     turn : float
         Largest turning of a surface line's tangent along one edge, rad.
     """
-    patches = [_patch(surface, size, turn) for surface in body.surfaces]
+    side = size / 2**0.25
+    patches = [_patch(surface, side, turn) for surface in body.surfaces]
     n_vertices = sum(patch.n_vertices for patch in patches)
     # Vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
     first_mid = n_vertices + np.cumsum([0] + [patch.B.shape[0] - patch.n_vertices for patch in patches])
-    faces, param, sheets = {}, {}, []
+    faces, param = {}, {}
     for surface, patch, v, m in zip(body.surfaces, patches, first_vertex, first_mid, strict=False):
         number = np.concatenate([v + np.arange(patch.n_vertices), np.arange(m, m + patch.B.shape[0] - patch.n_vertices)])
         base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
         if surface.cavity:
             faces[f"chamber {surface.name}"] = np.concatenate([tube, base, tip])
-            sheets += [np.full(len(piece), 3 * len(param) + k) for k, piece in enumerate((tube, base, tip))]
         else:
             faces |= {"base": base, "tip": tip, "exterior": tube}
-            sheets += [np.full(len(piece), k) for k, piece in enumerate((base, tip, tube))]
         param[surface.name] = patch.param[patch.part == 1]
     corners = sparse.block_diag([patch.B[: patch.n_vertices] for patch in patches])
     mids = sparse.block_diag([patch.B[patch.n_vertices :] for patch in patches])
-    return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), n_vertices, faces, param, np.concatenate(sheets))
+    return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), n_vertices, faces, param)
 
 
 @dataclass(frozen=True)

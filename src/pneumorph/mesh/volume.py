@@ -11,7 +11,7 @@ import netgen.meshing as netgen
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.mesh.mend import mend, straight_quality
+from pneumorph.mesh.mend import mend
 from pneumorph.mesh.surface import SurfaceMesh
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
 
@@ -35,7 +35,7 @@ def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
     n_vertices, n_surface = body_surface.n_vertices, len(nodes)
     triangles = body_surface.triangles
     points, tets = _netgen_fill(nodes[:n_vertices], triangles[:, :3], size)
-    points, tets = mend(points, tets, triangles[:, :3], body_surface.sheets)
+    points, tets = mend(points, tets, triangles, nodes)
 
     ends = np.sort(tets[:, TET_EDGES].reshape(-1, 2), axis=1)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)
@@ -78,7 +78,8 @@ def _netgen_fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tupl
     # Netgen's arrays are views of memory that goes with its mesh.
     filled = np.array(mesh.Coordinates())
     tets = elements["nodes"][:, :4].astype(np.int64) - 1
-    inverted = straight_quality(filled[tets]) < 0
+    corners = filled[tets]
+    inverted = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
     tets[inverted] = tets[inverted][:, [0, 2, 1, 3]]
     return filled, tets
 

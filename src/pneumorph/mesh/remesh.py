@@ -1,0 +1,53 @@
+"""When a morphed mesh should be given up for a new one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.mesh.morph import Morph
+from pneumorph.mesh.quality import scaled_jacobian
+
+_POOR = 0.15
+_STRETCH = 1.5
+_TURN = np.radians(75)
+
+
+def needs_remesh(morph: Morph, P: np.ndarray, positions: np.ndarray | None = None) -> str | None:
+    """Why the mesh no longer suits the body, or None if it does.
+
+    A mesh that was poor, or turned sharply, when it was fresh is measured against itself, so that a hard body is not meshed
+    again and again.
+
+    Parameters
+    ----------
+    morph : Morph
+    P : (n_points, 3) float
+        Control points of the body as it is now.
+    positions : (N, 3) float, optional
+        ``morph.positions(P)``, if it is at hand.
+    """
+    fresh = morph.mesh.points
+    now = morph.positions(P) if positions is None else positions
+    fresh_quality, quality = (scaled_jacobian(points, morph.mesh.tets).min() for points in (fresh, now))
+    if quality < min(_POOR, 0.5 * fresh_quality):
+        return f"the worst element's quality fell from {fresh_quality:.2f} to {quality:.2f}"
+
+    fresh_length, fresh_turn = _edges(fresh, morph.surface_edges)
+    length, turn = _edges(now, morph.surface_edges)
+    stretch = float(np.quantile(length / fresh_length, 0.99))
+    if stretch > _STRETCH:
+        return f"surface edges grew to {stretch:.2f} of their length"
+    sharpest, fresh_sharpest = (float(np.quantile(angle, 0.99)) for angle in (turn, fresh_turn))
+    if sharpest > max(_TURN, 1.4 * fresh_sharpest):
+        return f"the surface turns by {np.degrees(sharpest):.0f}° along one edge"
+    return None
+
+
+def _edges(points: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Chord and turning angle of curved edges (first end, second end, mid-side node), taken as arcs of circles."""
+    a, b, mid = (points[edges[:, k]] for k in range(3))
+    chord = np.linalg.norm(b - a, axis=1)
+    along = (b - a) / chord[:, None]
+    offset = mid - (a + b) / 2
+    offset -= np.einsum("ij,ij->i", offset, along)[:, None] * along
+    return chord, 4 * np.arctan(2 * np.linalg.norm(offset, axis=1) / chord)

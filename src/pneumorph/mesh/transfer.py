@@ -1,0 +1,75 @@
+"""Carry a nodal field from one mesh of a body to the nodes of another."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pneumorph.mesh.tets import TetMesh, tet_gradient, tet_shape
+
+_NEAREST = 24  # elements, by their centroids, that may hold a point
+_TRIES = 4  # of them, the most promising, in which the curved map is inverted
+_INSIDE = -1e-6
+_OUTSIDE = -0.15  # barycentric coordinate beyond which a point is brought back before the field is evaluated
+
+
+def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Values at new points of a field given at the nodes of a mesh.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        The old mesh, where it was when ``field`` was computed.
+    field : (N, m) float
+        Values at its nodes.
+    points : (n, 3) float
+        Points of the same body. Those slightly outside the old mesh (its triangles cut the surface a little differently)
+        are extrapolated from the nearest element.
+
+    Returns
+    -------
+    (n, m) float
+    """
+    element, xi = locate(mesh, points)
+    return np.einsum("pa,pam->pm", tet_shape(xi), field[mesh.tets[element]])
+
+
+def locate(mesh: TetMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The element (n,) that holds each point and the local coordinates (n, 3) in it, or in the one that comes nearest."""
+    nodes = mesh.points[mesh.tets]
+    corners = nodes[:, :4]
+    inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
+    nearest = cKDTree(corners.mean(axis=1)).query(points, min(_NEAREST, len(nodes)))[1].reshape(len(points), -1)
+    # The straight element tells which candidates to try first.
+    straight = np.einsum("pkij,pkj->pki", inverse[nearest], points[:, None] - corners[nearest, 0], optimize=True)
+    order = np.argsort(-_margin(straight), axis=1)
+    best_margin = np.full(len(points), -np.inf)
+    element, xi = np.zeros(len(points), dtype=int), np.zeros((len(points), 3))
+    for attempt in range(min(_TRIES, nearest.shape[1])):
+        open_points = np.nonzero(best_margin < _INSIDE)[0]
+        candidate = nearest[open_points, order[open_points, attempt]]
+        local = _invert(nodes[candidate], points[open_points], straight[open_points, order[open_points, attempt]])
+        margin = _margin(local)
+        better = margin > best_margin[open_points]
+        where = open_points[better]
+        best_margin[where], element[where], xi[where] = margin[better], candidate[better], local[better]
+    # Far outside, move towards the centroid until no barycentric coordinate is below the bound.
+    pull = np.clip((0.25 - _OUTSIDE) / (0.25 - np.minimum(best_margin, _OUTSIDE)), 0.0, 1.0)[:, None]
+    return element, 0.25 + pull * (xi - 0.25)
+
+
+def _margin(xi: np.ndarray) -> np.ndarray:
+    """The smallest barycentric coordinate: below 0 outside the element."""
+    return np.minimum(xi.min(axis=-1), 1.0 - xi.sum(axis=-1))
+
+
+def _invert(nodes: np.ndarray, points: np.ndarray, start: np.ndarray, iterations: int = 6) -> np.ndarray:
+    """Local coordinates of points in quadratic elements, by Newton's method from the given start."""
+    xi = np.clip(start, -0.5, 1.5)
+    for _ in range(iterations):
+        defect = points - np.einsum("pa,pai->pi", tet_shape(xi), nodes)
+        jacobian = np.einsum("pai,pak->pik", nodes, tet_gradient(xi))
+        # Where the map is singular, far outside an element, stay near: such a candidate loses anyway.
+        jacobian[np.abs(np.linalg.det(jacobian)) < 1e-12] = np.eye(3)
+        xi = np.clip(xi + np.linalg.solve(jacobian, defect[..., None])[..., 0], -0.5, 1.5)
+    return xi
