@@ -1,0 +1,137 @@
+"""One design analysed: its mesh, the equilibrium of every task, the objective and its gradient."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.geometry import Body
+from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.mechanics import (
+    Configuration,
+    Equilibrium,
+    Model,
+    NoEquilibrium,
+    Tangent,
+    configuration,
+    loads_of,
+    model_of,
+    predict,
+    rest,
+    solve,
+)
+from pneumorph.mechanics.potential import State
+from pneumorph.mesh import Morph, mesh_body
+from pneumorph.mesh.transfer import transfer
+from pneumorph.objective import Objective, features, maximize
+from pneumorph.problem import Problem
+from pneumorph.sensitivity import gradient
+
+Starts = Mapping[str, State]
+
+
+@dataclass(frozen=True, eq=False)
+class Discretisation:
+    """A mesh that follows the control points, its mechanical model, and a linear solver for every task.
+
+    `built_at` (n_points, 3) are the control points it was meshed for.
+    """
+
+    morph: Morph
+    built_at: np.ndarray
+    model: Model
+    tangents: dict[str, Tangent]
+
+    @property
+    def factorisations(self) -> int:
+        return sum(tangent.factorisations for tangent in self.tangents.values())
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """A design with all its equilibria.
+
+    Attributes
+    ----------
+    phi : (n,) design variables.
+    points : (n_points, 3) control points, mm.
+    X : (N, 3) mesh nodes, mm.
+    pressures : by task and chamber, MPa.
+    configurations, equilibria : by task.
+    value : J, the weighted sum of the tasks' objectives.
+    """
+
+    phi: np.ndarray
+    points: np.ndarray
+    X: np.ndarray
+    pressures: dict[str, dict[str, float]]
+    configurations: dict[str, Configuration]
+    equilibria: dict[str, Equilibrium]
+    value: float
+
+
+def objectives(problem: Problem) -> dict[str, Objective]:
+    """The objective of every task, to be minimised."""
+    return {task.name: maximize(task.objective.motion) for task in problem.task}
+
+
+def discretise(problem: Problem, body: Body) -> Discretisation:
+    """Mesh a body and make it ready for analysis."""
+    return discretisation(problem, mesh_body(body, problem.mesh.size), body.control_points())
+
+
+def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
+    """Make a mesh of the body with the given control points ready for analysis."""
+    model = model_of(problem, morph.mesh)
+    return Discretisation(morph, built_at, model, {task.name: Tangent(model) for task in problem.task})
+
+
+def analyse(
+    problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, starts: Starts | None = None
+) -> Analysis | NoEquilibrium:
+    """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest."""
+    points = space.control_points(phi)
+    X, pressures = disc.morph.positions(points), space.pressures(phi)
+    configurations, equilibria, value = {}, {}, 0.0
+    for task, objective in zip(problem.task, objectives(problem).values(), strict=True):
+        at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]))
+        found = solve(at, disc.tangents[task.name], starts[task.name] if starts else rest(disc.model))
+        if isinstance(found, NoEquilibrium):
+            return found
+        configurations[task.name], equilibria[task.name] = at, found
+        value += task.weight * float(objective(features(disc.model, at.X, found.state)))
+    return Analysis(phi, points, X, pressures, configurations, equilibria, value)
+
+
+def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> np.ndarray:
+    """dJ/dΦ (n,) of an analysed design, exact for the discrete problem: one adjoint solve per task."""
+    nodes, pressures = np.zeros_like(analysis.X), {}
+    for task, objective in zip(problem.task, objectives(problem).values(), strict=True):
+        name = task.name
+        found = gradient(analysis.configurations[name], disc.tangents[name], analysis.equilibria[name], objective)
+        nodes += task.weight * found.X
+        pressures[name] = {chamber: task.weight * slope for chamber, slope in found.pressure.items()}
+    return space.pullback(disc.morph.pullback(nodes), pressures)
+
+
+def predicted(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
+    """First-order states of all tasks at a design near an analysed one, on the same mesh."""
+    dX = disc.morph.push(space.control_points(phi) - analysis.points)
+    pressures = space.pressures(phi)
+    states = {}
+    for name, at in analysis.configurations.items():
+        dp = [pressures[name][chamber] - analysis.pressures[name][chamber] for chamber in disc.model.chambers]
+        states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, np.array(dp))
+    return states
+
+
+def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
+    """States of one mesh, at nodes X_old (N, 3), interpolated to another mesh of the same body."""
+    model = new.model
+    carried = {}
+    for name, state in states.items():
+        u = transfer(old.morph.mesh.at(X_old), np.asarray(state.u)[: old.model.nodes], new.morph.mesh.points)
+        carried[name] = State(model.pad(u), state.plate)
+    return carried

@@ -1,0 +1,137 @@
+"""The default sub-problem: an augmented Lagrangian of the limits, minimised by L-BFGS-B over smooth steps in a box.
+
+The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound that L-BFGS-B keeps exactly, not a penalty. Limits are priced by an
+augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar 1973): a multiplier to every sample, kept from design to design and through
+remeshing, since samples sit at fixed surface parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from scipy import optimize
+
+from pneumorph.constraint import Limits, Pairs
+from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.optimize.smoothing import Smoothing
+from pneumorph.optimize.step import Step, proxy_scale
+
+STIFFNESS = 100.0
+"""ρ: price of a limit broken by one per cent, as a multiplier, over one per cent."""
+
+MARGIN = 0.004
+"""Limits are tightened by this fraction, for what lies between the optimiser's samples."""
+
+ROUNDS, MOST_ITERATIONS = 2, 30
+"""Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each."""
+
+
+@dataclass(frozen=True, eq=False)
+class AugmentedLagrangian:
+    """Finds steps for a design space under limits.
+
+    Attributes
+    ----------
+    reference : Ξ₀, the problem's reference step, mm.
+    multipliers : λ ≥ 0 by limit, an entry per sample.
+    """
+
+    space: DesignSpace
+    smooth: Smoothing
+    limits: Limits
+    reference: float
+    multipliers: dict[str, np.ndarray]
+
+    def step(self, phi: np.ndarray, slope: np.ndarray, radius: float) -> Step:
+        """See `Stepper.step`."""
+        scale = proxy_scale(slope, self.reference)
+        return self._minimise(phi, scale * slope, scale, radius, self.multipliers, STIFFNESS)
+
+    def restoring(self, phi: np.ndarray, radius: float) -> Step:
+        """A step back within the limits, whatever the objective does."""
+        nothing = {name: np.zeros_like(value) for name, value in self.multipliers.items()}
+        return self._minimise(phi, np.zeros_like(phi), 0.0, radius, nothing, 100 * STIFFNESS)
+
+    def after(self, step: Step) -> AugmentedLagrangian:
+        """See `Stepper.after`."""
+        return replace(self, multipliers=step.prices)
+
+    def pack(self) -> dict[str, Any]:
+        """See `Stepper.pack`."""
+        return {f"multipliers_{name}": value for name, value in self.multipliers.items()}
+
+    def unpack(self, state: dict[str, Any]) -> AugmentedLagrangian:
+        """See `Stepper.unpack`."""
+        return replace(self, multipliers={name: state[f"multipliers_{name}"] for name in self.multipliers})
+
+    def _minimise(self, phi, proxy, scale, radius, multipliers, stiffness) -> Step:
+        space, limits, smooth = self.space, self.limits, self.smooth
+        start = space.control_points(phi)
+        pairs = limits.pairs(start)
+        bounds = np.column_stack([np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)])
+        evaluations = 0
+
+        def merit(z):
+            nonlocal evaluations
+            evaluations += 1
+            change = smooth.apply(z)
+            price, rise = _price(limits, space.control_points(phi + change), pairs, multipliers, stiffness)
+            return proxy @ change + float(price), smooth.transpose(proxy + space.pullback(np.asarray(rise)))
+
+        z, points = np.zeros(space.n), start
+        for _ in range(ROUNDS):
+            if points is not start:
+                multipliers = _raised(limits, points, pairs, multipliers, stiffness)
+            options = {"maxiter": MOST_ITERATIONS, "maxcor": 20}
+            z = optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x
+            points = space.control_points(phi + smooth.apply(z))
+            if limits.moved(points, pairs):
+                pairs = limits.pairs(points)
+        change = smooth.apply(z)
+        before, _ = _price(limits, start, pairs, multipliers, stiffness)
+        after, _ = _price(limits, points, pairs, multipliers, stiffness)
+        gain = float(before - after) - float(proxy @ change)
+        return Step(change, scale, gain, evaluations, _raised(limits, points, pairs, multipliers, stiffness))
+
+
+def augmented_lagrangian(
+    space: DesignSpace, smooth: Smoothing, limits: Limits, reference: float
+) -> AugmentedLagrangian:
+    """A stepper that knows nothing yet."""
+    points = space.control_points(space.start)
+    values = _values(limits, points, limits.pairs(points))
+    return AugmentedLagrangian(space, smooth, limits, reference, {name: np.zeros(len(c)) for name, c in values.items()})
+
+
+def _raised(limits, points, pairs, multipliers, stiffness) -> dict[str, np.ndarray]:
+    """Multipliers λ ← max(0, λ + ρ c)."""
+    values = _values(limits, points, pairs)
+    return {
+        name: np.maximum(0.0, multipliers[name] + stiffness * (np.asarray(c) + MARGIN)) for name, c in values.items()
+    }
+
+
+@partial(jax.jit, static_argnums=0)
+def _values(limits: Limits, points: Array, pairs: Pairs) -> dict[str, Array]:
+    return limits.values(points, pairs)
+
+
+@partial(jax.jit, static_argnums=0)
+def _price(limits: Limits, points: Array, pairs: Pairs, multipliers: dict[str, Array], stiffness: float):
+    """Σ over limits of the mean over samples of (max(0, λ + ρ c)² − λ²)/2ρ, and its gradient (n_points, 3)."""
+
+    def price(points):
+        total = 0.0
+        for name, c in limits.values(points, pairs).items():
+            if len(c):
+                active = jnp.maximum(0.0, multipliers[name] + stiffness * (c + MARGIN))
+                total += jnp.mean(active**2 - multipliers[name] ** 2) / (2 * stiffness)
+        return total
+
+    return jax.value_and_grad(price)(points)

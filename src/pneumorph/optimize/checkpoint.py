@@ -1,0 +1,53 @@
+"""What the loop needs to go on after a stop: the design, its mesh and its states, as plain arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.errors import ComputationError
+from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mesh.morph import morph
+from pneumorph.mesh.tets import TetMesh
+from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discretisation
+from pneumorph.problem import Problem
+
+
+def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
+    """Arrays from which `unpack` makes the same design, mesh and equilibria."""
+    carrier = disc.morph
+    arrays = {
+        "phi": analysis.phi,
+        "mesh_points": disc.built_at,
+        "mesh_straight": carrier.reference,
+        "mesh_tets": carrier.mesh.tets,
+        "mesh_size": carrier.size,
+        "mesh_B_data": carrier.B.data,
+        "mesh_B_indices": carrier.B.indices,
+        "mesh_B_indptr": carrier.B.indptr,
+    }
+    arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
+    arrays |= {f"param {name}": values for name, values in carrier.param.items()}
+    arrays |= {f"state {name}": disc.model.vector(found.state) for name, found in analysis.equilibria.items()}
+    return arrays
+
+
+def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tuple[Discretisation, Analysis]:
+    """The mesh and the analysed design that were packed."""
+    points = arrays["mesh_points"]
+    faces = {name.removeprefix("face "): value for name, value in arrays.items() if name.startswith("face ")}
+    param = {name.removeprefix("param "): value for name, value in arrays.items() if name.startswith("param ")}
+    B = sparse.csr_array(
+        (arrays["mesh_B_data"], arrays["mesh_B_indices"], arrays["mesh_B_indptr"]),
+        shape=(len(arrays["mesh_B_indptr"]) - 1, len(points)),
+    )
+    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces)
+    disc = discretisation(problem, morph(straight, B, points, float(arrays["mesh_size"]), param), points)
+    starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
+    analysis = analyse(problem, space, disc, arrays["phi"], starts)
+    if isinstance(analysis, NoEquilibrium):
+        raise ComputationError(f"the checkpoint's design cannot be analysed again: {analysis.reason}")
+    return disc, analysis

@@ -1,0 +1,153 @@
+"""The paper's sub-problem (33): penalties (32), DFP with backtracking (35)(36), the ℵ-rule (37)(38) and the convergence criteria of V-E."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.constraint import Limits
+from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.optimize.step import Step, proxy_scale
+
+ORDER = 5
+TOLERANCE = 0.05
+"""b of (32), and ε_t (mm) of (33): Table I."""
+
+FIRST_ITERATIONS = 200.0
+SMALLEST_STEP = 1e-5
+CHANGE, MORE, FEWER = 0.2, 1.2, 0.9
+"""ℵ¹, ε_α, and the threshold of λ with β₁ and β₂: Table I and (37)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PaperStepper:
+    """Finds steps the paper's way.
+
+    Attributes
+    ----------
+    reference : Ξ₀, the problem's reference step, mm.
+    iterations : ℵ, the most iterations of a sub-problem.
+    last_slope : gradient of the merit at the last design, for (38); empty before the first.
+    """
+
+    space: DesignSpace
+    limits: Limits
+    reference: float
+    iterations: float
+    last_slope: np.ndarray
+
+    def step(self, phi: np.ndarray, slope: np.ndarray, radius: float) -> Step:
+        """See `Stepper.step`."""
+        space, limits = self.space, self.limits
+        scale = proxy_scale(slope, self.reference)
+        start = space.control_points(phi)
+        pairs = limits.pairs(start)
+        below, above = np.isfinite(space.lower), np.isfinite(space.upper)
+
+        def merit(psi):
+            price, rise = _penalty(limits, space.control_points(phi + psi), pairs)
+            value, change = scale * float(slope @ psi) + float(price), scale * slope + space.pullback(np.asarray(rise))
+            beyond = np.maximum(0.0, (np.abs(psi) - radius) / TOLERANCE)
+            value += float(np.sum(beyond**ORDER))
+            change = change + ORDER * beyond ** (ORDER - 1) / TOLERANCE * np.sign(psi)
+            return value, change
+
+        counted = _Counted(merit)
+        before, first_slope = merit(np.zeros_like(phi))
+        psi = minimise_dfp(counted, np.zeros_like(phi), int(self.iterations))
+        psi = np.clip(psi, np.where(below, space.lower - phi, -np.inf), np.where(above, space.upper - phi, np.inf))
+        after, _ = merit(psi)
+        return Step(psi, scale, before - after, counted.count, first_slope)
+
+    def after(self, step: Step) -> PaperStepper:
+        """The ℵ-rule (37): more iterations while the gradient changes little (38)."""
+        if not len(self.last_slope):
+            return replace(self, last_slope=step.prices)
+        change = np.abs(step.prices - self.last_slope).sum() / np.abs(self.last_slope).sum()
+        factor = MORE if change <= CHANGE else FEWER
+        return replace(self, last_slope=step.prices, iterations=max(factor * self.iterations, 1.0))
+
+    def pack(self) -> dict[str, Any]:
+        """See `Stepper.pack`."""
+        return {"dfp_slope": self.last_slope, "dfp_iterations": self.iterations}
+
+    def unpack(self, state: dict[str, Any]) -> PaperStepper:
+        """See `Stepper.unpack`."""
+        return replace(self, last_slope=np.asarray(state["dfp_slope"]), iterations=float(state["dfp_iterations"]))
+
+
+class _Counted:
+    """A function that counts its calls."""
+
+    def __init__(self, function: Callable):
+        self.function, self.count = function, 0
+
+    def __call__(self, x):
+        self.count += 1
+        return self.function(x)
+
+
+def minimise_dfp(function: Callable[[np.ndarray], tuple[float, np.ndarray]], x: np.ndarray, most: int) -> np.ndarray:
+    """Minimise by Davidon–Fletcher–Powell (36) with backtracking (35).
+
+    The inverse Hessian is kept as its update pairs, B⁻¹ = γ I + Σ s sᵀ/(yᵀs) − Σ (B⁻¹y)(B⁻¹y)ᵀ/(yᵀB⁻¹y): the same matrix as (36) at the cost of a few
+    vectors instead of n² numbers.
+
+    Parameters
+    ----------
+    function : value and gradient (n,) at x (n,).
+    most : ℵ, the most iterations.
+
+    Returns
+    -------
+    (n,) where the search ended: after `most` iterations, or when the line search found no step above ε_α.
+    """
+    value, slope = function(x)
+    initial = TOLERANCE / max(np.abs(slope).max(), 1e-300)
+    moves, weights, images, image_weights = [], [], [], []
+
+    def apply(v):
+        out = initial * v
+        for s, a, h, b in zip(moves, weights, images, image_weights, strict=True):
+            out = out + (s @ v / a) * s - (h @ v / b) * h
+        return out
+
+    for _ in range(most):
+        direction = -apply(slope)
+        descent = slope @ direction
+        if not descent < 0:
+            break
+        length = 1.0
+        while length >= SMALLEST_STEP:
+            trial_value, trial_slope = function(x + length * direction)
+            if np.isfinite(trial_value) and trial_value <= value + 1e-4 * length * descent:
+                break
+            length *= 0.5
+        else:
+            break
+        s, y = length * direction, trial_slope - slope
+        x, value, slope = x + s, trial_value, trial_slope
+        if y @ s > 1e-12 * np.linalg.norm(y) * np.linalg.norm(s):
+            image = apply(y)
+            moves.append(s)
+            weights.append(y @ s)
+            images.append(image)
+            image_weights.append(y @ image)
+    return x
+
+
+@partial(jax.jit, static_argnums=0)
+def _penalty(limits: Limits, points, pairs):
+    """The penalties of (33), integrals over the unit square as means over the samples, and their gradient."""
+
+    def price(points):
+        arguments = limits.paper_arguments(limits.values(points, pairs), TOLERANCE).values()
+        return sum(jnp.mean(jnp.maximum(0.0, x) ** ORDER) for x in arguments if len(x))
+
+    return jax.value_and_grad(price)(points)

@@ -1,0 +1,83 @@
+"""A line of the history: everything a person wants to know of an accepted design."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pneumorph.constraint import LimitReport
+from pneumorph.optimize.analysis import Analysis, Discretisation
+from pneumorph.optimize.step import Step
+from pneumorph.problem import Problem
+
+PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
+
+
+class Clock:
+    """Seconds since it was made, and the parts of them spent in named phases."""
+
+    def __init__(self):
+        self._began = time.perf_counter()
+        self._spent = dict.fromkeys(PHASES, 0.0)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """Count what runs inside as part of a phase."""
+        began = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._spent[name] += time.perf_counter() - began
+
+    def seconds(self) -> dict[str, float]:
+        """By phase, and in total."""
+        return {**self._spent, "total": time.perf_counter() - self._began}
+
+
+def history_line(
+    problem: Problem,
+    iteration: int,
+    analysis: Analysis,
+    disc: Discretisation,
+    limits: LimitReport,
+    clock: Clock,
+    factorisations: int,
+    remeshed: bool,
+    step: Step | None = None,
+    ratio: float | None = None,
+) -> dict[str, Any]:
+    """The history line of a design; without a step, of the starting one.
+
+    `equivalents` is the time of the whole iteration over that of one tangent assembly with factorisation on the same mesh.
+    """
+    seconds = clock.seconds()
+    unit = sum(tangent.unit_seconds for tangent in disc.tangents.values()) / len(disc.tangents)
+    tasks = {
+        name: {
+            "pressure_MPa": analysis.pressures[name],
+            "translation_mm": found.plate[:3].tolist(),
+            "rotation_rad": found.plate[3:].tolist(),
+            "volume_mm3": found.volumes,
+            "max_stretch": found.max_stretch,
+            "stable": found.stable,
+        }
+        for name, found in analysis.equilibria.items()
+    }
+    return {
+        "iteration": iteration,
+        "objective": analysis.value,
+        "tasks": tasks,
+        "limits": limits.values(),
+        "held": limits.held(),
+        "elements": disc.model.elements,
+        "dofs": disc.model.size,
+        "factorisations": factorisations,
+        "seconds": seconds,
+        "equivalents": seconds["total"] / unit,
+        "step_mm": None if step is None else float(abs(step.change).max()),
+        "ratio": ratio,
+        "remeshed": remeshed,
+        "evaluations": None if step is None else step.evaluations,
+    }

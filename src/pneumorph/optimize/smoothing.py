@@ -1,0 +1,68 @@
+"""Smooth steps: (I + α DᵀD)^(−1/2) along each direction of every control net, as a map of the design variables.
+
+Its rows are non-negative and sum to at most one, so a box on the raw variables is a box on the step: no control point moves farther than
+the trust region. Measured: without it the nets fold after some ten designs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, sparse
+
+from pneumorph.geometry.design_space import DesignSpace
+
+STRENGTH = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothing:
+    """Ψ = S z for raw variables z (n,), and the transpose."""
+
+    space: DesignSpace
+    along: tuple[np.ndarray, ...]
+    around: tuple[np.ndarray, ...]
+    entries: np.ndarray
+
+    def apply(self, z: np.ndarray) -> np.ndarray:
+        """S z (n,)."""
+        shape = self.space.n_shape
+        moved = self._nets((self.space.L @ z[:shape]).reshape(-1, 3))
+        return np.concatenate([(self.space.L.T @ moved.ravel()) / self.entries, z[shape:]])
+
+    def transpose(self, g: np.ndarray) -> np.ndarray:
+        """Sᵀ g (n,): the averaging matrices are symmetric."""
+        shape = self.space.n_shape
+        moved = self._nets((self.space.L @ (g[:shape] / self.entries)).reshape(-1, 3))
+        return np.concatenate([self.space.L.T @ moved.ravel(), g[shape:]])
+
+    def _nets(self, points: np.ndarray) -> np.ndarray:
+        out = np.empty_like(points)
+        body = self.space.reference
+        for where, surface, along, around in zip(body.slices, body.surfaces, self.along, self.around, strict=True):
+            net = points[where].reshape(surface.net.shape)
+            out[where] = np.einsum("ri,ijc,qj->rqc", along, net, around, optimize=True).reshape(-1, 3)
+        return out
+
+
+def smoothing(space: DesignSpace, strength: float = STRENGTH) -> Smoothing:
+    """The smoothing of a design space; `strength` is α."""
+    shapes = [surface.net.shape for surface in space.reference.surfaces]
+    entries = np.asarray(space.L.power(2).sum(axis=0)).ravel()
+    return Smoothing(
+        space,
+        along=tuple(_average(rows, False, strength) for rows, _, _ in shapes),
+        around=tuple(_average(columns, True, strength) for _, columns, _ in shapes),
+        entries=entries,
+    )
+
+
+def _average(count: int, periodic: bool, strength: float) -> np.ndarray:
+    difference = sparse.diags_array([-1.0, 1.0], offsets=[0, 1], shape=(count - 1, count)).toarray()
+    if periodic:
+        closing = np.zeros(count)
+        closing[[0, -1]] = 1.0, -1.0
+        difference = np.vstack([difference, closing])
+    values, vectors = linalg.eigh(np.eye(count) + strength * difference.T @ difference)
+    return (vectors / np.sqrt(values)) @ vectors.T
