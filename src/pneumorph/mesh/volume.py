@@ -12,8 +12,11 @@ import numpy as np
 
 from pneumorph.errors import MeshError
 from pneumorph.mesh.mend import mend
+from pneumorph.mesh.split import split_long_edges
 from pneumorph.mesh.surface import SurfaceMesh
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
+
+_LONGEST = 1.8  # edges inside longer than this many edge lengths are bisected
 
 
 def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
@@ -34,7 +37,7 @@ def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
     """
     n_vertices, n_surface = body_surface.n_vertices, len(nodes)
     triangles = body_surface.triangles
-    points, tets = _netgen_fill(nodes[:n_vertices], triangles[:, :3], size)
+    points, tets = _fill_straight(nodes[:n_vertices], triangles[:, :3], size)
     points, tets = mend(points, tets, triangles, nodes)
 
     ends = np.sort(tets[:, TET_EDGES].reshape(-1, 2), axis=1)
@@ -61,27 +64,39 @@ def _key(edges: np.ndarray, n: int) -> np.ndarray:
     return edges[:, 0] * n + edges[:, 1]
 
 
-def _netgen_fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
     """Straight, positively oriented tetrahedra inside closed triangles; the given points come first."""
-    mesh = netgen.Mesh()
-    face = mesh.Add(netgen.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
-    mesh.AddPoints(np.ascontiguousarray(points))
-    mesh.AddElements(dim=2, index=face, data=np.ascontiguousarray(triangles, dtype=np.int32), base=0)
+    mesh = _netgen_mesh(points, triangles)
     with _silence():
         try:
             mesh.GenerateVolumeMesh(maxh=size)
         except Exception as error:  # Netgen has no error class of its own here
             raise MeshError("the space between the surfaces could not be filled with tetrahedra") from error
-    elements = mesh.Elements3D().NumPy()
-    if not len(elements):
+    points, tets = _arrays(mesh)
+    if not len(tets):
         raise MeshError("the space between the surfaces could not be filled with tetrahedra")
-    # Netgen's arrays are views of memory that goes with its mesh.
-    filled = np.array(mesh.Coordinates())
-    tets = elements["nodes"][:, :4].astype(np.int64) - 1
-    corners = filled[tets]
-    inverted = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
-    tets[inverted] = tets[inverted][:, [0, 2, 1, 3]]
-    return filled, tets
+    # Netgen leaves walls up to twice the edge length without a vertex inside.
+    points, tets = split_long_edges(points, tets, triangles, _LONGEST * size)
+    mesh = _netgen_mesh(points, triangles)
+    mesh.AddElements(dim=3, index=1, data=np.ascontiguousarray(tets[:, [0, 2, 1, 3]], dtype=np.int32), base=0)
+    mesh.SetMaterial(1, "solid")
+    with _silence():
+        mesh.OptimizeVolumeMesh(netgen.MeshingParameters(maxh=size, optsteps3d=2, optimize3d="cmdmustm"))
+    return _arrays(mesh)
+
+
+def _netgen_mesh(points: np.ndarray, triangles: np.ndarray) -> netgen.Mesh:
+    mesh = netgen.Mesh()
+    face = mesh.Add(netgen.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
+    mesh.AddPoints(np.ascontiguousarray(points))
+    mesh.AddElements(dim=2, index=face, data=np.ascontiguousarray(triangles, dtype=np.int32), base=0)
+    return mesh
+
+
+def _arrays(mesh: netgen.Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Points and positively oriented corners, copied: Netgen's own arrays go with its mesh."""
+    tets = mesh.Elements3D().NumPy()["nodes"][:, :4].astype(np.int64) - 1
+    return np.array(mesh.Coordinates()), tets[:, [0, 2, 1, 3]]
 
 
 @contextmanager
