@@ -2,6 +2,11 @@
 
 from hypothesis import settings
 
+from pneumorph.cli.cache import use_compilation_cache
+
 # The first call of a compiled kernel takes seconds and says nothing about the property: no deadline for examples.
 settings.register_profile("pneumorph", deadline=None)
 settings.load_profile("pneumorph")
+
+# Tests compile the same kernels over and over; the command keeps them, and so do the tests.
+use_compilation_cache()

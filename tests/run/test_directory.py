@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pneumorph.errors import ProblemError
+from pneumorph.geometry import starting_body
 from pneumorph.problem import load
 from pneumorph.run import Design, atomic, create, open_run, resume
 
@@ -53,6 +54,15 @@ def test_what_is_written_reads_back(tmp_path):
     np.testing.assert_array_equal(back.pop("phi"), [2.0, 3.0, 4.0])
     assert back == {"step": 2.1, "mesh": {"seed": 2}, "tried": [1, None]}
     assert json.loads((run.path / "result.json").read_text())["objective"] == [1.0, None]
+
+
+def test_a_body_comes_back_as_it_was_stored(tmp_path):
+    start = starting_body(PROBLEM.body)
+    body = start.with_control_points(start.control_points() + 0.1)
+    run = create(tmp_path, PROBLEM)
+    run.record(line(0), Design.of(body, {"extend": {"A": 0.06}}), {})
+    back = run.load_design(0).body(PROBLEM)
+    np.testing.assert_array_equal(back.control_points(), body.control_points())
 
 
 def test_names_in_the_design_file(tmp_path):

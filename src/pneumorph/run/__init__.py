@@ -1,4 +1,4 @@
-"""A run on disk, and what happens in it."""
+"""A run on disk."""
 
 from pneumorph.run.directory import Design, RunDirectory, create, open_run, resume
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.errors import ProblemError
+from pneumorph.geometry import Body, starting_body
 from pneumorph.problem import Problem, load
 from pneumorph.run import atomic
 
@@ -39,6 +40,17 @@ class Design:
     exterior: np.ndarray
     chambers: dict[str, np.ndarray]
     pressures: dict[str, dict[str, float]]
+
+    @classmethod
+    def of(cls, body: Body, pressures: dict[str, dict[str, float]]) -> "Design":
+        """The design of a body at these pressures."""
+        return cls(body.exterior.net, {chamber.name: chamber.net for chamber in body.chambers}, pressures)
+
+    def body(self, problem: Problem) -> Body:
+        """The body of this design of a problem."""
+        start = starting_body(problem.body)
+        nets = [self.exterior, *(self.chambers[chamber.name] for chamber in start.chambers)]
+        return start.with_control_points(np.concatenate([net.reshape(-1, 3) for net in nets]))
 
 
 @dataclass(frozen=True)

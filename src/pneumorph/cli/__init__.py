@@ -1,0 +1,41 @@
+"""The `pneumorph` command."""
+
+import sys
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from pneumorph.cli.cache import use_compilation_cache
+from pneumorph.cli.check import check
+from pneumorph.cli.design import design
+from pneumorph.cli.simulate import simulate
+from pneumorph.errors import ComputationError, ProblemError
+
+
+class Commands(TyperGroup):
+    """The commands; what goes wrong on purpose ends in one line and an exit status instead of a traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except ProblemError as error:
+            print(f"pneumorph: {error}", file=sys.stderr)
+            raise typer.Exit(2) from None
+        except ComputationError as error:
+            print(f"pneumorph: {error}", file=sys.stderr)
+            raise typer.Exit(1) from None
+
+
+app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False)
+
+
+@app.callback()
+def pneumorph() -> None:
+    """Shape pneumatic soft robots: from a target motion to the body, its air chambers and its pressures."""
+    use_compilation_cache()
+
+
+app.command()(design)
+app.command()(simulate)
+app.command()(check)

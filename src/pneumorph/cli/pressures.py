@@ -1,0 +1,67 @@
+"""Pressures on the command line: "A=60kPa" holds a chamber's pressure, "A=0:60:5kPa" sweeps it."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from pneumorph import units
+from pneumorph.errors import ProblemError
+
+_SHAPE = re.compile(rf"\s*([A-Za-z0-9_-]+)\s*=\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
+_MEND = "write --pressure A=60kPa to hold it or --pressure A=0:60:5kPa to sweep it"
+MOST_STEPS = 10_000
+
+
+def path_of(options: list[str], chambers: tuple[str, ...]) -> list[dict[str, float]]:
+    """The pressures (MPa) of the named chambers at every step of a sweep; one step where nothing is swept.
+
+    Swept chambers step together, so they need the same number of steps.
+
+    Raises
+    ------
+    ProblemError
+        For an option that is no pressure, an unknown chamber, or sweeps of different lengths.
+    """
+    held: dict[str, float] = {}
+    swept: dict[str, np.ndarray] = {}
+    for option in options:
+        name, values = _read(option)
+        if name not in chambers:
+            raise ProblemError(f'--pressure {option}: there is no chamber "{name}"; take one of {", ".join(chambers)}')
+        if name in held or name in swept:
+            raise ProblemError(f'--pressure {option}: chamber "{name}" has a pressure already; leave one of them out')
+        if len(values) == 1:
+            held[name] = float(values[0])
+        else:
+            swept[name] = values
+    lengths = {name: len(values) for name, values in swept.items()}
+    if len(set(lengths.values())) > 1:
+        counts = ", ".join(f"{name} {count}" for name, count in lengths.items())
+        raise ProblemError(f"--pressure: swept chambers step together but have different numbers of steps ({counts})")
+    steps = next(iter(lengths.values()), 1)
+    return [held | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
+
+
+def _read(option: str) -> tuple[str, np.ndarray]:
+    """A chamber's name and its pressures in MPa."""
+    match = _SHAPE.fullmatch(option)
+    if match is None:
+        raise ProblemError(f"--pressure {option}: is not a chamber with its pressure; {_MEND}")
+    name, numbers, unit = match.groups()
+    try:
+        values = [units.parse(f"{number} {unit or ''}", units.PRESSURE) for number in numbers.split(":")]
+    except ValueError as error:
+        raise ProblemError(f"--pressure {option}: {error}") from None
+    if len(values) == 1:
+        return name, np.array(values)
+    start, stop, step = values
+    if step == 0 or (stop - start) / step < 0:
+        raise ProblemError(f"--pressure {option}: steps of this size do not lead from start to stop; {_MEND}")
+    count = (stop - start) / step
+    if count > MOST_STEPS:
+        raise ProblemError(f"--pressure {option}: has more than {MOST_STEPS} steps; take larger ones")
+    # A last step that rounding makes fall short of the stop still counts as the stop.
+    values = start + step * np.arange(int(np.floor(count + 1e-9)) + 1)
+    return name, np.clip(values, min(start, stop), max(start, stop))

@@ -1,0 +1,160 @@
+"""What a design run shows while it goes on: a row for every accepted design, and below them how it stands."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+from rich.spinner import Spinner
+from rich.table import Table
+from rich.text import Text
+
+from pneumorph.optimize import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
+from pneumorph.output.words import duration, motion_of
+from pneumorph.problem import Problem
+
+PHASES = {"geometry": "mesh", "equilibrium": "equilibrium", "gradient": "gradient", "subproblem": "sub-problem"}
+
+
+class Screen:
+    """Shows the events of a run on a console; plain lines where that is no terminal. Used as a context."""
+
+    def __init__(self, problem: Problem, console: Console):
+        self._problem = problem
+        self._console = console
+        self._columns = _columns(problem)
+        self._began = time.perf_counter()
+        self._recent: list[float] = []
+        self._phases = dict.fromkeys(PHASES, 0.0)
+        self._total = problem.optimizer.iterations
+        self._spinner = Spinner("dots")
+        self._state = Text("meshing, first equilibria")
+        self._live = Live(self, console=console, transient=True, refresh_per_second=4)
+
+    def __enter__(self) -> Screen:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._live.stop()
+
+    def __rich__(self) -> Table:
+        """The line at the bottom."""
+        table = Table.grid(padding=(0, 1))
+        for _ in range(3):
+            table.add_column(no_wrap=True)
+        elapsed = duration(time.perf_counter() - self._began)
+        table.add_row(self._spinner, Text(elapsed, style="dim"), self._state)
+        return table
+
+    def show(self, event: Event) -> None:
+        """Show an event."""
+        match event:
+            case Started():
+                self._started(event)
+            case DesignAccepted():
+                self.row(event.line)
+                self._stand(event)
+            case Remeshed():
+                self._note(f"design {event.iteration}: meshed anew with {event.elements} elements, {event.reason}")
+            case DesignRejected() if event.step_mm > 0:
+                self._note(f"design {event.iteration}: step taken back to {event.step_mm:.3g} mm, {event.reason}")
+            case DesignRejected():
+                self._note(f"design {event.iteration}: step taken back, {event.reason}")
+            case Finished():
+                self._state = Text("drawing the pictures")
+
+    def row(self, line: Mapping[str, Any]) -> None:
+        """Show the row of an accepted design."""
+        row = Text()
+        for (_, width), cell in zip(self._columns, _cells(self._problem, line), strict=True):
+            row.append(f"{cell.plain:>{width}} ", style=cell.style)
+        self._print(row)
+
+    def say(self, sentence: str) -> None:
+        """A line of its own."""
+        self._print(Text(sentence))
+
+    def _started(self, event: Started) -> None:
+        self.say(f"{event.variables} variables, {event.elements} elements, {event.dofs} degrees of freedom")
+        heading = Text(style="bold")
+        for title, width in self._columns:
+            heading.append(f"{title:>{width}} ")
+        self._print(heading)
+        self._state = Text(f"design {event.iteration + 1} of {event.iterations}")
+
+    def _stand(self, event: DesignAccepted) -> None:
+        seconds = event.line["seconds"]
+        if event.iteration > 0:
+            self._recent = [*self._recent[-4:], seconds["total"]]
+        for phase in PHASES:
+            self._phases[phase] += seconds.get(phase) or 0.0
+        if event.iteration >= self._total:
+            self._state = Text("checking the limits")
+            return
+        self._state = Text(f"design {event.iteration + 1} of {self._total}")
+        if self._recent:
+            left = (self._total - event.iteration) * sum(self._recent) / len(self._recent)
+            self._state.append(f" · {duration(left)} to go")
+        spent = sum(self._phases.values()) or 1.0
+        split = ", ".join(f"{word} {100 * self._phases[phase] / spent:.0f} %" for phase, word in PHASES.items())
+        self._state.append(f" · {split}")
+
+    def _note(self, sentence: str) -> None:
+        self._print(Text(f"     {sentence}", style="dim"))
+
+    def _print(self, text: Text) -> None:
+        # Rows keep their columns on narrow terminals and in files: they are never wrapped.
+        self._console.print(text, soft_wrap=True)
+
+
+def _columns(problem: Problem) -> list[tuple[str, int]]:
+    """Titles and widths."""
+    motions = [(task.name, max(9, len(task.name))) for task in problem.task]
+    limits = [("wall", 6), ("fold", 6), ("curv.", 6), ("skew", 6), ("stretch", 7)]
+    if problem.limits.envelope is not None:
+        limits.append(("radius", 6))
+    return [("it", 3), *motions, *limits, ("elements", 8), ("fact.", 5), ("s", 6), ("equiv.", 6)]
+
+
+def _cells(problem: Problem, line: Mapping[str, Any]) -> list[Text]:
+    motions = [Text(str(motion_of(task, line["tasks"][task.name])), style="bold") for task in problem.task]
+    seconds, equivalents = line["seconds"]["total"], line["equivalents"]
+    return [
+        Text(str(line["iteration"])),
+        *motions,
+        *_limits(problem, line["limits"]),
+        Text(str(line["elements"])),
+        Text(str(line["factorisations"])),
+        Text(f"{seconds:.1f}"),
+        Text("–" if equivalents is None else f"{equivalents:.1f}"),
+    ]
+
+
+def _limits(problem: Problem, found: Mapping[str, float | None]) -> list[Text]:
+    """Worst limits; red where beyond by more than the report's tolerances, yellow where just beyond."""
+    limits = problem.limits
+    bounds = [
+        ("wall_mm", limits.wall, -1, 0.01),
+        ("fold_mm", limits.fold.distance, -1, 0.01),
+        ("curvature", limits.curvature, 1, 0.03),
+        ("skew", limits.skew, 1, 0.03),
+        ("stretch", limits.stretch.limit, 1, 0.03),
+    ]
+    if limits.envelope is not None:
+        bounds.append(("envelope_mm", limits.envelope.radius, 1, 0.01))
+    cells = []
+    for key, bound, sign, tolerance in bounds:
+        value = found[key]
+        if value is None:
+            cells.append(Text("–", style="red"))
+            continue
+        excess = sign * (value - bound) / bound
+        style = "red" if excess > tolerance else "yellow" if excess > 0 else "green"
+        cells.append(Text(f"{value:.2f}" if key.endswith("mm") else f"{value:.3f}", style=style))
+    return cells

@@ -1,0 +1,50 @@
+"""Sweeps: a path of loads on one mesh, walked from equilibrium to equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import jax
+import jax.numpy as jnp
+
+from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, solve
+from pneumorph.mechanics.potential import Loads, State
+from pneumorph.mechanics.tangent import Configuration, Tangent
+
+
+def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibrium | NoEquilibrium]:
+    """The equilibrium of every configuration of a path, each sought from the one before.
+
+    All configurations share the nodes; what differs is their loads. Where one has no equilibrium the walk is over: the
+    rest of the path is answered with `NoEquilibrium` without being tried.
+
+    Parameters
+    ----------
+    path : configurations in the order they are walked.
+    tangent : the linear solver of their model.
+    """
+    walked: list[tuple[Loads, State]] = []
+    stopped: NoEquilibrium | None = None
+    for at in path:
+        if stopped is not None:
+            yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
+            continue
+        found = solve(at, tangent, _start(walked, at.loads))
+        if isinstance(found, NoEquilibrium):
+            stopped = found
+        else:
+            walked = [*walked[-1:], (at.loads, found.state)]
+        yield found
+
+
+def _start(walked: list[tuple[Loads, State]], loads: Loads) -> State | None:
+    """The last state, carried on along the secant through the last two; None before the first."""
+    if len(walked) < 2:
+        return walked[-1][1] if walked else None
+    (before, earlier), (now, state) = walked
+    done, ahead = now.pressure - before.pressure, loads.pressure - now.pressure
+    length = float(jnp.sum(done * done))
+    if length == 0.0:
+        return state
+    ratio = float(jnp.sum(done * ahead)) / length
+    return jax.tree.map(lambda new, old: new + ratio * (new - old), state, earlier)

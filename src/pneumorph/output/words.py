@@ -1,0 +1,50 @@
+"""Numbers as people say them: motions in millimetres and degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pneumorph.problem import Task
+
+WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": "bending about y", "twist": "twist"}
+
+
+class Motion(NamedTuple):
+    """A motion in the unit people use for it, and what it is called."""
+
+    value: float
+    unit: str
+    word: str
+
+    def __str__(self) -> str:
+        return f"{self.value:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
+
+
+def motion_of(task: Task, answer: Mapping[str, Any]) -> Motion:
+    """The motion a task asks for, out of its entry in a history line (`translation_mm`, `rotation_rad`)."""
+    name, sign = task.objective.component, task.objective.sign
+    word = ("−" if sign < 0 else "") + WORDS[name]
+    if name == "extension":
+        return Motion(sign * answer["translation_mm"][2], "mm", word)
+    axis = ("bending_x", "bending_y", "twist").index(name)
+    return Motion(sign * float(np.degrees(answer["rotation_rad"][axis])), "°", word)
+
+
+def pressures(by_chamber: Mapping[str, float]) -> str:
+    """Chamber pressures in MPa as "60 kPa" or "A 60, B 0 kPa"."""
+    if len(by_chamber) == 1:
+        return f"{1e3 * next(iter(by_chamber.values())):.3g} kPa"
+    return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in by_chamber.items()) + " kPa"
+
+
+def duration(seconds: float) -> str:
+    """Seconds as "48 s", "3:05 min" or "1:02 h"."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60}:{whole % 60:02d} min"
+    return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
