@@ -63,9 +63,7 @@ def check(problem: Annotated[Path, typer.Argument(help="The problem file (TOML).
         say(f"gradient  {name}: {verdict}, the remainder falls with order {rates}", "" if test.passed else "red")
         passed = passed and test.passed
     if not passed:
-        raise ComputationError(
-            "the gradient is not right to second order; try a finer mesh"
-        )
+        raise ComputationError("the gradient is not right to second order; try a finer mesh")
     say("The problem is sound and its gradient is exact.")
 
 
@@ -79,8 +77,6 @@ def _description(problem: Problem, space: DesignSpace, disc: Discretisation) -> 
     effector = problem.end_effector
     held = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
     pulled = [f"{key} {told['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
-        f"{key} {told['end_effector'][key]}" for key in ("force", "moment") if any(getattr(problem.end_effector, key))
-    ]
     gravity = told.get("gravity")
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
     return [
