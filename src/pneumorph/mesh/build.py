@@ -14,6 +14,8 @@ from pneumorph.mesh.volume import fill
 _TURN = np.radians(45)
 _FINER = (1.0, 0.8, 0.64, 0.5)
 """Factors on turning angle and size in successive tries."""
+_WORST = 0.02
+"""Quality below which a mesh counts as failed."""
 
 
 def mesh_body(body: Body, size: float) -> Morph:
@@ -30,7 +32,7 @@ def mesh_body(body: Body, size: float) -> Morph:
     Raises
     ------
     MeshError
-        If no try gives a mesh without inverted elements.
+        If no try gives a mesh without inverted or nearly flat elements.
     """
     P = body.control_points()
     reason = MeshError("never tried")
@@ -43,7 +45,7 @@ def mesh_body(body: Body, size: float) -> Morph:
             continue
         result = morph(straight, surface.B, P, size, surface.param)
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
-        if worst > 0:
+        if worst > _WORST:
             return result
-        reason = MeshError(f"the best mesh of the body has an inverted element (quality {worst:.2g})")
+        reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
     raise MeshError(f"{reason}; surfaces may touch, or the mesh size of {size:g} mm may be too coarse for the walls")

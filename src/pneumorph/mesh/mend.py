@@ -1,8 +1,8 @@
 """Local repair of a tetrahedral mesh whose elements would turn out poor once their surface edges are curved.
 
-The usual culprit is an element with two faces on one smooth surface: on the curve these meet at 180°, and the element is
-singular along the edge they share. A vertex is put into the solid next to such an element, and the elements around it are
-replaced by ones that join the vertex to the faces of the hole. Surface triangles, and so their symmetries, stay as they are.
+The usual culprit is an element with two faces on one smooth surface: on the curve these meet at 180°, and it is
+singular along their common edge. A vertex is put into the solid next to such an element, and the elements around it are
+replaced by ones that join the vertex to the faces of the hole. Surface triangles, and so their symmetries, stay.
 """
 
 from __future__ import annotations

@@ -44,21 +44,21 @@ class Morph:
     @property
     def n_surface(self) -> int:
         """Number of surface nodes."""
-        return self.B.shape[0]
+        return len(self.B.indptr) - 1
 
     @cached_property
     def surface_edges(self) -> np.ndarray:
         """Both ends and the mid-side node of every surface edge, (n, 3)."""
         triangles = np.concatenate(list(self.mesh.faces.values()))
-        edges = np.stack([triangles[:, TRIANGLE_EDGES[:, 0]], triangles[:, TRIANGLE_EDGES[:, 1]], triangles[:, 3:]], axis=-1)
-        return edges.reshape(-1, 3)[np.unique(edges[..., 2], return_index=True)[1]]
+        edges = np.concatenate([triangles[:, TRIANGLE_EDGES], triangles[:, 3:, None]], axis=2).reshape(-1, 3)
+        return edges[np.unique(edges[:, 2], return_index=True)[1]]
 
     def positions(self, P: np.ndarray) -> np.ndarray:
         """All nodes, (N, 3) in mm, for the control points P (n_points, 3)."""
         return self.reference + self._extend(self.B @ P - self.reference[: self.n_surface])
 
     def push(self, dP: np.ndarray) -> np.ndarray:
-        """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points: the linear part of `positions`."""
+        """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points: the linear part."""
         return self._extend(self.B @ dP)
 
     def pullback(self, dX: np.ndarray) -> np.ndarray:
@@ -77,7 +77,7 @@ class Morph:
 def morph(straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, param: dict[str, np.ndarray]) -> Morph:
     """Factorise the extension on a straight mesh whose first nodes are the surface's (see `Morph`)."""
     stiffness = _stiffness(straight)
-    n = B.shape[0]
+    n = len(B.indptr) - 1
     coupling = sparse.csr_array(stiffness[n:, :n])
     factor = splu(
         sparse.csc_matrix(stiffness[n:, n:]),

@@ -15,8 +15,8 @@ _GRADIENTS = np.ascontiguousarray(np.moveaxis(tet_gradient(_POINTS), 1, 0).trans
 def scaled_jacobian(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     """Quality of each element: √2·min det(dX/dξ) / ℓ³, ℓ the root mean square of the six corner distances.
 
-    The minimum runs over the quadrature points, corners and mid-side nodes. A regular straight tetrahedron has 1, one that
-    is inverted anywhere there is below 0.
+    The minimum runs over the quadrature points, corners and mid-side nodes. A regular straight tetrahedron has 1, one
+    that is inverted at any of them is below 0.
 
     Parameters
     ----------
@@ -33,9 +33,7 @@ def scaled_jacobian(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
 
 def jacobians(points: np.ndarray, tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """det(dX/dξ) at the 14 control points (M, 14), and the root mean square of the corner distances (M,)."""
-    x, y, z = (
-        (points[:, k][tets] @ _GRADIENTS).reshape(len(tets), 3, len(_POINTS)) for k in range(3)
-    )
+    x, y, z = ((points[:, k][tets] @ _GRADIENTS).reshape(len(tets), 3, len(_POINTS)) for k in range(3))
     determinant = (
         x[:, 0] * (y[:, 1] * z[:, 2] - y[:, 2] * z[:, 1])
         - x[:, 1] * (y[:, 0] * z[:, 2] - y[:, 2] * z[:, 0])

@@ -15,8 +15,8 @@ _TURN = np.radians(75)
 def needs_remesh(morph: Morph, P: np.ndarray, positions: np.ndarray | None = None) -> str | None:
     """Why the mesh no longer suits the body, or None if it does.
 
-    A mesh that was poor, or turned sharply, when it was fresh is measured against itself, so that a hard body is not meshed
-    again and again.
+    A mesh that was poor, or turned sharply, when it was fresh is measured against itself, so that a hard body is not
+    meshed again and again.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Bisection of long inner edges: a wall several edge lengths thick gets vertices inside, whatever the filler thought."""
+"""Bisection of long inner edges: a wall several edge lengths thick gets vertices inside."""
 
 from __future__ import annotations
 

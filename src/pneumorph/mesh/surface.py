@@ -1,8 +1,9 @@
-"""Triangulation of every surface of the body in its parameters (q, r), and the linear map from control points to nodes."""
+"""Triangulation of the body's surfaces in their parameters (q, r), as a linear map from control points to nodes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -28,8 +29,8 @@ class SurfaceMesh:
     faces : dict of (nf, 6) int
         Triangles by name (see `TetMesh.faces`), normals from solid to void; a chamber's tube comes before its discs.
     param : dict of (nf, 6, 2) float
-        (q, r) of the tube triangles' nodes by surface name ("exterior" or the chamber's), in the order of ``faces``; q runs
-        on beyond 1 where a triangle crosses the seam.
+        (q, r) of the tube triangles' nodes by surface name ("exterior" or the chamber's), in the order of ``faces``; q
+        runs on beyond 1 where a triangle crosses the seam.
     """
 
     B: sparse.csr_array
@@ -59,10 +60,10 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4) -> SurfaceMes
     n_vertices = sum(patch.n_vertices for patch in patches)
     # Vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
-    first_mid = n_vertices + np.cumsum([0] + [patch.B.shape[0] - patch.n_vertices for patch in patches])
+    first_mid = n_vertices + np.cumsum([0] + [patch.n_mids for patch in patches])
     faces, param = {}, {}
     for surface, patch, v, m in zip(body.surfaces, patches, first_vertex, first_mid, strict=False):
-        number = np.concatenate([v + np.arange(patch.n_vertices), np.arange(m, m + patch.B.shape[0] - patch.n_vertices)])
+        number = np.concatenate([v + np.arange(patch.n_vertices), m + np.arange(patch.n_mids)])
         base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
         if surface.cavity:
             faces[f"chamber {surface.name}"] = np.concatenate([tube, base, tip])
@@ -76,7 +77,7 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4) -> SurfaceMes
 
 @dataclass(frozen=True)
 class _Patch:
-    """One closed surface; ``part`` says of each triangle whether it is on the base disc (0), the tube (1) or the tip disc."""
+    """One closed surface; ``part`` says where a triangle is: on the base disc (0), the tube (1) or the tip disc (2)."""
 
     B: sparse.csr_array
     n_vertices: int
@@ -84,10 +85,14 @@ class _Patch:
     part: np.ndarray
     param: np.ndarray
 
+    @property
+    def n_mids(self) -> int:
+        return len(self.B.indptr) - 1 - self.n_vertices
+
 
 @dataclass(frozen=True)
 class _Ring:
-    """A closed row of vertices: on the tube at r, or on a disc at the fraction s of the way from its centre to its rim."""
+    """A closed row of vertices: on the tube at r, or on a disc at the fraction s of the way from centre to rim."""
 
     q: np.ndarray
     r: float
@@ -97,14 +102,12 @@ class _Ring:
 def _patch(surface: TubeSurface, size: float, turn: float) -> _Patch:
     """Stack rings from the base's centre (or pole) up to the tip's, and fill the strips between neighbours."""
     tube = _tube_rings(surface, size, turn)
-    base, tip = (
-        _disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1])
-    )
+    base, tip = (_disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1]))
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
 
     # Corners as (ring, number along it), the number running on to n where a triangle closes the ring.
-    strips = [_strip(len(a.q), len(b.q), k) for k, (a, b) in enumerate(zip(rings[:-1], rings[1:], strict=True))]
+    strips = [_strip(len(a.q), len(b.q), k) for k, (a, b) in enumerate(pairwise(rings))]
     ring = np.concatenate([k + strip[..., 0] for k, strip in enumerate(strips)])
     along = np.concatenate([strip[..., 1] for strip in strips])
     strip_part = np.repeat([0, 1, 2], [len(base), len(tube) - 1, len(tip)])
@@ -121,7 +124,8 @@ def _patch(surface: TubeSurface, size: float, turn: float) -> _Patch:
 
     # A mid-side node is shared by two triangles: number the edges, and take its parameters from one of them.
     ends = vertex[:, TRIANGLE_EDGES]
-    edges, first, inverse = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0, return_index=True, return_inverse=True)
+    ends = np.sort(ends.reshape(-1, 2), axis=1)
+    edges, first, inverse = np.unique(ends, axis=0, return_index=True, return_inverse=True)
     pole_end = single[:, TRIANGLE_EDGES]
     edge_q, edge_r = q[:, TRIANGLE_EDGES], r[:, TRIANGLE_EDGES]
     other = edge_q[..., ::-1]
@@ -147,7 +151,7 @@ def _patch(surface: TubeSurface, size: float, turn: float) -> _Patch:
 
 
 def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> sparse.csr_array:
-    """Rows that take the surface's control points to the points (q, r), moved to 1 - s of the way to their row's mean."""
+    """Rows that take control points to the points (q, r), moved by 1 - s of the way to the mean of their end row."""
     n_r, n_q = surface.net.shape[:2]
     value_q = s[:, None] * surface.basis_q.matrix(q) + (1 - s[:, None]) / n_q
     value_r = surface.basis_r.matrix(r)
@@ -155,7 +159,8 @@ def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> 
     # Every nonzero of r meets the row's nonzeros of q: at most 4 × 4 on the tube.
     pairs = sparse.csr_array((value_r[row_r, col_r], (np.arange(len(row_r)), row_r)), (len(row_r), len(q)))
     blocks = sparse.coo_array(pairs @ sparse.csr_array(value_q))
-    return sparse.csr_array((blocks.data, (row_r[blocks.row], col_r[blocks.row] * n_q + blocks.col)), (len(q), n_r * n_q))
+    rows, cols = row_r[blocks.row], col_r[blocks.row] * n_q + blocks.col
+    return sparse.csr_array((blocks.data, (rows, cols)), (len(q), n_r * n_q))
 
 
 def _tube_rings(surface: TubeSurface, size: float, turn: float) -> list[_Ring]:
@@ -199,9 +204,7 @@ def _lines(surface: TubeSurface, direction: str, size: float, turn: float) -> np
     Steps spread max(arc length / size, turning angle / turn) evenly.
     """
     along_q = direction == "q"
-    q, r = (
-        np.linspace(0, 1, _SAMPLES_PER_SPAN * basis.spans + 1) for basis in (surface.basis_q, surface.basis_r)
-    )
+    q, r = (np.linspace(0, 1, _SAMPLES_PER_SPAN * basis.spans + 1) for basis in (surface.basis_q, surface.basis_r))
     first = surface.sample(q, r, dq=1) if along_q else surface.sample(q, r, dr=1)
     second = surface.sample(q, r, dq=2) if along_q else surface.sample(q, r, dr=2)
     speed = np.linalg.norm(first, axis=-1)
@@ -225,7 +228,7 @@ def _lines(surface: TubeSurface, direction: str, size: float, turn: float) -> np
 
 
 def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
-    """Triangles between two rings of ``lower`` and ``upper`` vertices: (n, 3 corners, (0 lower or 1 upper, number along))."""
+    """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, number along it)."""
     if upper == 1:
         return np.array([[(0, i), (0, i + 1), (1, 0)] for i in range(lower)])
     if lower == 1:
@@ -248,7 +251,9 @@ def _quarter(lower: int, upper: int, mirrored: bool) -> np.ndarray:
     i = j = 0
     triangles = []
     while i < lower or j < upper:
-        if j == upper or (i < lower and (2 * i + 1) * upper <= (2 * j + 1) * lower):
+        # Go on along the ring that is behind; a tie goes to the one with more vertices, so that base and tip agree.
+        behind = (2 * i + 1) * upper - (2 * j + 1) * lower - (lower > upper)
+        if j == upper or (i < lower and behind < 0):
             triangles.append([(0, i), (0, i + 1), (1, j)])
             i += 1
         else:

@@ -44,11 +44,9 @@ def tet_shape(xi: np.ndarray) -> np.ndarray:
     """Quadratic shape functions at local points ``xi`` (..., 3); returns (..., 10)."""
     x, y, z = np.moveaxis(xi, -1, 0)
     w = 1 - x - y - z
-    return np.stack(
-        [w * (2 * w - 1), x * (2 * x - 1), y * (2 * y - 1), z * (2 * z - 1)]
-        + [4 * w * x, 4 * x * y, 4 * w * y, 4 * w * z, 4 * x * z, 4 * y * z],
-        axis=-1,
-    )
+    corners = [w * (2 * w - 1), x * (2 * x - 1), y * (2 * y - 1), z * (2 * z - 1)]
+    edges = [4 * w * x, 4 * x * y, 4 * w * y, 4 * w * z, 4 * x * z, 4 * y * z]
+    return np.stack([*corners, *edges], axis=-1)
 
 
 def tet_gradient(xi: np.ndarray) -> np.ndarray:
@@ -118,6 +116,6 @@ def area_vectors(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def area_and_volume(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, float]:
-    """∮n dA (3,) and ⅓∮x·n dA of curved triangles; on a closed surface the first is 0, the second the volume it bounds."""
+    """∮n dA (3,) and ⅓∮x·n dA of curved triangles: on a closed surface 0, and the volume that it bounds."""
     places, normals = area_vectors(points, faces)
     return normals.sum((0, 1)), float(np.einsum("fgd,fgd->", places, normals)) / 3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from pneumorph.mesh.tets import TetMesh, tet_gradient, tet_shape
 
@@ -23,8 +23,8 @@ def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray
     field : (N, m) float
         Values at its nodes.
     points : (n, 3) float
-        Points of the same body. Those slightly outside the old mesh (its triangles cut the surface a little differently)
-        are extrapolated from the nearest element.
+        Points of the same body. Those slightly outside the old mesh, whose triangles cut the surface a little
+        differently, are extrapolated from the nearest element.
 
     Returns
     -------
@@ -35,11 +35,11 @@ def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray
 
 
 def locate(mesh: TetMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The element (n,) that holds each point and the local coordinates (n, 3) in it, or in the one that comes nearest."""
+    """The element (n,) that holds each point, or comes nearest, and the local coordinates (n, 3) in it."""
     nodes = mesh.points[mesh.tets]
     corners = nodes[:, :4]
     inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
-    nearest = cKDTree(corners.mean(axis=1)).query(points, min(_NEAREST, len(nodes)))[1].reshape(len(points), -1)
+    nearest = KDTree(corners.mean(axis=1)).query(points, min(_NEAREST, len(nodes)))[1].reshape(len(points), -1)
     # The straight element tells which candidates to try first.
     straight = np.einsum("pkij,pkj->pki", inverse[nearest], points[:, None] - corners[nearest, 0], optimize=True)
     order = np.argsort(-_margin(straight), axis=1)

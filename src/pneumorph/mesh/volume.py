@@ -6,8 +6,9 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
+from typing import Any
 
-import netgen.meshing as netgen
 import numpy as np
 
 from pneumorph.errors import MeshError
@@ -15,6 +16,8 @@ from pneumorph.mesh.mend import mend
 from pneumorph.mesh.split import split_long_edges
 from pneumorph.mesh.surface import SurfaceMesh
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
+
+netgen: Any = import_module("netgen.meshing")  # compiled, without type information
 
 _LONGEST = 1.8  # edges inside longer than this many edge lengths are bisected
 
@@ -26,9 +29,9 @@ def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
     ----------
     body_surface : SurfaceMesh
     nodes : (n_nodes, 3) float
-        Its nodes, mid-side nodes included. They become the first nodes of the mesh, the mid-side ones moved to their chords.
+        Its nodes, mid-side ones included. They become the first nodes of the mesh, mid-side ones moved to their chords.
     size : float
-        Longest edge wanted inside, mm.
+        Edge length wanted inside, mm.
 
     Raises
     ------
@@ -38,7 +41,11 @@ def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
     n_vertices, n_surface = body_surface.n_vertices, len(nodes)
     triangles = body_surface.triangles
     points, tets = _fill_straight(nodes[:n_vertices], triangles[:, :3], size)
-    points, tets = mend(points, tets, triangles, nodes)
+    mended, mended_tets = mend(points, tets, triangles, nodes)
+    if mended is not points:
+        # The new vertices move to better places; what that spoils elsewhere is mended once more.
+        points, tets = _optimised(mended, mended_tets, triangles[:, :3], size, "m", 1)
+        points, tets = mend(points, tets, triangles, nodes)
 
     ends = np.sort(tets[:, TET_EDGES].reshape(-1, 2), axis=1)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)
@@ -69,23 +76,30 @@ def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tu
     mesh = _netgen_mesh(points, triangles)
     with _silence():
         try:
-            mesh.GenerateVolumeMesh(maxh=size)
+            mesh.GenerateVolumeMesh(maxh=size, optimize3d="")
         except Exception as error:  # Netgen has no error class of its own here
             raise MeshError("the space between the surfaces could not be filled with tetrahedra") from error
-    points, tets = _arrays(mesh)
-    if not len(tets):
+    if not len(mesh.Elements3D()):
         raise MeshError("the space between the surfaces could not be filled with tetrahedra")
+    points, tets = _arrays(mesh)
     # Netgen leaves walls up to twice the edge length without a vertex inside.
     points, tets = split_long_edges(points, tets, triangles, _LONGEST * size)
+    return _optimised(points, tets, triangles, size, "cmdmustm", 3)
+
+
+def _optimised(
+    points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, size: float, moves: str, steps: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Netgen's optimisation, whose moves are named by letters: c combine, d divide, m shift, s t u swap."""
     mesh = _netgen_mesh(points, triangles)
     mesh.AddElements(dim=3, index=1, data=np.ascontiguousarray(tets[:, [0, 2, 1, 3]], dtype=np.int32), base=0)
     mesh.SetMaterial(1, "solid")
     with _silence():
-        mesh.OptimizeVolumeMesh(netgen.MeshingParameters(maxh=size, optsteps3d=2, optimize3d="cmdmustm"))
+        mesh.OptimizeVolumeMesh(netgen.MeshingParameters(maxh=size, optimize3d=moves, optsteps3d=steps))
     return _arrays(mesh)
 
 
-def _netgen_mesh(points: np.ndarray, triangles: np.ndarray) -> netgen.Mesh:
+def _netgen_mesh(points: np.ndarray, triangles: np.ndarray) -> Any:
     mesh = netgen.Mesh()
     face = mesh.Add(netgen.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
     mesh.AddPoints(np.ascontiguousarray(points))
@@ -93,7 +107,7 @@ def _netgen_mesh(points: np.ndarray, triangles: np.ndarray) -> netgen.Mesh:
     return mesh
 
 
-def _arrays(mesh: netgen.Mesh) -> tuple[np.ndarray, np.ndarray]:
+def _arrays(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
     """Points and positively oriented corners, copied: Netgen's own arrays go with its mesh."""
     tets = mesh.Elements3D().NumPy()["nodes"][:, :4].astype(np.int64) - 1
     return np.array(mesh.Coordinates()), tets[:, [0, 2, 1, 3]]

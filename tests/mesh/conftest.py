@@ -1,0 +1,102 @@
+"""Bodies to mesh: short ones, so that the suite stays quick."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.mesh import Morph, mesh_body
+
+LENGTH = 40.0
+PERIOD = 10.0
+
+
+def plain(*chambers: tuple[str, float, tuple[float, float], tuple[float, float]], ends: str = "flat") -> Body:
+    """A tube of radius 8 mm with round chambers (name, radius, centre, span)."""
+    chambers = chambers or (("A", 4.0, (0.0, 0.0), (3.0, LENGTH - 3.0)),)
+    spec = SimpleNamespace(
+        length=LENGTH,
+        radius=8.0,
+        control_density=0.6,
+        ripple=None,
+        chamber=tuple(
+            SimpleNamespace(name=name, radius=radius, center=center, span=span, ends=ends)
+            for name, radius, center, span in chambers
+        ),
+    )
+    return starting_body(spec)
+
+
+def shaped(body: Body, exterior: Callable, chamber: Callable) -> Body:
+    """The body with other radii: functions of z that its surfaces interpolate."""
+
+    def surface(tube: TubeSurface, radius: Callable) -> TubeSurface:
+        basis, net = tube.basis_r, tube.net.copy()
+        values = basis.matrix(basis.greville)
+        wanted = np.linalg.solve(values, radius(values @ net[:, 0, 2])) / np.sinc(1 / net.shape[1]) ** 4
+        net[..., :2] *= (wanted / np.linalg.norm(net[:, 0, :2], axis=1))[:, None, None]
+        return replace(tube, net=net)
+
+    return replace(
+        body,
+        exterior=surface(body.exterior, exterior),
+        chambers=tuple(surface(tube, chamber) for tube in body.chambers),
+    )
+
+
+def wave(z: np.ndarray) -> np.ndarray:
+    """One fold per period, fading towards both ends."""
+    fade = 1 / (1 + np.exp(2 * (6 - z))) / (1 + np.exp(2 * (6 - (LENGTH - z))))
+    return np.cos(2 * np.pi * (z - LENGTH / 2) / PERIOD) * fade
+
+
+@pytest.fixture(scope="session")
+def bellows() -> Body:
+    """Deep folds in phase, the chamber 2.1 mm inside the exterior."""
+    distance = np.linspace(-2.1, 2.1, 401)
+    smoothing = np.linspace(-1, 1, 41)
+    weights = 1 - np.abs(smoothing)
+
+    def exterior(z: np.ndarray) -> np.ndarray:
+        return 8 + 3 * wave(z)
+
+    def chamber(z: np.ndarray) -> np.ndarray:
+        z = z[:, None] + smoothing
+        inside = exterior(z[..., None] + distance) - np.sqrt(np.maximum(0, 2.1**2 - distance**2))
+        return inside.min(axis=-1) @ weights / weights.sum()
+
+    return shaped(plain(), exterior, chamber)
+
+
+@pytest.fixture(scope="session")
+def thin_bellows() -> Body:
+    """Folds in antiphase, the wall thin in the valleys."""
+    return shaped(plain(), lambda z: 8 + 3 * wave(z), lambda z: 1.9 - wave(z))
+
+
+@pytest.fixture(scope="session")
+def tube() -> Body:
+    return plain()
+
+
+@pytest.fixture(scope="session")
+def tube_morph(tube: Body) -> Morph:
+    return mesh_body(tube, 3.0)
+
+
+@pytest.fixture(scope="session")
+def pole_tube() -> Body:
+    return plain(ends="pole")
+
+
+@pytest.fixture(scope="session")
+def parallel() -> Body:
+    return plain(("A", 2.0, (-4.0, 0.0), (3.0, LENGTH - 3.0)), ("B", 2.0, (4.0, 0.0), (3.0, LENGTH - 3.0)))
+
+
+@pytest.fixture(scope="session")
+def series() -> Body:
+    return plain(("A", 4.0, (0.0, 0.0), (3.0, 18.5)), ("B", 4.0, (0.0, 0.0), (21.5, LENGTH - 3.0)))
