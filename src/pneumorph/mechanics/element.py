@@ -23,7 +23,11 @@ TRIANGLE_WEIGHTS = TRIANGLE_RULE[1]
 def inverse(F: Array) -> Array:
     """Inverse of 3×3 matrices (3, 3, …) by cofactors."""
     cofactors = [
-        [F[(j + 1) % 3, (i + 1) % 3] * F[(j + 2) % 3, (i + 2) % 3] - F[(j + 1) % 3, (i + 2) % 3] * F[(j + 2) % 3, (i + 1) % 3] for j in range(3)]
+        [
+            F[(j + 1) % 3, (i + 1) % 3] * F[(j + 2) % 3, (i + 2) % 3]
+            - F[(j + 1) % 3, (i + 2) % 3] * F[(j + 2) % 3, (i + 1) % 3]
+            for j in range(3)
+        ]
         for i in range(3)
     ]
     return jnp.stack([jnp.stack(row) for row in cofactors]) / determinant(F)

@@ -21,7 +21,12 @@ TOLERANCE = 1e-9
 """Residual norm over the norm of the applied forces at which a state counts as an equilibrium."""
 
 MOST_NEWTON_STEPS = 40
-MOST_PRODUCTS = 14
+MOST_PRODUCTS = 6
+"""Conjugate gradient steps that an old factorisation is given: a new one costs about as much as five."""
+
+NEAR = 1e-4
+"""Relative residual below which an old factorisation is tried before a new one is made."""
+
 RUNAWAY_STRETCH = 8.0
 
 
@@ -77,7 +82,9 @@ class NoEquilibrium:
 
 def configuration(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
     """Nodes X (N, 3) mm, loads, and blocked plate components (6,) bool, ready for the solver."""
-    return Configuration(model, model.pad(X), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool))
+    return Configuration(
+        model, model.pad(X), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
+    )
 
 
 def loads(
@@ -103,20 +110,23 @@ def rest(model: Model) -> State:
     return model.state(np.zeros(model.size))
 
 
-def solve(at: Configuration, tangent: Tangent, start: State | None = None) -> Equilibrium | NoEquilibrium:
+def solve(
+    at: Configuration, tangent: Tangent, start: State | None = None, tolerance: float = TOLERANCE
+) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
     Newton goes straight to the full load from `start`; where that fails the load is stepped up from rest, with steps that adapt.
+    `tolerance` is the residual norm over that of the applied forces at which a state counts as converged.
     """
     before = tangent.factorisations, tangent.solves
     if start is not None:
-        found = _newton(at, tangent, start)
+        found = _newton(at, tangent, start, tolerance)
         if not isinstance(found, str):
             return _equilibrium(at, tangent, *found, before)
-    return _step_up(at, tangent, before)
+    return _step_up(at, tangent, before, tolerance)
 
 
-def _step_up(at: Configuration, tangent: Tangent, before) -> Equilibrium | NoEquilibrium:
+def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
     state, reached, step = rest(at.model), 0.0, 1.0
     last = None
     reason = ""
@@ -124,14 +134,15 @@ def _step_up(at: Configuration, tangent: Tangent, before) -> Equilibrium | NoEqu
         fraction = min(1.0, reached + step)
         part = Configuration(at.model, at.X, scaled(at.loads, fraction), at.blocked)
         start = state if last is None else _extrapolate(at, state, last, reached, fraction)
-        found = _newton(part, tangent, start)
+        found = _newton(part, tangent, start, tolerance)
         if isinstance(found, str) and last is not None:
-            found = _newton(part, tangent, state)
+            found = _newton(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, step / 2
             if step < 1 / 40:
                 pressures = ", ".join(
-                    f"{name} = {1e3 * float(p) * fraction:.3g} kPa" for name, p in zip(at.model.chambers, at.loads.pressure, strict=True)
+                    f"{name} = {1e3 * float(p) * fraction:.3g} kPa"
+                    for name, p in zip(at.model.chambers, at.loads.pressure, strict=True)
                 )
                 held = None
                 if reached > 0:
@@ -174,7 +185,7 @@ def applied_force(at: Configuration, state: State) -> float:
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
 
-def _newton(at: Configuration, tangent: Tangent, start: State) -> tuple[State, float] | str:
+def _newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """Minimise Π from `start`; the state and its relative residual, or the reason why not."""
     model, held = at.model, at.held
     vector = model.vector(start)
@@ -186,39 +197,38 @@ def _newton(at: Configuration, tangent: Tangent, start: State) -> tuple[State, f
     scale = applied_force(at, model.state(vector))
     residual = np.where(held, 0.0, residual)
     size = np.linalg.norm(residual) / scale
-    fresh = False
+    reuse = tangent.ready and size < NEAR
     for _ in range(MOST_NEWTON_STEPS):
-        if size <= TOLERANCE:
+        if size <= tolerance:
             return model.state(vector), float(size)
         state = model.state(vector)
         try:
-            direction, fresh = _direction(at, tangent, state, residual, size)
+            direction, fresh = _direction(at, tangent, state, residual, size, reuse)
         except SingularMatrix:
             return "the tangent is singular"
         moved = _line_search(at, vector, energy, residual, direction, scale)
         if moved is None and not fresh:
-            tangent.ready = False
+            reuse = False
             continue
         if moved is None:
             return "the line search found no lower potential"
         vector, energy, residual = moved
         previous, size = size, np.linalg.norm(residual) / scale
-        if size > 0.5 * previous and not fresh:
-            tangent.ready = False
+        reuse = fresh or size < 0.5 * previous
         if size > 1e-2 and _largest_stretch(at, vector) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
-def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float):
+def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, reuse: bool):
     """A descent direction from the factorisation at hand if it serves, else from a fresh one; and whether it is fresh."""
     accuracy = float(np.clip(np.sqrt(size), 1e-4, 0.1))
-    if tangent.ready:
+    if reuse:
         solution = tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS)
         if solution.converged:
             return solution.x, False
     tangent.factorise_convex(at, state)
-    return tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS).x, True
+    return tangent.precondition(-residual), True
 
 
 def _line_search(at: Configuration, vector, energy, residual, direction, scale):
@@ -271,9 +281,11 @@ def _equilibrium(at: Configuration, tangent: Tangent, state: State, residual: fl
     )
 
 
-def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray) -> State:
-    """The state after the nodes move by dX (N, 3), to first order: du = −K⁻¹ (∂R/∂X) dX on the factorisation at hand."""
+def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, dp: np.ndarray) -> State:
+    """The state after the nodes move by dX (N, 3) and the pressures by dp (C,), to first order: K du = −∂R/∂X dX − ∂R/∂p dp."""
     model = at.model
-    change = kernels.shape_product(*model.rubber_arguments, model.top, at.X, state, at.loads, model.pad(dX))
-    answer = tangent.solve(at, state, -model.vector(change), 1e-3, MOST_PRODUCTS)
-    return model.state(model.vector(state) + answer.x)
+    arguments = (*model.rubber_arguments, model.top, at.X, state, at.loads)
+    change = model.vector(kernels.shape_product(*arguments, model.pad(dX)))
+    if np.any(dp):
+        change = change + model.vector(kernels.pressure_product(*arguments, jnp.asarray(dp)))
+    return model.state(model.vector(state) + tangent.precondition(np.where(at.held, 0.0, -change)))

@@ -43,7 +43,8 @@ class Pardiso:
         size = len(indptr) - 1
         self._matrix = sparse.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(size, size))
         self._zero = np.zeros((size, 1))
-        self._analysed = False
+        # The symbolic analysis needs the pattern alone.
+        self._call(11, self._zero)
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
 
     def _call(self, phase: int, rhs: np.ndarray) -> np.ndarray:
@@ -53,9 +54,6 @@ class Pardiso:
     def refactorise(self, data: np.ndarray) -> None:
         self._matrix.data[:] = data
         try:
-            if not self._analysed:
-                self._call(11, self._zero)
-                self._analysed = True
             self._call(22, self._zero)
         except self._error as error:
             raise SingularMatrix(str(error)) from error
@@ -79,7 +77,9 @@ class SuperLU:
         full = (self._upper + sparse.triu(self._upper, 1).T).tocsc()
         try:
             # Diagonal pivots keep the symmetric order, so the signs of U's diagonal are those of the pivots.
-            self._factor = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            self._factor = splu(
+                full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
         except RuntimeError as error:
             raise SingularMatrix(str(error)) from error
         self.negative_pivots = int(np.count_nonzero(self._factor.U.diagonal() < 0))

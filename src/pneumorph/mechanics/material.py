@@ -50,7 +50,10 @@ def neo_hookean(F: Array, parameters: Array) -> Array:
     shear, bulk = parameters[0], parameters[1]
     J = determinant(F)
     # exp and log run as vector instructions where a power does not; both are NaN for an inverted element.
-    return 0.5 * shear * (jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * jnp.log(J)) - 3.0) + 0.5 * bulk * (J - 1.0) ** 2
+    return (
+        0.5 * shear * (jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * jnp.log(J)) - 3.0)
+        + 0.5 * bulk * (J - 1.0) ** 2
+    )
 
 
 def rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:

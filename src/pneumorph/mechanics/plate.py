@@ -19,9 +19,7 @@ def rotation(theta: Array) -> Array:
     angle = jnp.sqrt(jnp.where(small, 1.0, square))
     # The series keep the second derivatives right where sin(t)/t and (1 − cos t)/t² are 0/0; at t² = 1e-4 they are exact to 1e-17.
     sine = jnp.where(small, 1 - square / 6 + square**2 / 120 - square**3 / 5040, jnp.sin(angle) / angle)
-    cosine = jnp.where(
-        small, 0.5 - square / 24 + square**2 / 720 - square**3 / 40320, (1 - jnp.cos(angle)) / angle**2
-    )
+    cosine = jnp.where(small, 0.5 - square / 24 + square**2 / 720 - square**3 / 40320, (1 - jnp.cos(angle)) / angle**2)
     x, y, z = theta
     zero = jnp.zeros(())
     hat = jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])

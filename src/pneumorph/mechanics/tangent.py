@@ -6,6 +6,7 @@ predictors and adjoints all share this solver and factorise only when conjugate 
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import jax.numpy as jnp
@@ -45,6 +46,8 @@ class Tangent:
         How many back-solves.
     negative_pivots : int
         Of the latest factorisation: 0 at a stable state.
+    unit_seconds : float
+        What the latest assembly with factorisation took: the yardstick that a design's cost is told in.
     """
 
     def __init__(self, model: Model):
@@ -53,6 +56,7 @@ class Tangent:
         self.ready = False
         self.factorisations = 0
         self.solves = 0
+        self.unit_seconds = 0.0
 
     @property
     def negative_pivots(self) -> int:
@@ -60,23 +64,20 @@ class Tangent:
 
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
-        data = tangent(self._model, at.X, state, at.loads, at.blocked)
-        self._refactorise(data)
+        began = time.perf_counter()
+        self._refactorise(tangent(self._model, at.X, state, at.loads, at.blocked))
+        self.unit_seconds = time.perf_counter() - began
 
-    def factorise_convex(self, at: Configuration, state: State) -> bool:
-        """Factorise; where the tangent is indefinite, with its diagonal raised until it is not. Returns whether it had to be raised."""
+    def factorise_convex(self, at: Configuration, state: State) -> None:
+        """Factorise; where the tangent is indefinite, with its diagonal raised until it is not, so that steps descend."""
         data = tangent(self._model, at.X, state, at.loads, at.blocked)
         self._refactorise(data)
-        if self.negative_pivots == 0:
-            return False
-        diagonal = np.abs(data[self._model.diagonal])
-        shift = 1e-3
+        diagonal, shift = np.abs(data[self._model.diagonal]), 1e-3
         while self.negative_pivots > 0 and shift < 10:
             raised = data.copy()
             raised[self._model.diagonal] += shift * diagonal
             self._refactorise(raised)
             shift *= 4
-        return True
 
     def _refactorise(self, data: np.ndarray) -> None:
         self._factor.refactorise(data)

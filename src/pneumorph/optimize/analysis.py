@@ -31,6 +31,9 @@ from pneumorph.sensitivity import gradient
 
 Starts = Mapping[str, State]
 
+DESIGN_TOLERANCE = 1e-7
+"""Relative residual of the equilibria in the loop: J and its gradient are then good to some six digits."""
+
 
 @dataclass(frozen=True, eq=False)
 class Discretisation:
@@ -89,7 +92,8 @@ def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Disc
 
 
 def analyse(
-    problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, starts: Starts | None = None
+    problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, starts: Starts | None = None,
+    tolerance: float = DESIGN_TOLERANCE,
 ) -> Analysis | NoEquilibrium:
     """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest."""
     points = space.control_points(phi)
@@ -97,7 +101,8 @@ def analyse(
     configurations, equilibria, value = {}, {}, 0.0
     for task, objective in zip(problem.task, objectives(problem).values(), strict=True):
         at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]))
-        found = solve(at, disc.tangents[task.name], starts[task.name] if starts else rest(disc.model))
+        start = starts[task.name] if starts else rest(disc.model)
+        found = solve(at, disc.tangents[task.name], start, tolerance)
         if isinstance(found, NoEquilibrium):
             return found
         configurations[task.name], equilibria[task.name] = at, found

@@ -22,13 +22,16 @@ from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.step import Step, proxy_scale
 
-STIFFNESS = 100.0
+STIFFNESS = 1000.0
 """ρ: price of a limit broken by one per cent, as a multiplier, over one per cent."""
 
 MARGIN = 0.004
 """Limits are tightened by this fraction, for what lies between the optimiser's samples."""
 
-ROUNDS, MOST_ITERATIONS = 2, 30
+PROXIMITY = 1.0
+"""Variables whose gradient is below this multiple of the mean do not go the whole radius: what is noise of the mesh there stays small."""
+
+ROUNDS, MOST_ITERATIONS = 3, 25
 """Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each."""
 
 
@@ -55,8 +58,7 @@ class AugmentedLagrangian:
 
     def restoring(self, phi: np.ndarray, radius: float) -> Step:
         """A step back within the limits, whatever the objective does."""
-        nothing = {name: np.zeros_like(value) for name, value in self.multipliers.items()}
-        return self._minimise(phi, np.zeros_like(phi), 0.0, radius, nothing, 100 * STIFFNESS)
+        return self._minimise(phi, np.zeros_like(phi), 0.0, radius, self.multipliers, 10 * STIFFNESS)
 
     def after(self, step: Step) -> AugmentedLagrangian:
         """See `Stepper.after`."""
@@ -75,6 +77,7 @@ class AugmentedLagrangian:
         start = space.control_points(phi)
         pairs = limits.pairs(start)
         bounds = np.column_stack([np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)])
+        pull = PROXIMITY * float(np.abs(proxy).mean()) / radius
         evaluations = 0
 
         def merit(z):
@@ -82,14 +85,17 @@ class AugmentedLagrangian:
             evaluations += 1
             change = smooth.apply(z)
             price, rise = _price(limits, space.control_points(phi + change), pairs, multipliers, stiffness)
-            return proxy @ change + float(price), smooth.transpose(proxy + space.pullback(np.asarray(rise)))
+            value = proxy @ change + float(price) + 0.5 * pull * (z @ z)
+            return value, smooth.transpose(proxy + space.pullback(np.asarray(rise))) + pull * z
 
         z, points = np.zeros(space.n), start
-        for _ in range(ROUNDS):
-            if points is not start:
+        for round_ in range(ROUNDS):
+            if round_:
                 multipliers = _raised(limits, points, pairs, multipliers, stiffness)
             options = {"maxiter": MOST_ITERATIONS, "maxcor": 20}
-            z = optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x
+            found = optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+            # Dearer limits may leave no gain in the step so far; then it starts anew.
+            z = found.x if found.fun < merit(0 * z)[0] else 0 * z
             points = space.control_points(phi + smooth.apply(z))
             if limits.moved(points, pairs):
                 pairs = limits.pairs(points)

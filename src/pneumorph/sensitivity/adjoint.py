@@ -41,9 +41,9 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
     The tangent must be factorised at the equilibrium, as `solve` leaves it.
     """
     model, state = at.model, equilibrium.state
-    value, (direct, seed) = jax.value_and_grad(
-        lambda X, state: objective(features(model, X, state)), argnums=(0, 1)
-    )(at.X, state)
+    value, (direct, seed) = jax.value_and_grad(lambda X, state: objective(features(model, X, state)), argnums=(0, 1))(
+        at.X, state
+    )
     solution = tangent.solve(at, state, model.vector(seed), ADJOINT_TOLERANCE, MOST_PRODUCTS)
     w = model.state(solution.x)
     shape, pressure = kernels.shape_pullback(*model.rubber_arguments, model.top, at.X, state, at.loads, w)
@@ -53,4 +53,3 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
         pressure=dict(zip(model.chambers, -np.asarray(pressure), strict=True)),
         adjoint=w,
     )
-

@@ -33,10 +33,15 @@ class TaylorTest:
         return abs(self.rate - 2.0) <= 0.1
 
 
-def taylor_test(value: Callable[[np.ndarray], float], at: np.ndarray, gradient: np.ndarray, direction: np.ndarray, step: float, count: int = 4) -> TaylorTest:
-    """Test `gradient` (n,) of `value` at `at` (n,) along `direction` (n,), with steps h, h/2, … times the direction.
-
-    """
+def taylor_test(
+    value: Callable[[np.ndarray], float],
+    at: np.ndarray,
+    gradient: np.ndarray,
+    direction: np.ndarray,
+    step: float,
+    count: int = 4,
+) -> TaylorTest:
+    """Test `gradient` (n,) of `value` at `at` (n,) along `direction` (n,), with steps h, h/2, … times the direction."""
     steps = step * 0.5 ** np.arange(count)
     start, slope = value(at), float(gradient @ direction)
     remainders = np.array([abs(value(at + h * direction) - start - h * slope) for h in steps])
