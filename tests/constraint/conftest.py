@@ -1,40 +1,46 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.problem import BodySpec, Limits
 
 
 @pytest.fixture
 def make_body():
-    """A small body with one chamber; its control points may be moved along and about the axis."""
+    """A small body with one chamber or several."""
 
-    def make(length=24.0, radius=8.0, chambers=((4.0, (0.0, 0.0), (3.0, 21.0), "flat"),), density=0.6):
-        chamber = tuple(
-            SimpleNamespace(name=name, radius=size, center=center, span=span, ends=ends)
-            for name, (size, center, span, ends) in zip("ABC", chambers, strict=False)
-        )
-        spec = SimpleNamespace(length=length, radius=radius, control_density=density, ripple=None, chamber=chamber)
-        return starting_body(spec)
+    def make(length=24.0, radius=8.0, chambers=((4.0, (0.0, 0.0), (3.0, 21.0), "flat"),), density=0.6, ripple=None):
+        table = {
+            "length": f"{length} mm",
+            "radius": f"{radius} mm",
+            "control_density": f"{density} /mm",
+            "chamber": [
+                {
+                    "name": name,
+                    "radius": f"{size} mm",
+                    "center": [f"{part} mm" for part in center],
+                    "span": [f"{part} mm" for part in span],
+                    "ends": ends,
+                }
+                for name, (size, center, span, ends) in zip("ABC", chambers, strict=False)
+            ],
+        }
+        if ripple:
+            table["ripple"] = {"amplitude": f"{ripple[0]} mm", "period": f"{ripple[1]} mm"}
+        return starting_body(BodySpec.model_validate(table))
 
     return make
 
 
 @pytest.fixture
 def table():
-    """The limits of Table I."""
+    """The limits of Table I, and others of a test's choice."""
 
-    def make(form="per_mm", envelope=12.0, **other):
-        values = {
-            "wall": 2.0,
-            "fold": SimpleNamespace(distance=1.0, neighbourhood=2.0),
-            "curvature": 0.3,
-            "skew": 0.2,
-            "stretch": SimpleNamespace(limit=0.1, form=form),
-            "envelope": envelope and SimpleNamespace(radius=envelope),
-        }
-        return SimpleNamespace(**(values | other))
+    def make(form="per_mm", envelope=12.0, wall=2.0):
+        values = {"wall": f"{wall} mm", "stretch": {"limit": "0.1 /mm^2", "form": form}}
+        if envelope:
+            values["envelope"] = {"radius": f"{envelope} mm"}
+        return Limits.model_validate(values)
 
     return make
 

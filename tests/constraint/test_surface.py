@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneumorph.constraint.sampling import grid
-from pneumorph.constraint.surface import measures
+from pneumorph.constraint.surface import Form, measures, measures_of_net
 from pneumorph.geometry import TubeSurface
 
 
-def measured(surface, form="per_mm", per_span=4):
+def measured(surface, form: Form = "per_mm", per_span=(4, 4)):
     samples = grid(surface, per_span)
     return samples, measures(samples.fields(jnp.asarray(surface.net)), samples, form)
 
@@ -22,6 +22,15 @@ def test_cylinder(make_body):
         np.testing.assert_allclose(found.skew, 0.0, atol=1e-12)
         np.testing.assert_allclose(found.stretch, 0.0, atol=1e-5)
         np.testing.assert_allclose(found.area, 1.0, rtol=1e-3)
+
+
+def test_blocks_give_the_same_as_the_whole(make_body, waved):
+    body = make_body(length=40.0, chambers=((5.0, (0.0, 0.0), (10.0, 20.0), "pole"),), density=2.0)
+    for surface in body.with_control_points(waved(body)).surfaces:
+        samples, whole = measured(surface)
+        blocks = measures_of_net(jnp.asarray(surface.net), samples)
+        for one, other in zip(whole, blocks, strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-9)
 
 
 def test_torus(tube_from):
@@ -102,10 +111,10 @@ nets = st.one_of(
 @settings(max_examples=25, deadline=None)
 def test_folded_nets_give_numbers(net, ends, form):
     surface = TubeSurface("exterior", net, ends, (20.0, 12.0), cavity=False)
-    samples = grid(surface, 2)
+    samples = grid(surface, (2, 2))
 
     def total(net):
-        return sum(jnp.sum(part) for part in measures(samples.fields(net), samples, form))
+        return sum(jnp.sum(part) for part in measures_of_net(net, samples, form))
 
     value, gradient = jax.value_and_grad(total)(jnp.asarray(net))
     assert np.isfinite(value)

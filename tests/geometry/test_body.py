@@ -1,8 +1,6 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pneumorph.geometry import cap_points, enclosed_volume, starting_body
@@ -18,12 +16,9 @@ def test_linear_example_has_the_stated_counts(spec):
 
 
 @given(length=st.floats(60.0, 120.0), radius=st.floats(7.0, 12.0))
-@settings(max_examples=10)
-def test_circle_and_length_are_exact(length, radius):
-    chamber = SimpleNamespace(name="A", radius=radius / 2, center=(1.0, -0.5), span=(3.0, length - 3.0), ends="flat")
-    body = starting_body(
-        SimpleNamespace(length=length, radius=radius, control_density=0.6, ripple=None, chamber=(chamber,))
-    )
+@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_circle_and_length_are_exact(spec, length, radius):
+    body = starting_body(spec(length=length, radius=radius, chambers="A"))
     for surface, wanted, height in ((body.exterior, radius, length), (body.chambers[0], radius / 2, length - 6.0)):
         points = surface.sample(Q, R)
         distance = np.hypot(*np.moveaxis(points[..., :2] - surface.end_centres[0, :2], -1, 0))

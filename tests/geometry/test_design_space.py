@@ -1,27 +1,33 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from pneumorph.geometry import design_space, starting_body
+from pneumorph.problem import Problem
 
 
 @pytest.fixture
 def space(spec):
-    fixed = SimpleNamespace(start=0.06, min=0.06, max=0.06, free=False)
-    free = SimpleNamespace(start=0.03, min=0.01, max=0.05, free=True)
-    tasks = (
-        SimpleNamespace(name="one", pressure={"A": fixed, "B": free}),
-        SimpleNamespace(name="two", pressure={"A": free, "B": fixed}),
+    fixed, free = "60 kPa", {"start": "30 kPa", "min": "10 kPa", "max": "50 kPa"}
+    objective = {"kind": "maximize", "motion": "extension"}
+    body = spec(ripple=(0.2, 10.0))
+    problem = Problem.model_validate(
+        {
+            "material": {"shear_modulus": "0.5 MPa", "bulk_modulus": "5 MPa", "density": "1 g/cm^3"},
+            "body": body,
+            "task": [
+                {"name": "one", "pressure": {"A": fixed, "B": free}, "objective": objective},
+                {"name": "two", "pressure": {"A": free, "B": fixed}, "objective": objective},
+            ],
+        }
     )
-    return design_space(SimpleNamespace(task=tasks), starting_body(spec(ripple=(0.2, 10.0))))
+    return design_space(problem, starting_body(body))
 
 
 def test_start_is_the_reference_body(space):
     np.testing.assert_allclose(space.control_points(space.start), space.reference.control_points(), atol=1e-12)
     assert space.pressures(space.start) == {
-        "one": {"A": 0.06, "B": pytest.approx(0.03)},
-        "two": {"A": pytest.approx(0.03), "B": 0.06},
+        "one": {"A": pytest.approx(0.06), "B": pytest.approx(0.03)},
+        "two": {"A": pytest.approx(0.03), "B": pytest.approx(0.06)},
     }
 
 

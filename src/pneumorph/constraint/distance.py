@@ -139,8 +139,8 @@ class Target:
         foot[keep], a[keep], b[keep] = x[keep], 0.0, 0.0
         return np.minimum(distance, at_sample), foot, np.stack([a, b], axis=1)
 
-    def feet(self, near: Ints, foot: Floats, offset: Floats, first: int) -> tuple[Ints, Floats, Floats]:
-        """Feet as combinations of the four samples around them; this surface's samples are numbered from `first`."""
+    def corners(self, near: Ints, offset: Floats) -> tuple[Ints, Floats]:
+        """The four samples around places given by a sample and an offset (n, 2) in mm, and their weights: (n, 4)."""
         row, column = np.divmod(near, self.columns)
         forward = offset[:, 1] >= 0.0
         room = np.where(forward, self.ahead[row], self.behind[row])
@@ -150,9 +150,12 @@ class Target:
         beyond = np.where(room > 0.0, row + np.where(forward, 1, -1), row)
         corners = [(row, column), (row, beside), (beyond, column), (beyond, beside)]
         index = np.stack([r * self.columns + c for r, c in corners], axis=1)
-        weight = np.stack([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v], axis=1)
-        rest = foot - np.einsum("nk,nkc->nc", weight, self.x[index])
-        return (index + first).astype(np.int32), weight, rest
+        return index, np.stack([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v], axis=1)
+
+    def between(self, near: Ints, offset: Floats) -> Floats:
+        """Positions (n, 3) interpolated between the four samples around such places."""
+        index, weight = self.corners(near, offset)
+        return np.einsum("nk,nkc->nc", weight, self.x[index])
 
 
 def target(fields: Fields, grid: Grid, discs: bool) -> Target:
@@ -183,49 +186,138 @@ def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bo
     return within, np.where(within, near, 0)
 
 
+def wall_feet(points: Floats, target: Target, bound: float, first: int) -> Feet:
+    """Feet of points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
+    # The nearest sample is farther than the foot, by less than a cell's diagonal.
+    within, near = nearest(points, target, bound + 1.0)
+    some = np.flatnonzero(within)
+    distance, foot, offset = target.closest(points[some], near[some])
+    active = distance <= bound
+    some = some[active]
+    return _feet(len(points), target, first, some, near[some], offset[active], foot[active])
+
+
+def fold_feet(tube: Target, source: Ints, neighbourhood: float, bound: float, first: int) -> Feet:
+    """Feet of some of a tube's samples on itself outside the neighbourhood; active within `bound` mm."""
+    fold = nearest_fold(tube, neighbourhood, bound + 0.5, source)
+    some = np.flatnonzero(np.isfinite(fold.distance))
+    near, offset, facing = fold.near[some], fold.offset[some], fold.facing[some]
+    points, foot = tube.x[source[some]], tube.between(near, offset)
+    _, foot[facing], offset[facing] = tube.closest(points[facing], near[facing])
+    active = np.linalg.norm(foot - points, axis=1) <= bound
+    return _feet(len(source), tube, first, some[active], near[active], offset[active], foot[active])
+
+
+def joined(feet: list[Feet]) -> Feet:
+    """Several sets of feet, one after the other."""
+    return Feet(*(np.concatenate(parts) for parts in zip(*feet, strict=True)))
+
+
+def _feet(n: int, target: Target, first: int, some: Ints, near: Ints, offset: Floats, foot: Floats) -> Feet:
+    """Feet of n samples, of which `some` have one."""
+    index, weight, rest = np.full((n, 4), first, dtype=np.int32), np.zeros((n, 4)), np.zeros((n, 3))
+    corner, weight[some] = target.corners(near, offset)
+    index[some] = corner + first
+    rest[some] = foot - target.between(near, offset)
+    active = np.zeros(n, dtype=bool)
+    active[some] = True
+    return Feet(index, weight, rest, active)
+
+
 # Weight in mm of the normals when opposite walls are looked for, and how far they may be from opposite.
 _FACING, _TOLERANCE = 1.5, 0.8
 
 
-def nearest_fold(tube: Target, neighbourhood: float, bound: float) -> tuple[NDArray[np.bool_], Ints, NDArray[np.bool_]]:
-    """The nearest sample of the same tube outside the neighbourhood, for each of its n samples.
+class Fold(NamedTuple):
+    """The nearest place of the same tube outside the neighbourhood, for n of its samples."""
+
+    distance: Floats  # (n,) mm; infinite where nothing is within the bound
+    near: Ints  # (n,) the sample it is at
+    offset: Floats  # (n, 2) mm from that sample
+    facing: NDArray[np.bool_]  # (n,) whether it is on a facing wall rather than on the edge of the neighbourhood
+
+
+def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints) -> Fold:
+    """Find the nearest place of the same tube outside the neighbourhood, for the samples `source`.
 
     Two searches find it. Walls that face each other have opposite normals: the nearest sample in (position, normal),
     the sign of one normal turned, is the facing one, since a sample's own neighbours have its own normal. Where the
-    surface has shrunk, the nearest sample is instead one on the edge of the neighbourhood, and those are a fixed
-    pattern of steps on the grid.
+    surface has shrunk, the nearest place is instead on the edge of the neighbourhood, which is the same ellipse of
+    steps on the grid around every sample.
 
     Parameters
     ----------
     tube : Target
         Without discs.
     neighbourhood : float
-        Distance in mm along the starting surface within which samples do not count.
+        Distance in mm along the starting surface within which nothing counts.
     bound : float
         Distance in mm beyond which nothing is looked for.
-
-    Returns
-    -------
-    within : (n,) bool array
-        Whether there is one within the bound.
-    near : (n,) array
-        Its number (0 where there is none).
-    facing : (n,) bool array
-        Whether it is on a facing wall rather than on the edge of the neighbourhood.
+    source : (n,) array
+        Numbers of the samples it is asked for.
     """
-    edge_distance, edge_near = _nearest_on_edge(tube, neighbourhood)
+    edge_distance, edge_near, edge_offset = (part[source] for part in _edge(tube, neighbourhood))
     normals = tube.normals()
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
     tree = _tree(np.hstack([tube.x, _FACING * normals]))
-    found, near = tree.query(np.hstack([tube.x, -_FACING * normals]), distance_upper_bound=reach, workers=-1)
+    x = tube.x[source]
+    found, near = tree.query(np.hstack([x, -_FACING * normals[source]]), distance_upper_bound=reach, workers=-1)
     near = np.where(np.isfinite(found), near, 0)
-    counts = np.isfinite(found) & (_apart(tube.grid, np.arange(len(near)), near) >= neighbourhood)
-    distance = np.where(counts, np.linalg.norm(tube.x - tube.x[near], axis=1), np.inf)
+    counts = np.isfinite(found) & (_apart(tube.grid, source, near) >= neighbourhood)
+    distance = np.where(counts, np.linalg.norm(x - tube.x[near], axis=1), np.inf)
 
     facing = distance < edge_distance
-    distance, near = np.where(facing, distance, edge_distance), np.where(facing, near, edge_near)
-    within = distance <= bound
-    return within, np.where(within, near, 0), facing & within
+    distance = np.where(facing, distance, edge_distance)
+    return Fold(
+        distance=np.where(distance <= bound, distance, np.inf),
+        near=np.where(facing, near, edge_near),
+        offset=np.where(facing[:, None], 0.0, edge_offset),
+        facing=facing & (distance <= bound),
+    )
+
+
+def _edge(tube: Target, neighbourhood: float) -> tuple[Floats, Ints, Floats]:
+    """Distance, nearest sample and offset of the nearest place on the edge of each sample's neighbourhood."""
+    step_q, step_r = tube.grid.step
+    rows, columns = tube.grid.shape
+    shrink = tube.grid.shrink[:, 0]
+    x = np.moveaxis(tube.x.reshape(rows, columns, 3), -1, 0)
+    row, column = np.arange(rows), np.arange(columns)
+    best = np.full((rows, columns), np.inf)
+    near = np.zeros((rows, columns), dtype=np.int64)
+    offset = np.zeros((rows, columns, 2))
+    for around, along in _ring(neighbourhood, step_r):
+        if abs(around) > tube.grid.size[0] / 2.0:
+            continue  # the neighbourhood reaches all the way round
+        aside, up = round(around / step_q), round(along / step_r)
+        rest = np.array([around - aside * step_q, along - up * step_r])
+
+        def at(up: int, aside: int) -> Floats:
+            return np.roll(x[:, np.clip(row + up, 0, rows - 1)], -aside, axis=2)
+
+        place = at(up, aside)
+        beside = at(up, aside + int(np.sign(rest[0])))
+        beyond = at(up + int(np.sign(rest[1])), aside)
+        gap = place + abs(rest[0]) / step_q * (beside - place) + abs(rest[1]) / step_r * (beyond - place) - x
+        distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
+        there = np.clip(row + up, 0, rows - 1)
+        # Near a pole a step aside is shorter, and the place may still be a neighbour.
+        apart = np.hypot(around * np.minimum(shrink, shrink[there]), along)
+        exists = (row + along / step_r >= 0.0) & (row + along / step_r <= rows - 1)
+        distance[~exists | (apart < neighbourhood - 1e-6)] = np.inf
+        closer = distance < best
+        best[closer] = distance[closer]
+        near[closer] = (there[:, None] * columns + (column + aside) % columns)[closer]
+        offset[closer] = rest
+    return best.ravel(), near.ravel(), offset.reshape(-1, 2)
+
+
+def _ring(radius: float, step: float) -> list[tuple[float, float]]:
+    """Places about every 15 degrees on a circle: whole steps along r, except straight up and down."""
+    ups = {round(radius * np.sin(angle) / step) for angle in np.radians(np.arange(0, 90, 15))}
+    quarter = [(float(np.sqrt(radius**2 - (up * step) ** 2)), up * step) for up in sorted(ups) if up * step < radius]
+    quarter.append((0.0, radius))
+    return sorted({(i * around, j * along) for around, along in quarter for i in (1, -1) for j in (1, -1)})
 
 
 def _tree(points: Floats) -> KDTree:

@@ -6,6 +6,7 @@ Lagrangian with a multiplier to each entry.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,9 +17,9 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
-from pneumorph.constraint.distance import Feet, Target, distances, nearest, nearest_fold, target
-from pneumorph.constraint.sampling import Fields, Grid, closed_positions, grid
-from pneumorph.constraint.surface import MIN_AREA, Form, measures
+from pneumorph.constraint.distance import Feet, distances, fold_feet, joined, target, wall_feet
+from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid
+from pneumorph.constraint.surface import MIN_AREA, Form, measures_of_net
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
@@ -83,12 +84,13 @@ class Limits:
             area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
             envelope : distance from the axis over its limit - 1, samples of the exterior; absent without an envelope
         """
-        fields = self._fields(points)
-        X = self._positions(fields)
+        nets = self._nets(points)
+        shapes = [measures_of_net(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
+        tubes = [grid.positions(net) for net, grid in zip(nets, self.grids, strict=True)]
+        X = self._positions(tubes)
         wall = distances(X, self._wall_source, pairs.wall)
         fold = distances(X, self._fold_source, pairs.fold)
-        shapes = [measures(field, grid, self.form) for field, grid in zip(fields, self.grids, strict=True)]
-        heights = [jnp.minimum(field.x[2], self.length - field.x[2]).ravel() for field in fields]
+        heights = [jnp.minimum(x[2], self.length - x[2]).ravel() for x in tubes]
 
         def over(name: str) -> Array:
             return jnp.concatenate([getattr(shape, name).ravel() for shape in shapes])
@@ -103,7 +105,7 @@ class Limits:
             "area": 1.0 - over("area") / MIN_AREA,
         }
         if self.envelope is not None:
-            x, y, _ = fields[0].x
+            x, y, _ = tubes[0]
             result["envelope"] = jnp.sqrt(x**2 + y**2 + 1e-12).ravel() / self.envelope - 1.0
         return result
 
@@ -121,11 +123,27 @@ class Limits:
     def pairs(self, points: ArrayLike) -> Pairs:
         """Find every sample's partners anew at the control points (n_points, 3), or flat."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
-        fields = self._jitted_fields(points)
+        fields = self._fields(points)
         targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)]
         return Pairs(
-            wall=_joined([self._wall_feet(targets, a, b) for a, b in self._neighbours]),
-            fold=_joined([self._fold_feet(field, a) for a, field in enumerate(fields)]),
+            wall=joined(
+                [
+                    wall_feet(targets[a].x, targets[b], self.wall + self.reach, self._first[b])
+                    for a, b in self._neighbours
+                ]
+            ),
+            fold=joined(
+                [
+                    fold_feet(
+                        target(field, grid, discs=False),
+                        every_other(grid),
+                        self.neighbourhood,
+                        self.fold + self.reach,
+                        tube.start,
+                    )
+                    for field, grid, tube in zip(fields, self.grids, self._tubes, strict=True)
+                ]
+            ),
             found_at=points,
         )
 
@@ -150,7 +168,7 @@ class Limits:
     @cached_property
     def _wall_source(self) -> NDArray[np.int32]:
         blocks = [np.arange(self._first[a], self._first[a + 1]) for a, _ in self._neighbours]
-        return np.concatenate([*blocks, np.zeros(0)]).astype(np.int32)
+        return np.concatenate(blocks).astype(np.int32)
 
     @cached_property
     def _tubes(self) -> list[slice]:
@@ -163,40 +181,32 @@ class Limits:
 
     @cached_property
     def _fold_source(self) -> NDArray[np.int32]:
-        return np.concatenate([np.arange(tube.start, tube.stop) for tube in self._tubes]).astype(np.int32)
+        # Facing walls are nearly parallel, so that every other sample sees how near they come.
+        blocks = [tube.start + every_other(grid) for grid, tube in zip(self.grids, self._tubes, strict=True)]
+        return np.concatenate(blocks).astype(np.int32)
 
-    def _fields(self, points: ArrayLike) -> list[Fields]:
+    def _nets(self, points: ArrayLike) -> list[Array]:
         points = jnp.asarray(points).reshape(-1, 3)
-        return [
-            grid.fields(points[where].reshape(*grid.net_shape, 3))
-            for grid, where in zip(self.grids, self.slices, strict=True)
-        ]
+        return [points[where].reshape(*grid.net_shape, 3) for grid, where in zip(self.grids, self.slices, strict=True)]
 
     @cached_property
-    def _jitted_fields(self):
-        return jax.jit(self._fields)
+    def _fields(self) -> Callable[[ArrayLike], list[Fields]]:
+        @jax.jit
+        def fields(points: ArrayLike) -> list[Fields]:
+            return [grid.fields(net) for net, grid in zip(self._nets(points), self.grids, strict=True)]
 
-    def _positions(self, fields: list[Fields]) -> Array:
+        return fields
+
+    def _positions(self, tubes: list[Array]) -> Array:
         """All samples that distances are taken between, (n, 3): the exterior's tube, then the closed chambers."""
         parts = [
-            (closed_positions(field.x, grid) if grid.cavity else field.x).reshape(3, -1).T
-            for field, grid in zip(fields, self.grids, strict=True)
+            (closed_positions(x, grid) if grid.cavity else x).reshape(3, -1).T
+            for x, grid in zip(tubes, self.grids, strict=True)
         ]
         return jnp.concatenate(parts)
 
-    def _wall_feet(self, targets: list[Target], a: int, b: int) -> Feet:
-        points, bound = targets[a].x, self.wall + self.reach
-        # The closest sample is farther than the foot, by less than half a cell's diagonal.
-        within, near = nearest(points, targets[b], bound + 1.0)
-        return _feet(points, targets[b], self._first[b], within, near, within, bound)
 
-    def _fold_feet(self, fields: Fields, a: int) -> Feet:
-        tube, bound = target(fields, self.grids[a], discs=False), self.fold + self.reach
-        within, near, facing = nearest_fold(tube, self.neighbourhood, bound + 0.5)
-        return _feet(tube.x, tube, self._tubes[a].start, within, near, facing, bound)
-
-
-def limits_of(body: Body, spec: LimitsSpec, per_span: int = 4, reach: float = 0.5) -> Limits:
+def limits_of(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (4, 8), reach: float = 0.5) -> Limits:
     """The limits of a problem on samples of a body.
 
     Parameters
@@ -205,8 +215,9 @@ def limits_of(body: Body, spec: LimitsSpec, per_span: int = 4, reach: float = 0.
         Any body of the run: only what never changes (net shapes, starting sizes, kinds of ends, length) is taken from
         it.
     spec : problem.Limits
-    per_span : int
-        Samples to each knot span, in both directions. Curvature peaks on the knots, and four see it.
+    per_span : (int, int)
+        Samples to each knot span in q and in r. Curvature peaks on the knots, stretch anywhere: where a bellows folds,
+        one span of r turns by more than a right angle, and four samples to it miss a quarter of h₃.
     reach : float
         See `Limits`.
     """
@@ -224,32 +235,3 @@ def limits_of(body: Body, spec: LimitsSpec, per_span: int = 4, reach: float = 0.
         envelope=spec.envelope.radius if spec.envelope else None,
         reach=reach,
     )
-
-
-def _feet(
-    points: NDArray[np.float64],
-    surface: Target,
-    first: int,
-    within: NDArray[np.bool_],
-    near: NDArray[np.int64],
-    refine: NDArray[np.bool_],
-    bound: float,
-) -> Feet:
-    """Partners of points, refined from nearest samples to feet where asked; inactive beyond the bound."""
-    n = len(points)
-    index, weight, rest = np.full((n, 4), first, dtype=np.int32), np.zeros((n, 4)), np.zeros((n, 3))
-    active = np.zeros(n, dtype=bool)
-    some = np.flatnonzero(within)
-    distance, foot, offset = surface.closest(points[some], near[some])
-    plain = ~refine[some]
-    foot[plain], offset[plain] = surface.x[near[some[plain]]], 0.0
-    distance[plain] = np.linalg.norm(foot[plain] - points[some[plain]], axis=1)
-    index[some], weight[some], rest[some] = surface.feet(near[some], foot, offset, first)
-    active[some] = distance <= bound
-    return Feet(index, weight, rest, active)
-
-
-def _joined(feet: list[Feet]) -> Feet:
-    if not feet:
-        return Feet(np.zeros((0, 4), np.int32), np.zeros((0, 4)), np.zeros((0, 3)), np.zeros(0, bool))
-    return Feet(*(np.concatenate(parts) for parts in zip(*feet, strict=True)))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
-from pneumorph.constraint.sampling import Fields, Grid, grid
+from pneumorph.constraint.distance import Ints, Target, nearest, nearest_fold, target
+from pneumorph.constraint.sampling import Fields, Grid, every_other, grid
 from pneumorph.constraint.surface import MIN_AREA, measures
 from pneumorph.geometry import Body
 
@@ -109,15 +109,15 @@ class LimitReport:
         return not self.violated(tolerance, distance_tolerance)
 
 
-def report(body: Body, spec: LimitsSpec, per_span: int = 8) -> LimitReport:
+def report(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (8, 16)) -> LimitReport:
     """Measure a body against a problem's limits.
 
     Parameters
     ----------
     body : Body
     spec : problem.Limits
-    per_span : int
-        Samples to each knot span in both directions.
+    per_span : (int, int)
+        Samples to each knot span in q and in r.
     """
     grids = [grid(surface, per_span) for surface in body.surfaces]
     fields = [
@@ -140,20 +140,26 @@ def report(body: Body, spec: LimitsSpec, per_span: int = 8) -> LimitReport:
     return LimitReport(tuple(readings))
 
 
-Place = tuple[float, str, float, float]  # value, surface, q, r
+class Place(NamedTuple):
+    """A value and where on which surface it is."""
+
+    value: float
+    surface: str
+    q: float
+    r: float
 
 
 def _worst(limit: str, bound: float, places: Iterator[Place] | list[Place]) -> Reading:
     pick = min if limit in _AT_LEAST else max
-    value, surface, q, r = pick(places, key=lambda place: place[0])
-    return Reading(limit, float(value), bound, surface, float(q), float(r))
+    place = pick(places, key=lambda place: place.value)
+    return Reading(limit, place.value, bound, place.surface, place.q, place.r)
 
 
 def _largest(values: NDArray[np.float64], grid: Grid) -> Place:
     """The largest of the values on all or the measured rows of a grid; a value that is no number is larger than any."""
     rows = grid.r if len(values) == len(grid.r) else grid.r[grid.measured]
     i, j = np.unravel_index(np.argmax(np.where(np.isfinite(values), values, np.inf)), values.shape)
-    return values[i, j], grid.name, grid.q[j], rows[i]
+    return Place(float(values[i, j]), grid.name, float(grid.q[j]), float(rows[i]))
 
 
 def _shape(fields: list[Fields], grids: list[Grid], spec: LimitsSpec) -> list[Reading]:
@@ -166,46 +172,61 @@ def _shape(fields: list[Fields], grids: list[Grid], spec: LimitsSpec) -> list[Re
             _largest(sign * np.asarray(getattr(measure, name)), grid)
             for measure, grid in zip(found, grids, strict=True)
         ]
-        readings.append(_worst(name, bound, [(sign * value, *place) for value, *place in places]))
+        readings.append(_worst(name, bound, [place._replace(value=sign * place.value) for place in places]))
     return readings
 
 
 def _beyond_ends(fields: Fields, grid: Grid, length: float) -> Place:
-    value, *place = _largest(np.maximum(-fields.x[2], fields.x[2] - length), grid)
-    return (max(value, 0.0), *place)
+    place = _largest(np.maximum(-fields.x[2], fields.x[2] - length), grid)
+    return place._replace(value=max(place.value, 0.0))
 
 
 def _wall(targets: list[Target], fields: list[Fields], length: float) -> Iterator[Place]:
     """Least distances of every two surfaces, asked from both sides, and of the chambers from the body's end planes."""
     for surface, field in zip(targets[1:], fields[1:], strict=True):
-        value, *place = _largest(-np.minimum(field.x[2], length - field.x[2]), surface.grid)
-        yield (-value, *place)
+        place = _largest(-np.minimum(field.x[2], length - field.x[2]), surface.grid)
+        yield place._replace(value=-place.value)
     for asking in targets:
         for asked in targets:
             if asking is asked:
                 continue
-            _, near = nearest(asking.x, asked, np.inf)
-            yield _least_foot(asking, asked, np.arange(len(asking.x)), near)
+            own = _promising(asking, asked)
+            _, near = nearest(asking.x[own], asked, np.inf)
+            yield _least_foot(asking, asked, own, near)
+
+
+def _promising(asking: Target, asked: Target) -> Ints:
+    """Samples that may be the closest to the other surface: the neighbours of such among every second one both ways."""
+    number = np.arange(len(asking.x)).reshape(-1, asking.columns)
+    some = number[::2, ::2]
+    _, near = nearest(asking.x[some.ravel()], asked, np.inf)
+    distance = np.linalg.norm(asking.x[some.ravel()] - asked.x[near], axis=1).reshape(some.shape)
+    close = distance <= distance.min() + 0.1
+    chosen = np.zeros(number.shape, dtype=bool)
+    chosen[::2, ::2] = close
+    chosen = chosen | np.roll(chosen, 1, axis=1) | np.roll(chosen, -1, axis=1)
+    chosen[1:] |= chosen[:-1].copy()
+    chosen[:-1] |= chosen[1:].copy()
+    return number[chosen]
 
 
 def _fold(fields: Fields, grid: Grid, spec: LimitsSpec) -> Place:
     """Least distance within a tube, up to the neighbourhood's size: walls farther apart than that are no folds."""
     neighbourhood = spec.fold.neighbourhood
     surface = target(fields, grid, discs=False)
-    within, near, facing = nearest_fold(surface, neighbourhood, neighbourhood)
-    own = np.arange(len(near))
-    places = [(neighbourhood, grid.name, 0.0, 0.0)]
-    edge = within & ~facing
-    if edge.any():
-        distance = np.linalg.norm(surface.x[own[edge]] - surface.x[near[edge]], axis=1)
-        worst = int(np.argmin(distance))
-        places.append((distance[worst], *_place(surface, own[edge][worst])))
-    if facing.any():
-        places.append(_least_foot(surface, surface, own[facing], near[facing]))
-    return min(places)
+    source = every_other(grid)
+    fold = nearest_fold(surface, neighbourhood, neighbourhood, source)
+    places = [Place(neighbourhood, grid.name, 0.0, 0.0)]
+    edge, facing = np.flatnonzero(np.isfinite(fold.distance) & ~fold.facing), np.flatnonzero(fold.facing)
+    if len(edge):
+        worst = int(edge[np.argmin(fold.distance[edge])])
+        places.append(_place(fold.distance[worst], surface, int(source[worst])))
+    if len(facing):
+        places.append(_least_foot(surface, surface, source[facing], fold.near[facing]))
+    return min(places, key=lambda place: place.value)
 
 
-def _least_foot(asking: Target, asked: Target, own: NDArray[np.int64], near: NDArray[np.int64]) -> Place:
+def _least_foot(asking: Target, asked: Target, own: Ints, near: Ints) -> Place:
     """The least distance from samples `own` to feet near samples `near`; only such as can be the least are refined."""
     rough = np.linalg.norm(asking.x[own] - asked.x[near], axis=1)
     # A foot is at most half a cell's diagonal from its nearest sample; cells may have been stretched fourfold.
@@ -213,10 +234,10 @@ def _least_foot(asking: Target, asked: Target, own: NDArray[np.int64], near: NDA
     some = np.flatnonzero(rough <= rough.min() + slack)
     distance, _, _ = asked.closest(asking.x[own[some]], near[some])
     worst = int(np.argmin(distance))
-    return (distance[worst], *_place(asking, own[some[worst]]))
+    return _place(distance[worst], asking, int(own[some[worst]]))
 
 
-def _place(surface: Target, sample: int) -> tuple[str, float, float]:
-    row, column = divmod(int(sample), surface.columns)
+def _place(value: float, surface: Target, sample: int) -> Place:
+    row, column = divmod(sample, surface.columns)
     row = min(max(row - surface.rings, 0), len(surface.grid.r) - 1)
-    return surface.grid.name, float(surface.grid.q[column]), float(surface.grid.r[row])
+    return Place(float(value), surface.grid.name, float(surface.grid.q[column]), float(surface.grid.r[row]))

@@ -74,6 +74,10 @@ class Grid:
         """Distance in mm of neighbouring samples along q and r on the starting tube."""
         return self.size[0] / len(self.q), self.size[1] / (len(self.r) - 1)
 
+    def positions(self, net: Array) -> Array:
+        """Positions (3, rows, columns) on the tube for the control net (n_r, n_q, 3)."""
+        return jnp.matmul(jnp.einsum("Rr,rqc->cRq", self.values_r[0], net), self.values_q[0].T)
+
     def fields(self, net: Array) -> Fields:
         """Position and derivatives on the tube for the control net (n_r, n_q, 3)."""
         along = [jnp.einsum("Rr,rqc->cRq", values, net) for values in self.values_r]
@@ -81,12 +85,12 @@ class Grid:
         return Fields(*(jnp.matmul(along[dr], self.values_q[dq].T) for dq, dr in orders))
 
 
-def grid(surface: TubeSurface, per_span: int) -> Grid:
-    """Samples of a surface, `per_span` steps to each knot span in both directions."""
+def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
+    """Samples of a surface, so many steps to each knot span in q and in r."""
     n_r, n_q = surface.net.shape[:2]
     tau_q, tau_r = surface.size
-    q = np.arange(per_span * n_q) / (per_span * n_q)
-    r = np.linspace(0.0, 1.0, per_span * surface.basis_r.spans + 1)
+    q = np.arange(per_span[0] * n_q) / (per_span[0] * n_q)
+    r = np.linspace(0.0, 1.0, per_span[1] * surface.basis_r.spans + 1)
     shrink, polar = np.ones((len(r), 1)), np.zeros((len(r), 1))
     rings = np.zeros(0)
     pole = surface.ends == "pole"
@@ -155,3 +159,9 @@ def closed_positions(x: Array, grid: Grid) -> Array:
         return centre + s * (rim - centre)
 
     return jnp.concatenate([disc(x[:, :1], s), x, disc(x[:, -1:], s[::-1])], axis=1)
+
+
+def every_other(grid: Grid) -> NDArray[np.int64]:
+    """Numbers of every other sample of a tube, both ways."""
+    rows, columns = grid.shape
+    return np.arange(rows * columns).reshape(rows, columns)[::2, ::2].ravel()
