@@ -6,10 +6,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from pneumorph.cli import check, design, simulate
 from pneumorph.cli.cache import use_compilation_cache
-from pneumorph.cli.check import check
-from pneumorph.cli.design import design
-from pneumorph.cli.simulate import simulate
 from pneumorph.errors import ComputationError, ProblemError
 
 
@@ -36,6 +34,6 @@ def pneumorph() -> None:
     use_compilation_cache()
 
 
-app.command()(design)
-app.command()(simulate)
-app.command()(check)
+app.command()(design.design)
+app.command()(simulate.simulate)
+app.command()(check.check)

@@ -86,8 +86,7 @@ def _description(problem: Problem, space: DesignSpace, disc: Discretisation) -> 
         f"mesh      {model.elements} quadratic tetrahedra, {model.size} degrees of freedom",
         f"rubber    {rubber['name']}: shear modulus {rubber['shear_modulus']}, bulk modulus {rubber['bulk_modulus']}",
         f"tip       {', '.join([effector.kind, *held, *pulled])}",
-        "gravity   "
-        + ("none" if gravity is None else f"{gravity.acceleration / 1e3:g} m/s² along {gravity.direction}"),
+        "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
     ]
 
 

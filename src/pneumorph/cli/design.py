@@ -86,7 +86,7 @@ def _finish(run: RunDirectory, screen: Screen, outcome: Outcome) -> None:
     for sentence in pictures.missing:
         screen.say(sentence)
     if pictures.paths:
-        screen.say(f"pictures: {', '.join(str(path) for path in pictures.paths)}")
+        screen.say(f"pictures in {run.path / 'pictures'}: {', '.join(path.name for path in pictures.paths)}")
     motions = ", ".join(
         f"{motion.word} {motion_of(task, history[0]['tasks'][task.name])} → {motion}"
         for task in run.problem.task

@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.optimize import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
+from pneumorph.output.limits import bounds
 from pneumorph.output.words import duration, motion_of
 from pneumorph.problem import Problem
 
@@ -116,9 +117,7 @@ class Screen:
 def _columns(problem: Problem) -> list[tuple[str, int]]:
     """Titles and widths."""
     motions = [(task.name, max(9, len(task.name))) for task in problem.task]
-    limits = [("wall", 6), ("fold", 6), ("curv.", 6), ("skew", 6), ("stretch", 7)]
-    if problem.limits.envelope is not None:
-        limits.append(("radius", 6))
+    limits = [(bound.word[:9], max(6, len(bound.word[:9]))) for bound in bounds(problem.limits)]
     return [("it", 3), *motions, *limits, ("elements", 8), ("fact.", 5), ("s", 6), ("equiv.", 6)]
 
 
@@ -138,23 +137,13 @@ def _cells(problem: Problem, line: Mapping[str, Any]) -> list[Text]:
 
 def _limits(problem: Problem, found: Mapping[str, float | None]) -> list[Text]:
     """Worst limits; red where beyond by more than the report's tolerances, yellow where just beyond."""
-    limits = problem.limits
-    bounds = [
-        ("wall_mm", limits.wall, -1, 0.01),
-        ("fold_mm", limits.fold.distance, -1, 0.01),
-        ("curvature", limits.curvature, 1, 0.03),
-        ("skew", limits.skew, 1, 0.03),
-        ("stretch", limits.stretch.limit, 1, 0.03),
-    ]
-    if limits.envelope is not None:
-        bounds.append(("envelope_mm", limits.envelope.radius, 1, 0.01))
     cells = []
-    for key, bound, sign, tolerance in bounds:
-        value = found[key]
+    for bound in bounds(problem.limits):
+        value = found[bound.key]
         if value is None:
             cells.append(Text("–", style="red"))
             continue
-        excess = sign * (value - bound) / bound
-        style = "red" if excess > tolerance else "yellow" if excess > 0 else "green"
-        cells.append(Text(f"{value:.2f}" if key.endswith("mm") else f"{value:.3f}", style=style))
+        passed = bound.passed(value)
+        style = "red" if passed > bound.tolerance else "yellow" if passed > 0 else "green"
+        cells.append(Text(f"{value:.2f}" if bound.key.endswith("mm") else f"{value:.3f}", style=style))
     return cells

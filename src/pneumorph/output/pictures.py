@@ -5,7 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from pneumorph.errors import ComputationError
+from pneumorph.geometry import DesignSpace, design_space, starting_body
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.objective import features
+from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discretise
+from pneumorph.optimize.checkpoint import unpack
+from pneumorph.output.bodies import draw_bodies, nodal_stretch
+from pneumorph.output.history import draw_history
+from pneumorph.output.profile import draw_profile
+from pneumorph.output.render import NoPicture
+from pneumorph.output.view import Shape, View
+from pneumorph.output.words import motion_of, pressures
+from pneumorph.problem import Problem
 from pneumorph.run import RunDirectory
+
+MOST = 0.998
+"""The colours end at this quantile of the stretch, so that a single sharp corner does not pale all the rest."""
 
 
 @dataclass(frozen=True)
@@ -17,4 +35,78 @@ class Pictures:
 
 
 def run_pictures(run: RunDirectory) -> Pictures:
-    return Pictures((), ())
+    """Draw a run into its folder ``pictures``: history.png, profile.png, start.png and final.png.
+
+    What cannot be drawn is told, never an error.
+    """
+    folder = run.path / "pictures"
+    folder.mkdir(exist_ok=True)
+    history, problem = run.history(), run.problem
+    first, last = (run.load_design(line["iteration"]) for line in (history[0], history[-1]))
+    envelope = problem.limits.envelope
+    draw_history(folder / "history.png", problem, history)
+    draw_profile(
+        folder / "profile.png", first.body(problem), last.body(problem), None if envelope is None else envelope.radius
+    )
+    drawn, missing = _draw_bodies(folder, run)
+    return Pictures((folder / "history.png", folder / "profile.png", *drawn), tuple(missing))
+
+
+def _draw_bodies(folder: Path, run: RunDirectory) -> tuple[list[Path], list[str]]:
+    """Start and final design to the same scale and in the same colours."""
+    problem, missing = run.problem, []
+    space = design_space(problem, starting_body(problem.body))
+    shapes: dict[Path, dict[str, Shape]] = {}
+    for name, analysed in (("start", _start), ("final", _final)):
+        path = folder / f"{name}.png"
+        try:
+            shapes[path] = _shapes(problem, *analysed(run, space))
+        except ComputationError as error:
+            missing.append(f"{path} could not be drawn: {error}")
+    everything = [shape for panels in shapes.values() for shape in panels.values()]
+    fields = [shape.field for shape in everything if shape.field is not None]
+    view = _view(problem)
+    drawn = []
+    for path, panels in shapes.items():
+        highest = max(float(np.quantile(field, MOST)) for field in fields)
+        title = f"{problem.title}, {path.stem}" if problem.title else path.stem
+        try:
+            draw_bodies(path, panels, view, view.extent(everything), (1.0, highest), title)
+            drawn.append(path)
+        except NoPicture as error:
+            missing.append(f"{path} could not be drawn: {error}")
+    return drawn, missing
+
+
+def _start(run: RunDirectory, space: DesignSpace) -> tuple[Discretisation, Analysis]:
+    disc = discretise(run.problem, space.reference)
+    found = analyse(run.problem, space, disc, space.start)
+    if isinstance(found, NoEquilibrium):
+        raise ComputationError(found.reason)
+    return disc, found
+
+
+def _final(run: RunDirectory, space: DesignSpace) -> tuple[Discretisation, Analysis]:
+    """As it was accepted: a deep bellows may be hard to inflate anew from rest."""
+    _, state = run.checkpoint()
+    return unpack(run.problem, space, state)
+
+
+def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Shape]:
+    """A design at rest and inflated for every task, by the words above each."""
+    mesh = disc.morph.mesh.at(analysis.X)
+    shapes = {"at rest": Shape(mesh, np.zeros_like(mesh.points))}
+    for task in problem.task:
+        found = analysis.equilibria[task.name]
+        moved = features(disc.model, analysis.configurations[task.name].X, found.state)
+        motion = motion_of(task, {"translation_mm": moved.translation, "rotation_rad": moved.rotation})
+        words = f"{pressures(analysis.pressures[task.name])}: {motion.word} {motion}"
+        shapes[words] = Shape(mesh, found.u, nodal_stretch(mesh, found.u))
+    return shapes
+
+
+def _view(problem: Problem) -> View:
+    """Looking at the plane in which most tasks bend."""
+    about_x = sum(task.objective.component == "bending_x" for task in problem.task)
+    about_y = sum(task.objective.component == "bending_y" for task in problem.task)
+    return View(np.array([-1.0, 0.0, 0.0]) if about_x > about_y else np.array([0.0, 1.0, 0.0]))

@@ -1,0 +1,79 @@
+"""A design cut open, at rest and inflated side by side, the inflated body coloured by its largest principal stretch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TetMesh, tet_gradient
+from pneumorph.output import render
+from pneumorph.output.view import Job, Shape, View, colour_map
+
+MARGIN = 4.0
+INCHES_PER_MM = 0.085
+BAR = 10.0
+
+
+def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
+    """Largest principal stretch at the nodes (N,): that of the quadrature points, carried to the nodes and averaged."""
+    gradients = tet_gradient(TET_RULE)
+    jacobian = np.einsum("eai,gaj->egij", mesh.points[mesh.tets], gradients)
+    moved = np.einsum("eai,gaj->egij", (mesh.points + u)[mesh.tets], gradients)
+    stretch = np.linalg.norm(moved @ np.linalg.inv(jacobian), ord=2, axis=(2, 3))
+    # Linear through the four points of the rule, so its values at the corners and mid-sides follow from theirs.
+    barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
+    corners = np.linalg.inv(barycentric)
+    at_nodes = stretch @ np.vstack([corners, corners[TET_EDGES].mean(axis=1)]).T
+    count = np.bincount(mesh.tets.ravel(), minlength=len(mesh.points))
+    return np.bincount(mesh.tets.ravel(), at_nodes.ravel(), minlength=len(mesh.points)) / count
+
+
+def draw_bodies(
+    path: Path, shapes: dict[str, Shape], view: View, extent: np.ndarray, stretch: tuple[float, float], title: str
+) -> None:
+    """Save a picture of bodies side by side, to scale.
+
+    Parameters
+    ----------
+    shapes : by the words that stand above them.
+    extent : (4,) left, right, bottom, top of every panel in mm, see `View.extent`.
+    stretch : the range of the colours.
+
+    Raises
+    ------
+    NoPicture
+        Where this machine cannot draw off-screen.
+    """
+    extent = extent + MARGIN * np.array([-1.0, 1.0, -1.0, 1.0])
+    pictures = render.images(Job(list(shapes.values()), view, extent, stretch))
+    left, right, bottom, top = extent
+    wide, high = INCHES_PER_MM * (right - left), INCHES_PER_MM * (top - bottom)
+    side, head, foot = 1.1, 0.55, 0.35
+    size = (len(shapes) * wide + side, high + head + foot)
+    figure = Figure(figsize=size, facecolor="white")
+    for place, (words, picture) in enumerate(zip(shapes, pictures, strict=True)):
+        axes = figure.add_axes((place * wide / size[0], foot / size[1], wide / size[0], high / size[1]))
+        axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos")
+        axes.set_axis_off()
+        axes.set_title(words, fontsize=10, color="#333333", pad=3)
+        if place == 0:
+            start = left + MARGIN
+            axes.plot([start, start + BAR], [bottom, bottom], color="#333333", linewidth=2, clip_on=False)
+            axes.text(start + BAR / 2, bottom - 0.8, f"{BAR:g} mm", ha="center", va="top", fontsize=8, color="#333333")
+    figure.suptitle(
+        title, fontsize=12, fontweight="bold", x=0.5 * (1.0 - side / size[0]), y=1.0 - 0.08 / size[1], va="top"
+    )
+    if any(shape.field is not None for shape in shapes.values()):
+        colours = ScalarMappable(Normalize(*stretch), colour_map())
+        tall = min(0.6 * high, 3.5)
+        bar = figure.add_axes(
+            ((size[0] - side + 0.15) / size[0], (foot + (high - tall) / 2) / size[1], 0.16 / size[0], tall / size[1])
+        )
+        scale = figure.colorbar(colours, cax=bar, extend="max")
+        scale.set_label("largest principal stretch", fontsize=9, color="#333333")
+        scale.ax.tick_params(labelsize=8, colors="#333333")
+    figure.savefig(path, dpi=160)

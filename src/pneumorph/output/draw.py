@@ -1,0 +1,67 @@
+"""Bodies drawn by VTK, off-screen."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from pneumorph.output.section import cut_open
+from pneumorph.output.view import COLOURS, CUT, RIM, Job, Shape, View, colour_map
+
+DOTS_PER_MM = 14.0
+
+
+def main() -> None:
+    """Draw the job in the file of the first argument into the .npz of the second."""
+    asked, answered = sys.argv[1:]
+    with Path(asked).open("rb") as file:
+        job: Job = pickle.load(file)
+    np.savez(answered, *[draw(job, shape) for shape in job.shapes])
+
+
+def draw(job: Job, shape: Shape) -> np.ndarray:
+    left, right, bottom, top = job.extent
+    window = [int(DOTS_PER_MM * (right - left)), int(DOTS_PER_MM * (top - bottom))]
+    plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
+    plotter.background_color = pv.Color("white")
+    skin, face, rim = cut_open(shape, job.view.normal)
+    plotter.add_mesh(
+        skin, **_look(job, shape, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,
+        ambient=0.4, diffuse=0.6, specular=0.12, specular_power=12,
+    )  # fmt: skip
+    # The cut is a plane: without light its colours are those of the scale.
+    plotter.add_mesh(face, **_look(job, shape, CUT), show_scalar_bar=False, lighting=False, interpolate_before_map=True)
+    across, up, camera = job.view.axes()
+    # A little towards the camera, so that the line is not half buried in the surfaces that meet in it.
+    plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
+    _light(plotter, job.view)
+    focus = (left + right) / 2 * across + (bottom + top) / 2 * up
+    plotter.camera_position = [tuple(focus + 1e3 * camera), tuple(focus), tuple(up)]
+    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_scale = (top - bottom) / 2
+    plotter.reset_camera_clipping_range()
+    plotter.enable_anti_aliasing("ssaa")
+    picture = plotter.screenshot(return_img=True)
+    plotter.close()
+    return np.asarray(picture)
+
+
+def _look(job: Job, shape: Shape, plain: str) -> dict[str, Any]:
+    """Colours by the field, or plain ones for a shape without."""
+    return {"color": plain} if shape.field is None else {"scalars": "field", "cmap": colour_map(), "clim": job.range}
+
+
+def _light(plotter: pv.Plotter, view: View) -> None:
+    """A key light from the upper left, weaker ones from the right below and beside the camera, all far away."""
+    right, up, camera = view.axes()
+    for direction, intensity in (
+        (camera - 0.8 * right + 0.9 * up, 0.65),
+        (camera + 0.9 * right - 0.7 * up, 0.35),
+        (camera, 0.25),
+    ):
+        plotter.add_light(pv.Light(position=tuple(1e4 * direction), focal_point=(0, 0, 0), intensity=intensity))

@@ -1,0 +1,135 @@
+"""The commands on a tiny body."""
+
+import json
+
+import jsonschema
+import pytest
+
+from pneumorph.cli import design, simulate
+from pneumorph.errors import ComputationError
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics.sweep import sweep
+from pneumorph.output import Pictures
+
+VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+BY_NAME = {"type": "object", "additionalProperties": {"type": "number"}}
+STEPS = {
+    "type": "object",
+    "required": ["steps", "elements", "dofs", "seconds"],
+    "properties": {
+        "steps": {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "required": [
+                    "task", "pressure_MPa", "translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch",
+                    "converged",
+                ],
+                "properties": {
+                    "task": {"type": "string"},
+                    "pressure_MPa": BY_NAME,
+                    "translation_mm": VECTOR,
+                    "rotation_rad": VECTOR,
+                    "reaction": BY_NAME,
+                    "volume_mm3": BY_NAME,
+                    "max_stretch": {"type": "number"},
+                    "converged": {"type": "boolean"},
+                },
+            },
+        },
+        "elements": {"type": "integer"},
+        "dofs": {"type": "integer"},
+        "seconds": {"type": "number"},
+    },
+}  # fmt: skip
+
+
+def steps_of(path):
+    content = json.loads(path.read_text())
+    jsonschema.validate(content, STEPS)
+    return content["steps"]
+
+
+def test_a_sweep(run, tiny, tmp_path):
+    result = run("simulate", tiny, "--pressure", "A=0:60:20kPa", "--json", tmp_path / "steps.json")
+    assert result.exit_code == 0, result.output
+    steps = steps_of(tmp_path / "steps.json")
+    assert [step["pressure_MPa"]["A"] for step in steps] == pytest.approx([0.0, 0.02, 0.04, 0.06])
+    extension = [step["translation_mm"][2] for step in steps]
+    assert extension[0] == pytest.approx(0.0, abs=1e-9)
+    assert extension == sorted(extension) and extension[-1] > 0.03
+    assert steps[-1]["reaction"]["axial"] == pytest.approx(4.0 * extension[-1])
+    assert steps[-1]["volume_mm3"]["A"] > steps[0]["volume_mm3"]["A"]
+
+
+def test_a_blocked_plate(run, tiny, tmp_path):
+    result = run("simulate", tiny, "--block", "all", "--json", tmp_path / "steps.json")
+    assert result.exit_code == 0, result.output
+    (step,) = steps_of(tmp_path / "steps.json")
+    assert step["translation_mm"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    assert set(step["reaction"]) == {"shift_x", "shift_y", "axial", "bending_x", "bending_y", "torsion"}
+    assert step["reaction"]["axial"] > 0.5
+
+
+def test_a_step_without_equilibrium(run, tiny, tmp_path, monkeypatch):
+    """What was found before is written, the rest is told."""
+
+    def ballooning(path, tangent):
+        first, *others = path
+        yield from sweep([first], tangent)
+        for _ in others:
+            yield NoEquilibrium("no equilibrium found near A = 400 kPa: it balloons", 0.0, None)
+
+    monkeypatch.setattr(simulate, "sweep", ballooning)
+    result = run("simulate", tiny, "--pressure", "A=0:800:400kPa", "--json", tmp_path / "steps.json")
+    assert result.exit_code == 1
+    assert result.stderr.startswith("pneumorph: 2 of 3 steps have no equilibrium: no equilibrium found near")
+    assert result.stderr.count("\n") == 1
+    steps = json.loads((tmp_path / "steps.json").read_text())["steps"]
+    assert [step["converged"] for step in steps] == [True, False, False]
+    assert steps[1]["translation_mm"] is None and "balloons" in steps[1]["reason"]
+
+
+def test_check(run, tiny):
+    result = run("check", tiny)
+    assert result.exit_code == 0, result.output
+    for words in ("rubber    Hei-Cast 8400", "axial spring 4 N/mm", "limit     wall is 3 mm"):
+        assert words in result.output
+    assert result.output.count("right") == 3
+
+
+@pytest.fixture
+def no_pictures(monkeypatch):
+    """Drawing has tests of its own."""
+    monkeypatch.setattr(design, "run_pictures", lambda run: Pictures((), ("no pictures here",)))
+
+
+@pytest.mark.slow
+def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
+    out = tmp_path / "run"
+    first = run("design", tiny, "--out", out, "--iterations", 1)
+    assert first.exit_code == 0, first.output
+    assert "no pictures here" in first.output
+    result = json.loads((out / "result.json").read_text())
+    assert result["completed"] and result["iterations"] == 1 and "reached" in result["reason"]
+    again = run("design", tiny, "--out", out, "--resume")
+    assert again.exit_code == 0, again.output
+    assert "going on after design 1" in again.output
+    lines = [json.loads(line) for line in (out / "history.jsonl").read_text().splitlines()]
+    assert [line["iteration"] for line in lines][:3] == [0, 1, 2]
+    simulated = run("simulate", out, "--json", tmp_path / "steps.json", "--design", 0)
+    assert simulated.exit_code == 0, simulated.output
+    (step,) = steps_of(tmp_path / "steps.json")
+    assert step["translation_mm"][2] == pytest.approx(lines[0]["tasks"]["extend"]["translation_mm"][2], rel=1e-3)
+
+
+def test_a_failure_tells_what_is_saved(run, tiny, tmp_path, no_pictures, monkeypatch):
+    def failing(problem, state):
+        raise ComputationError("the body could not be meshed")
+        yield
+
+    monkeypatch.setattr(design, "loop", failing)
+    result = run("design", tiny, "--out", tmp_path / "run")
+    assert result.exit_code == 1
+    assert result.stderr.startswith("pneumorph: the body could not be meshed; no design was finished")
+    assert result.stderr.count("\n") == 1

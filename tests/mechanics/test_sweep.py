@@ -1,0 +1,44 @@
+"""A sweep starts every equilibrium from those before, and stops where there is none."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import jax.numpy as jnp
+import pytest
+
+from pneumorph.mechanics import Configuration, NoEquilibrium
+from pneumorph.mechanics import sweep as module
+from pneumorph.mechanics.potential import Loads, State
+
+
+def at(pressure: float) -> Configuration:
+    none = jnp.zeros(6)
+    return Configuration(cast(Any, None), none, Loads(jnp.array([pressure]), jnp.zeros(3), none, none), cast(Any, None))
+
+
+@pytest.fixture
+def starts(monkeypatch):
+    """A body that moves as its pressure, up to 0.1 MPa; the starts that were tried."""
+    tried = []
+
+    def solve(at, tangent, start):
+        tried.append(None if start is None else float(start.plate[2]))
+        pressure = at.loads.pressure[0]
+        if pressure > 0.1:
+            return NoEquilibrium("it balloons", 0.0, None)
+        return SimpleNamespace(state=State(jnp.zeros((1, 3)), jnp.full(6, pressure)))
+
+    monkeypatch.setattr(module, "solve", solve)
+    return tried
+
+
+def test_every_step_starts_on_the_secant(starts):
+    list(module.sweep(map(at, (0.0, 0.02, 0.04, 0.05, 0.05)), cast(Any, None)))
+    assert starts == [None, 0.0, pytest.approx(0.04), pytest.approx(0.05), pytest.approx(0.05)]
+
+
+def test_it_stops_where_there_is_none(starts):
+    found = list(module.sweep(map(at, (0.08, 0.12, 0.16)), cast(Any, None)))
+    assert len(starts) == 2
+    assert found[1].reason == "it balloons"
+    assert found[2].reason == "not tried, the sweep stopped before it: it balloons"
