@@ -17,7 +17,7 @@ from jax import Array
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from pneumorph.constraint.sampling import Fields, Grid, with_discs
+from pneumorph.constraint.sampling import Fields, Grid, every_other, with_discs
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -197,9 +197,10 @@ def wall_feet(points: Floats, target: Target, bound: float, first: int) -> Feet:
     return _feet(len(points), target, first, some, near[some], offset[active], foot[active])
 
 
-def fold_feet(tube: Target, source: Ints, neighbourhood: float, bound: float, first: int) -> Feet:
-    """Feet of some of a tube's samples on itself outside the neighbourhood; active within `bound` mm."""
-    fold = nearest_fold(tube, neighbourhood, bound + 0.5, source)
+def fold_feet(tube: Target, neighbourhood: float, bound: float, first: int) -> Feet:
+    """Feet of every other sample of a tube on itself outside the neighbourhood; active within `bound` mm."""
+    source = every_other(tube.grid)
+    fold = nearest_fold(tube, neighbourhood, bound + 0.5)
     some = np.flatnonzero(np.isfinite(fold.distance))
     near, offset, facing = fold.near[some], fold.offset[some], fold.facing[some]
     points, foot = tube.x[source[some]], tube.between(near, offset)
@@ -229,7 +230,7 @@ _FACING, _TOLERANCE = 1.5, 0.8
 
 
 class Fold(NamedTuple):
-    """The nearest place of the same tube outside the neighbourhood, for n of its samples."""
+    """The nearest place of the same tube outside the neighbourhood, for every other of its samples, n in all."""
 
     distance: Floats  # (n,) mm; infinite where nothing is within the bound
     near: Ints  # (n,) the sample it is at
@@ -237,8 +238,10 @@ class Fold(NamedTuple):
     facing: NDArray[np.bool_]  # (n,) whether it is on a facing wall rather than on the edge of the neighbourhood
 
 
-def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints) -> Fold:
-    """Find the nearest place of the same tube outside the neighbourhood, for the samples `source`.
+def nearest_fold(tube: Target, neighbourhood: float, bound: float) -> Fold:
+    """Find the nearest place of the same tube outside the neighbourhood, for every other sample both ways.
+
+    Facing walls are nearly parallel, so that every other sample sees how near they come.
 
     Two searches find it. Walls that face each other have opposite normals: the nearest sample in (position, normal),
     the sign of one normal turned, is the facing one, since a sample's own neighbours have its own normal. Where the
@@ -253,10 +256,9 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints)
         Distance in mm along the starting surface within which nothing counts.
     bound : float
         Distance in mm beyond which nothing is looked for.
-    source : (n,) array
-        Numbers of the samples it is asked for.
     """
-    edge_distance, edge_near, edge_offset = (part[source] for part in _edge(tube, neighbourhood))
+    source = every_other(tube.grid)
+    edge_distance, edge_near, edge_offset = _edge(tube, neighbourhood)
     normals = tube.normals()
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
     tree = _tree(np.hstack([tube.x, _FACING * normals]))
@@ -277,15 +279,15 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints)
 
 
 def _edge(tube: Target, neighbourhood: float) -> tuple[Floats, Ints, Floats]:
-    """Distance, nearest sample and offset of the nearest place on the edge of each sample's neighbourhood."""
+    """Distance, nearest sample and offset of the nearest place on the edge of every other sample's neighbourhood."""
     step_q, step_r = tube.grid.step
     rows, columns = tube.grid.shape
     shrink = tube.grid.shrink[:, 0]
     x = np.moveaxis(tube.x.reshape(rows, columns, 3), -1, 0)
-    row, column = np.arange(rows), np.arange(columns)
-    best = np.full((rows, columns), np.inf)
-    near = np.zeros((rows, columns), dtype=np.int64)
-    offset = np.zeros((rows, columns, 2))
+    row, column = np.arange(rows)[::2, None], np.arange(columns)[None, ::2]
+    best = np.full((len(row), column.shape[1]), np.inf)
+    near = np.zeros(best.shape, dtype=np.int64)
+    offset = np.zeros((*best.shape, 2))
     for around, along in _ring(neighbourhood, step_r):
         if abs(around) > tube.grid.size[0] / 2.0:
             continue  # the neighbourhood reaches all the way round
@@ -293,21 +295,23 @@ def _edge(tube: Target, neighbourhood: float) -> tuple[Floats, Ints, Floats]:
         rest = np.array([around - aside * step_q, along - up * step_r])
 
         def at(up: int, aside: int) -> Floats:
-            return np.roll(x[:, np.clip(row + up, 0, rows - 1)], -aside, axis=2)
+            return x[:, np.clip(row + up, 0, rows - 1), (column + aside) % columns]
 
         place = at(up, aside)
-        beside = at(up, aside + int(np.sign(rest[0])))
-        beyond = at(up + int(np.sign(rest[1])), aside)
-        gap = place + abs(rest[0]) / step_q * (beside - place) + abs(rest[1]) / step_r * (beyond - place) - x
+        gap = place - x[:, ::2, ::2]
+        if rest[0]:
+            gap += abs(rest[0]) / step_q * (at(up, aside + int(np.sign(rest[0]))) - place)
+        if rest[1]:
+            gap += abs(rest[1]) / step_r * (at(up + int(np.sign(rest[1])), aside) - place)
         distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
         there = np.clip(row + up, 0, rows - 1)
         # Near a pole a step aside is shorter, and the place may still be a neighbour.
-        apart = np.hypot(around * np.minimum(shrink, shrink[there]), along)
+        apart = np.hypot(around * np.minimum(shrink[row], shrink[there]), along)
         exists = (row + along / step_r >= 0.0) & (row + along / step_r <= rows - 1)
-        distance[~exists | (apart < neighbourhood - 1e-6)] = np.inf
+        distance[(~exists | (apart < neighbourhood - 1e-6))[:, 0]] = np.inf
         closer = distance < best
         best[closer] = distance[closer]
-        near[closer] = (there[:, None] * columns + (column + aside) % columns)[closer]
+        near[closer] = (there * columns + (column + aside) % columns)[closer]
         offset[closer] = rest
     return best.ravel(), near.ravel(), offset.reshape(-1, 2)
 

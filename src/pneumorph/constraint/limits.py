@@ -134,13 +134,7 @@ class Limits:
             ),
             fold=joined(
                 [
-                    fold_feet(
-                        target(field, grid, discs=False),
-                        every_other(grid),
-                        self.neighbourhood,
-                        self.fold + self.reach,
-                        tube.start,
-                    )
+                    fold_feet(target(field, grid, discs=False), self.neighbourhood, self.fold + self.reach, tube.start)
                     for field, grid, tube in zip(fields, self.grids, self._tubes, strict=True)
                 ]
             ),
@@ -181,7 +175,6 @@ class Limits:
 
     @cached_property
     def _fold_source(self) -> NDArray[np.int32]:
-        # Facing walls are nearly parallel, so that every other sample sees how near they come.
         blocks = [tube.start + every_other(grid) for grid, tube in zip(self.grids, self._tubes, strict=True)]
         return np.concatenate(blocks).astype(np.int32)
 

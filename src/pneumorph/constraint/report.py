@@ -215,7 +215,7 @@ def _fold(fields: Fields, grid: Grid, spec: LimitsSpec) -> Place:
     neighbourhood = spec.fold.neighbourhood
     surface = target(fields, grid, discs=False)
     source = every_other(grid)
-    fold = nearest_fold(surface, neighbourhood, neighbourhood, source)
+    fold = nearest_fold(surface, neighbourhood, neighbourhood)
     places = [Place(neighbourhood, grid.name, 0.0, 0.0)]
     edge, facing = np.flatnonzero(np.isfinite(fold.distance) & ~fold.facing), np.flatnonzero(fold.facing)
     if len(edge):

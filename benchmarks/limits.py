@@ -1,0 +1,66 @@
+"""Cost of the limits against the number of variables: value and gradient, finding partners, the report.
+
+Run `python benchmarks/limits.py`; it prints a table.
+"""
+
+import time
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.constraint import limits_of, report
+from pneumorph.geometry import starting_body
+from pneumorph.problem import BodySpec, Limits
+
+DENSITIES = (0.22, 0.4, 0.6, 0.9, 1.27)  # control points per mm: 1k to 30k variables
+
+
+def milliseconds(run: Callable[[], object], repeat: int) -> float:
+    """Median over some runs, after one that compiles."""
+    run()
+    taken = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        run()
+        taken.append(time.perf_counter() - start)
+    return 1e3 * float(np.median(taken))
+
+
+def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
+    """Numbers of variables and samples; milliseconds of value and gradient, of finding partners, of the report."""
+    table = {
+        "length": "80 mm",
+        "radius": "8 mm",
+        "control_density": f"{density} /mm",
+        "ripple": {"amplitude": "1.5 mm", "period": "10 mm"},
+        "chamber": [{"name": "A", "radius": "4 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "77 mm"]}],
+    }
+    body = starting_body(BodySpec.model_validate(table))
+    limits = limits_of(body, spec)
+    points = jnp.asarray(body.control_points())
+    pairs = jax.device_put(limits.pairs(points))
+
+    def penalty(points, pairs):
+        return sum(jnp.mean(jnp.maximum(c + 1.0, 0.0) ** 2) for c in limits.values(points, pairs).values())
+
+    value_and_gradient = jax.jit(jax.value_and_grad(penalty))
+    return (
+        points.size,
+        sum(len(grid.q) * len(grid.r) for grid in limits.grids),
+        milliseconds(lambda: jax.block_until_ready(value_and_gradient(points, pairs)), 30),
+        milliseconds(lambda: limits.pairs(points), 3),
+        milliseconds(lambda: report(body, spec), 3),
+    )
+
+
+def main() -> None:
+    spec = Limits.model_validate({"envelope": {"radius": "12 mm"}})
+    print(f"{'variables':>9} {'samples':>8} {'value+gradient':>15} {'partners':>9} {'report':>8}   (ms)")
+    for density in DENSITIES:
+        print("{:9d} {:8d} {:15.1f} {:9.0f} {:8.0f}".format(*costs(density, spec)))
+
+
+if __name__ == "__main__":
+    main()
