@@ -77,8 +77,7 @@ class Limits:
         dict of 1-d arrays, whose lengths never change
             wall : 1 - d/t between surfaces; -1 where nothing is within reach
             ends : 1 - d/t between chambers and the planes of the body's ends, for samples of the chambers; and how far
-            samples
-                of the exterior are beyond these planes, over t
+                samples of the exterior are beyond these planes, over t
             fold : 1 - d/t within a surface; -1 where nothing is within reach
             curvature, skew, stretch : h/h_max - 1
             area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
