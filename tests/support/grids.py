@@ -53,8 +53,8 @@ def _edge(i, j):
     return next(k for k, pair in enumerate(TET_EDGES) if set(pair) == {i, j})
 
 
-def tube(inner, outer, length, counts, closed=False):
-    """Hollow cylinder of full turn; faces base (z = 0), tip (z = length), bore, exterior. counts: radial, around, along."""
+def tube(inner, outer, length, counts):
+    """Hollow cylinder of full turn; faces base (z = 0), tip (z = length), chamber A (the bore), exterior. counts: radial, around, along."""
 
     def mapping(r):
         radius, angle = inner + (outer - inner) * r[:, 0], 2 * np.pi * r[:, 1]
@@ -70,6 +70,26 @@ def tube(inner, outer, length, counts, closed=False):
             "exterior": lambda r: r[:, 0] == 1,
         },
     )
+
+
+def with_lids(mesh, length):
+    """The tube with its bore closed by flat fans at z = 0 and z = length, and which nodes were added for that: they belong to no solid."""
+    points, triangles = [mesh.points], [mesh.faces["chamber A"]]
+    count = len(mesh.points)
+    for z in (0.0, length):
+        corners, middles = mesh.faces["chamber A"][:, :3], mesh.faces["chamber A"][:, 3:]
+        at = np.abs(mesh.points[:, 2] - z) < 1e-9
+        rims = [
+            (corners[row, edge], middles[row, edge], corners[row, (edge + 1) % 3])
+            for row, edge in np.argwhere(at[corners] & at[np.roll(corners, -1, axis=1)])
+        ]
+        spokes = {node: count + 1 + k for k, node in enumerate(sorted({n for a, _, b in rims for n in (a, b)}))}
+        points += [[[0.0, 0.0, z]], [0.5 * (mesh.points[node] + [0.0, 0.0, z]) for node in spokes]]
+        # Each fan runs along the rim the other way round than the bore does, so the closed surface is oriented.
+        triangles.append(np.array([[b, a, count, m, spokes[a], spokes[b]] for a, m, b in rims]))
+        count += 1 + len(spokes)
+    closed = TetMesh(np.concatenate(points), mesh.tets, mesh.faces | {"chamber A": np.concatenate(triangles)})
+    return closed, np.arange(count) >= len(mesh.points)
 
 
 def octant(inner, outer, counts):

@@ -32,15 +32,16 @@ def design(
     """Design a body for a problem."""
     asked = _with_iterations(load(problem), iterations)
     run = (resume if going_on else create)(out or Path("runs") / problem.stem, asked)
-    console = Console()
-    with Screen(asked, console) as screen:
+    again = "" if iterations is None else f" --iterations {iterations}"
+    command = f"pneumorph design {problem} --out {run.path}{again} --resume"
+    with Screen(asked, Console()) as screen:
         try:
             finished = _loop(run, screen)
         except ComputationError as error:
             _finish(run, screen, Outcome(f"the computation failed: {error}", completed=False))
-            raise ComputationError(f"{error}; {_saved(run, problem)}") from None
+            raise ComputationError(f"{error}; {_saved(run, command)}") from None
         except KeyboardInterrupt:
-            raise ComputationError(f"stopped; {_saved(run, problem)}") from None
+            raise ComputationError(f"stopped; {_saved(run, command)}") from None
         _finish(run, screen, Outcome(finished.reason, completed=True))
 
 
@@ -138,10 +139,10 @@ def peak_memory() -> float | None:
     return used / (1e6 if sys.platform == "darwin" else 1e3)
 
 
-def _saved(run: RunDirectory, problem: Path) -> str:
+def _saved(run: RunDirectory, command: str) -> str:
     """What is on disk and how to go on with it."""
     latest = run.latest()
     if latest is None:
         return f"no design was finished, {run.path} holds the problem alone"
     done = "design 0 is" if latest == 0 else f"designs 0 to {latest} are"
-    return f"{done} saved in {run.path}; go on with: pneumorph design {problem} --out {run.path} --resume"
+    return f"{done} saved in {run.path}; go on with: {command}"

@@ -146,7 +146,6 @@ def _step(
         "volume_mm3": found.volumes,
         "max_stretch": found.max_stretch,
         "converged": True,
-        "stable": found.stable,
     }
 
 
@@ -170,8 +169,6 @@ def _row(step: dict[str, Any]) -> Text:
         unit = "N·mm" if name in COMPONENTS[3:] else "N"
         parts.append(f"{name} {value:.4g} {unit}")
     parts.append(f"stretch {step['max_stretch']:.3f}")
-    if not step["stable"]:
-        parts.append("unstable")
     return Text(head + ", ".join(parts))
 
 

@@ -52,7 +52,9 @@ def pattern(tets: np.ndarray, count: int, on_tip: np.ndarray) -> Pattern:
     a, b = local[:, :, None], local[:, None, :]
     upper = (a >= 0) & (b >= a)
     rows, columns = np.broadcast_to(a, upper.shape)[upper], np.broadcast_to(b, upper.shape)[upper]
-    blocks = sparse.csr_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(n, n))
+    # Every node has its diagonal block, also one that no element touches.
+    pairs = np.concatenate([rows, np.arange(n)]), np.concatenate([columns, np.arange(n)])
+    blocks = sparse.csr_array((np.ones(len(pairs[0]), np.int8), pairs), shape=(n, n))
     blocks.sum_duplicates()
     blocks.sort_indices()
     keys = np.repeat(np.arange(n), np.diff(blocks.indptr)) * n + blocks.indices

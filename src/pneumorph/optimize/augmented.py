@@ -31,6 +31,9 @@ MARGIN = 0.004
 PROXIMITY = 1.0
 """Variables whose gradient is below this multiple of the mean do not go the whole radius: what is noise of the mesh there stays small."""
 
+WORST = 0.005
+"""A violation beyond this raises a multiplier no further: a step that broke a limit must not forbid the next ones."""
+
 ROUNDS, MOST_ITERATIONS = 3, 25
 """Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each."""
 
@@ -54,15 +57,22 @@ class AugmentedLagrangian:
     def step(self, phi: np.ndarray, slope: np.ndarray, radius: float) -> Step:
         """See `Stepper.step`."""
         scale = proxy_scale(slope, self.reference)
-        return self._minimise(phi, scale * slope, scale, radius, self.multipliers, STIFFNESS)
+        found = self._minimise(phi, scale * slope, scale, radius, self.multipliers, STIFFNESS)
+        if found.gain > 0:
+            return found
+        # Multipliers that a bad step has driven too high forbid every move; without them the limits are learnt anew.
+        return self._minimise(phi, scale * slope, scale, radius, self._none(), STIFFNESS)
 
     def restoring(self, phi: np.ndarray, radius: float) -> Step:
         """A step back within the limits, whatever the objective does."""
-        return self._minimise(phi, np.zeros_like(phi), 0.0, radius, self.multipliers, 10 * STIFFNESS)
+        return self._minimise(phi, np.zeros_like(phi), 0.0, radius, self._none(), 100 * STIFFNESS)
 
     def after(self, step: Step) -> AugmentedLagrangian:
         """See `Stepper.after`."""
         return replace(self, multipliers=step.prices)
+
+    def _none(self) -> dict[str, np.ndarray]:
+        return {name: np.zeros_like(value) for name, value in self.multipliers.items()}
 
     def pack(self) -> dict[str, Any]:
         """See `Stepper.pack`."""
@@ -75,7 +85,8 @@ class AugmentedLagrangian:
     def _minimise(self, phi, proxy, scale, radius, multipliers, stiffness) -> Step:
         space, limits, smooth = self.space, self.limits, self.smooth
         start = space.control_points(phi)
-        pairs = limits.pairs(start)
+        pairs = _on_device(limits.pairs(start))
+        multipliers = _on_device(multipliers)
         bounds = np.column_stack([np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)])
         pull = PROXIMITY * float(np.abs(proxy).mean()) / radius
         evaluations = 0
@@ -91,14 +102,14 @@ class AugmentedLagrangian:
         z, points = np.zeros(space.n), start
         for round_ in range(ROUNDS):
             if round_:
-                multipliers = _raised(limits, points, pairs, multipliers, stiffness)
-            options = {"maxiter": MOST_ITERATIONS, "maxcor": 20}
+                multipliers = _on_device(_raised(limits, points, pairs, multipliers, stiffness))
+            options = {"maxiter": MOST_ITERATIONS, "maxcor": 20, "ftol": 1e-14, "gtol": 1e-9}
             found = optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
             # Dearer limits may leave no gain in the step so far; then it starts anew.
             z = found.x if found.fun < merit(0 * z)[0] else 0 * z
             points = space.control_points(phi + smooth.apply(z))
             if limits.moved(points, pairs):
-                pairs = limits.pairs(points)
+                pairs = _on_device(limits.pairs(points))
         change = smooth.apply(z)
         before, _ = _price(limits, start, pairs, multipliers, stiffness)
         after, _ = _price(limits, points, pairs, multipliers, stiffness)
@@ -115,11 +126,17 @@ def augmented_lagrangian(
     return AugmentedLagrangian(space, smooth, limits, reference, {name: np.zeros(len(c)) for name, c in values.items()})
 
 
+def _on_device(arrays):
+    """Arrays as JAX's own, made once: handing NumPy's over costs more than an evaluation does."""
+    return jax.tree.map(jnp.asarray, arrays)
+
+
 def _raised(limits, points, pairs, multipliers, stiffness) -> dict[str, np.ndarray]:
-    """Multipliers λ ← max(0, λ + ρ c)."""
+    """Multipliers λ ← max(0, λ + ρ c), c taken for no worse than `WORST`."""
     values = _values(limits, points, pairs)
     return {
-        name: np.maximum(0.0, multipliers[name] + stiffness * (np.asarray(c) + MARGIN)) for name, c in values.items()
+        name: np.maximum(0.0, multipliers[name] + stiffness * np.minimum(np.asarray(c) + MARGIN, WORST))
+        for name, c in values.items()
     }
 
 

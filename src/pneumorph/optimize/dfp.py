@@ -47,7 +47,7 @@ class PaperStepper:
         space, limits = self.space, self.limits
         scale = proxy_scale(slope, self.reference)
         start = space.control_points(phi)
-        pairs = limits.pairs(start)
+        pairs = jax.tree.map(jnp.asarray, limits.pairs(start))
         below, above = np.isfinite(space.lower), np.isfinite(space.upper)
 
         def merit(psi):

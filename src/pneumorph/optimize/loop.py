@@ -66,7 +66,7 @@ class _Loop:
         self.problem = problem
         self.space: DesignSpace = design_space(problem, body)
         reference = problem.optimizer.step
-        limits = limits_of(body, problem.limits, reach=4 * LARGEST * reference)
+        limits = limits_of(body, problem.limits, reach=2.5 * LARGEST * reference)
         self.augmented: AugmentedLagrangian = augmented_lagrangian(self.space, smoothing(self.space), limits, reference)
         self.stepper: Stepper = self.augmented
         if problem.optimizer.method == "dfp":

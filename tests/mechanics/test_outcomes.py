@@ -1,0 +1,61 @@
+"""What the solver says when there is no equilibrium, and that both factorisations agree."""
+
+import numpy as np
+import pytest
+from grids import tube
+
+from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve
+from pneumorph.mechanics.linear import SuperLU
+from pneumorph.mechanics.model import tangent
+
+RUBBER = rubber(0.49, 4.80, 1.1e-9)
+
+
+def test_a_ballooning_tube_is_told_in_a_sentence():
+    mesh = tube(11, 13, 40, (1, 12, 6))
+    built = model(mesh, RUBBER)
+    found = solve(configuration(built, mesh.points, loads(built, {"A": 0.3})), Tangent(built))
+    assert isinstance(found, NoEquilibrium)
+    assert "no equilibrium found near A = " in found.reason
+    assert "kPa" in found.reason
+    assert 0 < found.fraction < 1
+    assert isinstance(found.last, Equilibrium)
+    assert np.isfinite(found.last.u).all()
+
+
+def test_a_start_turned_inside_out_is_answered_from_rest():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    at = configuration(built, mesh.points, loads(built, {"A": 0.03}))
+    wild = built.state(np.where(built.fixed, 0.0, 30 * np.random.default_rng(0).standard_normal(built.size)))
+    found, plain = solve(at, Tangent(built), wild), solve(at, Tangent(built))
+    assert np.abs(found.u - plain.u).max() < 1e-7
+
+
+def test_warm_starts_are_cheap():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built, solver = model(mesh, RUBBER), None
+    solver = Tangent(built)
+    first = solve(configuration(built, mesh.points, loads(built, {"A": 0.05})), solver)
+    again = solve(configuration(built, mesh.points, loads(built, {"A": 0.05})), solver, first.state)
+    assert again.factorisations == 1
+    near = solve(configuration(built, mesh.points, loads(built, {"A": 0.051})), solver, first.state)
+    assert near.factorisations <= 3
+
+
+def test_superlu_serves_where_there_is_no_mkl():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    at = configuration(built, mesh.points, loads(built, {"A": 0.05}))
+    data = tangent(built, at.X, rest(built), at.loads, at.blocked)
+    plain = SuperLU(built.pattern.indptr, built.pattern.indices)
+    plain.refactorise(data)
+    best = Tangent(built)
+    best.factorise(at, rest(built))
+    rhs = np.random.default_rng(0).standard_normal(built.size)
+    assert np.abs(plain.solve(rhs) - best.precondition(rhs)).max() < 1e-8 * np.abs(plain.solve(rhs)).max()
+    assert plain.negative_pivots == best.negative_pivots
+    raised = data.copy()
+    raised[built.diagonal[100]] -= 1e3
+    plain.refactorise(raised)
+    assert plain.negative_pivots == best.negative_pivots + 1

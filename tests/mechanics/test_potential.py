@@ -1,0 +1,122 @@
+"""The potential's derivatives, invariances and conservation."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from grids import tube, with_lids
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+
+from pneumorph.mechanics import Tangent, configuration, loads, model, rest, rubber, solve
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.model import tangent
+from pneumorph.mechanics.plate import rotation, rotation_vector
+
+RUBBER = rubber(0.49, 4.80, 1.1e-9)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    """A short tube under everything at once, at a state that is no equilibrium."""
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    acting = loads(
+        built,
+        {"A": 0.04},
+        acceleration=np.array([9810.0, 0, 0]),
+        spring=np.array([0.1, 0, 0.5, 3, 20, 7]),
+        wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
+    )
+    vector = 0.05 * np.random.default_rng(0).standard_normal(built.size)
+    return built, configuration(built, mesh.points, acting), np.where(built.fixed, 0.0, vector)
+
+
+def test_tangent_is_the_derivative_of_the_residual(loaded):
+    built, at, vector = loaded
+    data = tangent(built, at.X, built.state(vector), at.loads, at.blocked)
+    sparsity = built.pattern
+    upper = sparse.csr_array((data, sparsity.indices, sparsity.indptr), shape=(built.size, built.size))
+    direction = np.where(built.fixed, 0.0, np.random.default_rng(1).standard_normal(built.size))
+    by_matrix = upper @ direction + sparse.triu(upper, 1).T @ direction
+    arguments = (*built.rubber_arguments, built.top, at.X)
+    product = kernels.tangent_product(*arguments, built.state(vector), at.loads, built.state(direction))
+    expected = np.where(built.fixed, 0.0, built.vector(product))
+    assert np.abs(by_matrix - expected).max() < 1e-10 * np.abs(expected).max()
+
+    def residual(v):
+        return built.vector(kernels.value_and_residual(*arguments, built.state(v), at.loads)[1])
+
+    h = 1e-6
+    difference = (residual(vector + h * direction) - residual(vector - h * direction)) / (2 * h)
+    assert np.abs(difference - built.vector(product)).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_a_rigid_motion_costs_nothing():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER, plate=False)
+    turn = np.asarray(rotation(jnp.array([0.4, -1.1, 2.0])))
+    u = mesh.points @ turn.T + np.array([3.0, -2.0, 5.0]) - mesh.points
+    at = configuration(built, mesh.points, loads(built, {}))
+    state = kernels.State(built.pad(u), jnp.zeros(6))
+    value, residual = kernels.value_and_residual(*built.rubber_arguments, built.top, at.X, state, at.loads)
+    assert abs(value) < 1e-9
+    assert np.abs(np.asarray(residual.u)).max() < 1e-10
+    assert built.top.weight.sum() == len(mesh.tets)
+
+
+def test_chamber_volume_of_a_deformed_bore():
+    mesh, _ = with_lids(tube(4, 8, 20, (1, 16, 4)), 20)
+    built = model(mesh, RUBBER, plate=False)
+    stretched = mesh.points * np.array([1.1, 1.1, 1.3]) + np.array([5.0, -3.0, 7.0])
+    volume = kernels.chamber_volumes(built.top, built.pad(stretched))[0]
+    assert float(volume) == pytest.approx(np.pi * 4.4**2 * 26, rel=1e-3)
+
+
+def test_work_of_the_pressure_becomes_stored_energy():
+    mesh = tube(4, 6, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    solver, state = Tangent(built), rest(built)
+    pressures = np.linspace(0, 0.05, 21)
+    volumes, energies = [], []
+    for pressure in pressures:
+        at = configuration(built, mesh.points, loads(built, {"A": pressure}))
+        found = solve(at, solver, state)
+        state = found.state
+        volumes.append(found.volumes["A"])
+        free = configuration(built, mesh.points, loads(built, {}))
+        energies.append(
+            float(kernels.potential(*built.rubber_arguments, built.top, free.X, state, free.loads))
+        )
+    work = np.trapezoid(pressures, volumes)
+    assert energies[-1] - energies[0] == pytest.approx(work, rel=1e-3)
+
+
+def test_spring_and_force_balance_on_the_plate():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    held = np.array([False, False, True, False, False, False])
+    acting = loads(built, {"A": 0.05})
+    blocked = solve(configuration(built, mesh.points, acting, held), Tangent(built))
+    assert blocked.plate[2] == 0.0
+    # Pushing back with what the block carried leaves the plate where the block held it.
+    wrench = np.array([0, 0, -blocked.reaction[2], 0, 0, 0])
+    pushed = solve(configuration(built, mesh.points, loads(built, {"A": 0.05}, wrench=wrench)), Tangent(built))
+    assert abs(pushed.plate[2]) < 1e-7
+
+
+@settings(max_examples=30)
+@given(st.lists(st.floats(-3.5, 3.5), min_size=3, max_size=3))
+def test_rotations_are_rotations(theta):
+    R = np.asarray(rotation(jnp.array(theta)))
+    assert np.abs(R @ R.T - np.eye(3)).max() < 1e-13
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    assert np.abs(np.asarray(rotation(jnp.array(rotation_vector(R)))) - R).max() < 1e-7
+
+
+def test_rotation_is_smooth_at_rest():
+    slope = jax.jacfwd(rotation)(jnp.zeros(3))
+    curvature = jax.jacfwd(jax.jacfwd(rotation))(jnp.zeros(3))
+    assert np.isfinite(np.asarray(curvature)).all()
+    assert np.asarray(slope)[2, 1, 0] == 1.0

@@ -1,0 +1,79 @@
+"""The adjoint gradient by Taylor tests, and the paper's boundary formula against it."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from grids import tube
+
+from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.objective import features
+from pneumorph.sensitivity import boundary_gradient, gradient, taylor_test
+
+RUBBER = rubber(0.49, 4.80, 1.1e-9)
+
+
+def judge(f):
+    """An objective of every feature there is."""
+    return 0.1 * f.translation[2] + f.rotation[1] ** 2 + f.translation[0] + f.rotation[2] + 1e-4 * jnp.sum(f.volume)
+
+
+def judge_motion(f):
+    """An objective of the plate's motion alone, as the paper's formula has it."""
+    return 0.01 * f.translation[2] + f.rotation[1] ** 2 + f.translation[0] + f.rotation[2]
+
+
+class Case:
+    """A tube under pressure, weight, springs, force and moment; its nodes move along a smooth direction."""
+
+    def __init__(self, counts, plate=True):
+        self.mesh = tube(4, 8, 30, counts)
+        self.model = model(self.mesh, RUBBER, plate=plate)
+        x, y, z = self.mesh.points.T
+        self.motion = np.column_stack([
+            np.sin(z / 7) * x / 8,
+            np.cos(z / 5) * y / 8 + 0.05 * np.sin(z / 9),
+            0.3 * np.sin(x / 3) * np.sin(np.pi * z / 30),
+        ])
+        self.plate = plate
+
+    def solve(self, step=0.0, pressure=0.05):
+        points = self.mesh.points + step * self.motion
+        carried = {"spring": np.array([0, 0, 0.5, 0, 20, 0]), "wrench": np.array([0.05, 0, 0, 0, 0, 3.0])}
+        acting = loads(self.model, {"A": pressure}, np.array([9810.0, 0, 0]), **(carried if self.plate else {}))
+        at, solver = configuration(self.model, points, acting), Tangent(self.model)
+        return at, solver, solve(at, solver)
+
+    def value(self, step=0.0, pressure=0.05):
+        at, _, found = self.solve(step, pressure)
+        return float(judge(features(self.model, at.X, found.state)))
+
+
+@pytest.mark.parametrize("plate", [True, False])
+def test_gradient_by_nodes_and_pressure(plate):
+    case = Case((1, 8, 6), plate)
+    at, solver, found = case.solve()
+    slope = gradient(at, solver, found, judge)
+    along = np.array([np.sum(slope.X * case.motion), slope.pressure["A"]])
+    for direction in (np.array([1.0, 0.0]), np.array([0.0, 0.01]), np.array([1.0, 0.01])):
+        test = taylor_test(
+            lambda s: case.value(s[0], 0.05 + s[1]), np.zeros(2), along, direction, step=0.1, count=4
+        )
+        assert test.passed, test
+
+
+def test_a_wrong_gradient_fails_the_taylor_test():
+    test = taylor_test(lambda x: float(np.sum(x**3)), np.ones(2), np.array([3.0, 3.3]), np.array([1.0, 2.0]), 0.1)
+    assert not test.passed
+
+
+@pytest.mark.slow
+def test_boundary_formula_tends_to_the_exact_gradient():
+    errors = []
+    for counts in ((1, 8, 8), (2, 12, 16), (3, 20, 30)):
+        case = Case(counts)
+        at, solver, found = case.solve()
+        exact = gradient(at, solver, found, judge_motion)
+        boundary = boundary_gradient(at, case.mesh, found, exact.adjoint)
+        errors.append(abs(np.sum(boundary * case.motion) / np.sum(exact.X * case.motion) - 1))
+    assert errors[2] < errors[1] < errors[0]
+    assert errors[2] < 0.5 * errors[0]
