@@ -52,10 +52,11 @@ def draw_profile(path: Path, start: Body, final: Body, envelope: float | None) -
             axes.axhline(envelope, color="#888888", linewidth=0.8, linestyle=":", label="envelope")
         axes.set_title(words, fontsize=10, loc="left")
         axes.set_ylabel("radius / mm", fontsize=9)
-        axes.set_ylim(bottom=0.0)
         axes.set_aspect("equal", adjustable="box")
         axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(labelsize=8)
+    # Shared by both, so set once both are drawn.
+    lower.set_ylim(0.0, 1.05 * lower.get_ylim()[1])
     lower.set_xlabel("z / mm (base at 0)", fontsize=9)
     handles, labels = lower.get_legend_handles_labels()
     figure.legend(handles, labels, fontsize=8, frameon=False, loc="outside lower center", ncols=len(labels))
