@@ -25,8 +25,9 @@ from pneumorph.optimize.step import Step, proxy_scale
 STIFFNESS = 1000.0
 """ρ: price of a limit broken by one per cent, as a multiplier, over one per cent."""
 
-MARGIN = 0.004
-"""Limits are tightened by this fraction, for what lies between the optimiser's samples."""
+MARGIN = {"curvature": 0.01, "skew": 0.03, "stretch": 0.04}
+SMALL_MARGIN = 0.004
+"""Limits are tightened by these fractions, for what lies between the optimiser's samples: measured against samples twice as fine."""
 
 PROXIMITY = 1.0
 """Variables whose gradient is below this multiple of the mean do not go the whole radius: what is noise of the mesh there stays small."""
@@ -126,6 +127,10 @@ def augmented_lagrangian(
     return AugmentedLagrangian(space, smooth, limits, reference, {name: np.zeros(len(c)) for name, c in values.items()})
 
 
+def _margin(name: str) -> float:
+    return MARGIN.get(name, SMALL_MARGIN)
+
+
 def _on_device(arrays):
     """Arrays as JAX's own, made once: handing NumPy's over costs more than an evaluation does."""
     return jax.tree.map(jnp.asarray, arrays)
@@ -135,7 +140,7 @@ def _raised(limits, points, pairs, multipliers, stiffness) -> dict[str, np.ndarr
     """Multipliers λ ← max(0, λ + ρ c), c taken for no worse than `WORST`."""
     values = _values(limits, points, pairs)
     return {
-        name: np.maximum(0.0, multipliers[name] + stiffness * np.minimum(np.asarray(c) + MARGIN, WORST))
+        name: np.maximum(0.0, multipliers[name] + stiffness * np.minimum(np.asarray(c) + _margin(name), WORST))
         for name, c in values.items()
     }
 
@@ -153,7 +158,7 @@ def _price(limits: Limits, points: Array, pairs: Pairs, multipliers: dict[str, A
         total = 0.0
         for name, c in limits.values(points, pairs).items():
             if len(c):
-                active = jnp.maximum(0.0, multipliers[name] + stiffness * (c + MARGIN))
+                active = jnp.maximum(0.0, multipliers[name] + stiffness * (c + _margin(name)))
                 total += jnp.mean(active**2 - multipliers[name] ** 2) / (2 * stiffness)
         return total
 

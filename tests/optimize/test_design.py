@@ -1,0 +1,89 @@
+"""The whole loop on a coarse mesh: it designs, holds limits, goes on after a stop as if nothing had happened, and says why it ends."""
+
+import numpy as np
+import pytest
+
+from pneumorph.constraint import report
+from pneumorph.optimize import DesignAccepted, Finished, design
+from pneumorph.problem import loads
+
+FILE = """
+title = "Short linear actuator"
+[material]
+name = "Hei-Cast 8400"
+[body]
+length = "40 mm"
+radius = "8 mm"
+control_density = "0.6 /mm"
+ripple = { amplitude = "0.4 mm", period = "10 mm" }
+[[body.chamber]]
+name = "A"
+radius = "5 mm"
+center = ["0 mm", "0 mm"]
+span = ["3 mm", "37 mm"]
+[[task]]
+name = "extend"
+pressure = { A = "60 kPa" }
+objective = { kind = "maximize", motion = "extension" }
+[limits]
+envelope = { radius = "12 mm" }
+[mesh]
+size = "4 mm"
+[optimizer]
+iterations = ITERATIONS
+method = "METHOD"
+"""
+
+
+def run(iterations, method="lbfgs", state=None):
+    problem = loads(FILE.replace("ITERATIONS", str(iterations)).replace("METHOD", method))
+    return problem, list(design(problem, state))
+
+
+@pytest.fixture(scope="module")
+def three():
+    return run(3)
+
+
+def accepted(events):
+    return [event for event in events if isinstance(event, DesignAccepted)]
+
+
+def extension(event):
+    return event.line["tasks"]["extend"]["translation_mm"][2]
+
+
+def test_extension_grows_threefold_in_three_designs(three):
+    problem, events = three
+    designs = accepted(events)
+    assert extension(designs[3]) >= 3 * extension(designs[0])
+    last = events[-1]
+    assert isinstance(last, Finished)
+    assert last.held
+    assert report(designs[-1].body, problem.limits).held()
+
+
+def test_the_history_line_is_as_documented(three):
+    line = accepted(three[1])[1].line
+    assert {"iteration", "objective", "tasks", "limits", "elements", "dofs", "factorisations", "seconds"} <= set(line)
+    assert set(line["limits"]) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
+    assert {"geometry", "equilibrium", "gradient", "subproblem", "total"} == set(line["seconds"])
+    assert line["equivalents"] > 0
+    assert line["objective"] == -line["tasks"]["extend"]["translation_mm"][2]
+
+
+def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
+    designs = accepted(three[1])
+    _, events = run(3, state=designs[1].state)
+    again = accepted(events)
+    assert [event.iteration for event in again] == [event.iteration for event in designs[2:]]
+    for one, other in zip(again, designs[2:], strict=True):
+        assert one.line["objective"] == pytest.approx(other.line["objective"], rel=1e-6)
+        assert np.abs(one.body.control_points() - other.body.control_points()).max() < 1e-6
+
+
+@pytest.mark.slow
+def test_the_papers_method_designs_too(three):
+    _, events = run(2, "dfp")
+    designs = accepted(events)
+    assert extension(designs[-1]) > 1.2 * extension(designs[0])
