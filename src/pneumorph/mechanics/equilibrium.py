@@ -24,8 +24,9 @@ MOST_NEWTON_STEPS = 40
 MOST_PRODUCTS = 6
 """Conjugate gradient steps that an old factorisation is given: a new one costs about as much as five."""
 
-NEAR = 1e-4
-"""Relative residual below which an old factorisation is tried before a new one is made."""
+MOST_RELAXATIONS, RELAXED = 3, 0.5
+"""Steps with the factorisation of an earlier configuration before the first fresh one, and what each has to leave of the residual at most: they
+even out what a prediction or an interpolation has left, which would make the tangent indefinite."""
 
 RUNAWAY_STRETCH = 8.0
 
@@ -197,37 +198,47 @@ def _newton(at: Configuration, tangent: Tangent, start: State, tolerance: float)
     scale = applied_force(at, model.state(vector))
     residual = np.where(held, 0.0, residual)
     size = np.linalg.norm(residual) / scale
-    reuse = tangent.ready and size < NEAR
+    relaxations = MOST_RELAXATIONS if tangent.ready else 0
+    exact = False
     for _ in range(MOST_NEWTON_STEPS):
         if size <= tolerance:
             return model.state(vector), float(size)
         state = model.state(vector)
+        relaxing = relaxations > 0
         try:
-            direction, fresh = _direction(at, tangent, state, residual, size, reuse)
+            if relaxing:
+                direction = tangent.precondition(-residual)
+            else:
+                direction, exact = _direction(at, tangent, state, residual, size, exact)
         except SingularMatrix:
             return "the tangent is singular"
         moved = _line_search(at, vector, energy, residual, direction, scale)
-        if moved is None and not fresh:
-            reuse = False
-            continue
-        if moved is None:
+        if moved is None and not relaxing:
             return "the line search found no lower potential"
-        vector, energy, residual = moved
-        previous, size = size, np.linalg.norm(residual) / scale
-        reuse = fresh or size < 0.5 * previous
+        previous = size
+        if moved is not None:
+            vector, energy, residual = moved
+            size = np.linalg.norm(residual) / scale
+        if relaxing:
+            relaxations = relaxations - 1 if size < RELAXED * previous else 0
         if size > 1e-2 and _largest_stretch(at, vector) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
-def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, reuse: bool):
-    """A descent direction from the factorisation at hand if it serves, else from a fresh one; and whether it is fresh."""
-    accuracy = float(np.clip(np.sqrt(size), 1e-4, 0.1))
-    if reuse:
+def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):
+    """A descent direction, and whether the factorisation behind it is that of a tangent, not of a raised one.
+
+    A factorisation of a tangent near by serves a few conjugate gradients; where it does not, a fresh one is made. Where the fresh
+    tangent is indefinite, conjugate gradients on it follow its negative curvature.
+    """
+    accuracy = float(np.clip(np.sqrt(size), 1e-3, 0.1))
+    if exact:
         solution = tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS)
         if solution.converged:
-            return solution.x, False
-    tangent.factorise_convex(at, state)
+            return solution.x, True
+    if tangent.factorise_convex(at, state):
+        return tangent.solve(at, state, -residual, 0.1, 2 * MOST_PRODUCTS).x, False
     return tangent.precondition(-residual), True
 
 

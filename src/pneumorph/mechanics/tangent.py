@@ -68,16 +68,18 @@ class Tangent:
         self._refactorise(tangent(self._model, at.X, state, at.loads, at.blocked))
         self.unit_seconds = time.perf_counter() - began
 
-    def factorise_convex(self, at: Configuration, state: State) -> None:
-        """Factorise; where the tangent is indefinite, with its diagonal raised until it is not, so that steps descend."""
+    def factorise_convex(self, at: Configuration, state: State) -> bool:
+        """Factorise; where the tangent is indefinite, with its diagonal raised until it is not. Whether it had to be raised."""
         data = tangent(self._model, at.X, state, at.loads, at.blocked)
         self._refactorise(data)
+        indefinite = self.negative_pivots > 0
         diagonal, shift = np.abs(data[self._model.diagonal]), 1e-3
         while self.negative_pivots > 0 and shift < 10:
             raised = data.copy()
             raised[self._model.diagonal] += shift * diagonal
             self._refactorise(raised)
             shift *= 4
+        return indefinite
 
     def _refactorise(self, data: np.ndarray) -> None:
         self._factor.refactorise(data)
