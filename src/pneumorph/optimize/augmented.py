@@ -35,7 +35,7 @@ PROXIMITY = 1.0
 WORST = 0.005
 """A violation beyond this raises a multiplier no further: a step that broke a limit must not forbid the next ones."""
 
-ROUNDS, MOST_ITERATIONS = 3, 25
+ROUNDS, MOST_ITERATIONS = 2, 15
 """Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each."""
 
 
