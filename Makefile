@@ -7,7 +7,7 @@ READY := $(VENV)/.installed
 .PHONY: demo test lint
 
 demo: $(READY)
-	$(BIN)/pneumorph design examples/linear.toml --out runs/linear
+	$(BIN)/pneumorph design examples/linear.toml --out runs/linear --resume
 	@echo "The pictures are in runs/linear:"
 	@find runs/linear -name '*.png' | sort
 

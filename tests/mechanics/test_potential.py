@@ -86,9 +86,7 @@ def test_work_of_the_pressure_becomes_stored_energy():
         state = found.state
         volumes.append(found.volumes["A"])
         free = configuration(built, mesh.points, loads(built, {}))
-        energies.append(
-            float(kernels.potential(*built.rubber_arguments, built.top, free.X, state, free.loads))
-        )
+        energies.append(float(kernels.potential(*built.rubber_arguments, built.top, free.X, state, free.loads)))
     work = np.trapezoid(pressures, volumes)
     assert energies[-1] - energies[0] == pytest.approx(work, rel=1e-3)
 

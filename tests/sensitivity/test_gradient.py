@@ -29,11 +29,13 @@ class Case:
         self.mesh = tube(4, 8, 30, counts)
         self.model = model(self.mesh, RUBBER, plate=plate)
         x, y, z = self.mesh.points.T
-        self.motion = np.column_stack([
-            np.sin(z / 7) * x / 8,
-            np.cos(z / 5) * y / 8 + 0.05 * np.sin(z / 9),
-            0.3 * np.sin(x / 3) * np.sin(np.pi * z / 30),
-        ])
+        self.motion = np.column_stack(
+            [
+                np.sin(z / 7) * x / 8,
+                np.cos(z / 5) * y / 8 + 0.05 * np.sin(z / 9),
+                0.3 * np.sin(x / 3) * np.sin(np.pi * z / 30),
+            ]
+        )
         self.plate = plate
 
     def solve(self, step=0.0, pressure=0.05):
@@ -55,9 +57,7 @@ def test_gradient_by_nodes_and_pressure(plate):
     slope = gradient(at, solver, found, judge)
     along = np.array([np.sum(slope.X * case.motion), slope.pressure["A"]])
     for direction in (np.array([1.0, 0.0]), np.array([0.0, 0.01]), np.array([1.0, 0.01])):
-        test = taylor_test(
-            lambda s: case.value(s[0], 0.05 + s[1]), np.zeros(2), along, direction, step=0.1, count=4
-        )
+        test = taylor_test(lambda s: case.value(s[0], 0.05 + s[1]), np.zeros(2), along, direction, step=0.1, count=4)
         assert test.passed, test
 
 

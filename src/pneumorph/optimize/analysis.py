@@ -92,7 +92,11 @@ def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Disc
 
 
 def analyse(
-    problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, starts: Starts | None = None,
+    problem: Problem,
+    space: DesignSpace,
+    disc: Discretisation,
+    phi: np.ndarray,
+    starts: Starts | None = None,
     tolerance: float = DESIGN_TOLERANCE,
 ) -> Analysis | NoEquilibrium:
     """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest."""
