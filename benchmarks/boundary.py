@@ -1,9 +1,9 @@
-"""The paper's boundary formula against the exact discrete gradient on ever finer meshes of the linear actuator's bodies.
+"""The paper's boundary formula against the exact discrete gradient, on ever finer meshes of the linear actuator.
 
     python benchmarks/boundary.py [runs/linear]
 
-Compared as gradients with respect to all design variables: ‖boundary − exact‖/‖exact‖, and along a smooth direction (a radial wave).
-With a run directory, its last design is taken as well as the starting one.
+Compared as gradients with respect to all design variables: ‖boundary − exact‖/‖exact‖, and along a smooth direction
+(a radial wave). With a run directory, its last design is taken as well as the starting one.
 """
 
 import sys

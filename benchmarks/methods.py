@@ -1,4 +1,6 @@
-"""The default sub-problem against the paper's (DFP with penalties) on the linear actuator: objective and limits after ten designs, seconds in the sub-problem.
+"""The default sub-problem against the paper's (DFP with penalties) on the linear actuator.
+
+Printed after every design: objective, limits, and seconds in the sub-problem.
 
 python benchmarks/methods.py [designs]
 """
@@ -18,7 +20,8 @@ def main() -> None:
     use_compilation_cache()
     designs = int(sys.argv[1]) if len(sys.argv) > 1 else 10
     print(
-        f"{'method':>7s} {'design':>6s} {'mm':>7s} {'wall':>6s} {'fold':>6s} {'h1':>6s} {'h2':>6s} {'h3':>6s} {'evaluations':>11s} {'sub-problem s':>13s}"
+        f"{'method':>7s} {'design':>6s} {'mm':>7s} {'wall':>6s} {'fold':>6s} {'h1':>6s} {'h2':>6s} {'h3':>6s} "
+        f"{'evaluations':>11s} {'sub-problem s':>13s}"
     )
     for method in ("lbfgs", "dfp"):
         text = EXAMPLE.replace('method = "lbfgs"', f'method = "{method}"').replace(
@@ -33,8 +36,10 @@ def main() -> None:
                 line, limits = event.line, event.line["limits"]
                 seconds.append(line["seconds"]["subproblem"])
                 print(
-                    f"{method:>7s} {event.iteration:6d} {-line['objective']:7.3f} {limits['wall_mm']:6.3f} {limits['fold_mm']:6.3f} "
-                    f"{limits['curvature']:6.3f} {limits['skew']:6.3f} {limits['stretch']:6.3f} {line['evaluations']:11d} {seconds[-1]:13.2f}",
+                    f"{method:>7s} {event.iteration:6d} {-line['objective']:7.3f} "
+                    f"{limits['wall_mm']:6.3f} {limits['fold_mm']:6.3f} "
+                    f"{limits['curvature']:6.3f} {limits['skew']:6.3f} {limits['stretch']:6.3f} "
+                    f"{line['evaluations']:11d} {seconds[-1]:13.2f}",
                     flush=True,
                 )
         print(f"{method}: median {median(seconds):.2f} s in the sub-problem")

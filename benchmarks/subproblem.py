@@ -1,4 +1,4 @@
-"""Cost of the sub-problem against the number of variables, 1k … 30k: the linear actuator at several densities of control points.
+"""Cost of the sub-problem against the number of variables, 1k … 30k: the linear actuator with ever more control points.
 
     python benchmarks/subproblem.py
 

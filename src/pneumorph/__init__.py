@@ -2,7 +2,8 @@
 
 import os
 
-# Worker threads of the linear solver that spin while they wait take the cores from the kernels in between: measured twice as slow.
+# Worker threads of the linear solver that spin while they wait take the cores from the kernels in between: measured
+# twice as slow.
 os.environ.setdefault("KMP_BLOCKTIME", "0")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 

@@ -1,4 +1,4 @@
-"""The errors a person meets: each message is one readable line that names the key or file, what is wrong, and the mend."""
+"""The errors a person meets: each message is one readable line that names the key or file, what is wrong, the mend."""
 
 
 class PneumorphError(Exception):

@@ -1,4 +1,4 @@
-"""Thick tube and sphere against radial boundary-value problems solved to 1e-8, and the small-load limits of elasticity."""
+"""Thick tube and sphere against radial boundary-value problems solved to 1e-8, and elasticity's small-load limits."""
 
 import numpy as np
 import pytest

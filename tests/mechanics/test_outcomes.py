@@ -1,7 +1,6 @@
 """What the solver says when there is no equilibrium, and that both factorisations agree."""
 
 import numpy as np
-import pytest
 from grids import tube
 
 from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve

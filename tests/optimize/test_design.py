@@ -1,4 +1,7 @@
-"""The whole loop on a coarse mesh: it designs, holds limits, goes on after a stop as if nothing had happened, and says why it ends."""
+"""The whole loop on a coarse mesh.
+
+It designs, holds limits, goes on after a stop as if nothing had happened, and says why it ends.
+"""
 
 import numpy as np
 import pytest

@@ -31,7 +31,7 @@ def block(counts, mapping, faces):
     tets = np.concatenate([np.array(t).T for t in tets])
     reference = lattice / (2 * counts)
     points = mapping(reference)
-    keys, index, inverse = np.unique(np.round(points, 8), axis=0, return_index=True, return_inverse=True)
+    _, index, inverse = np.unique(np.round(points, 8), axis=0, return_index=True, return_inverse=True)
     inverse = inverse.ravel()
     used = inverse[tets]
     triangles = {name: _face(tets, used, points, inside(reference)) for name, inside in faces.items()}
@@ -54,7 +54,10 @@ def _edge(i, j):
 
 
 def tube(inner, outer, length, counts):
-    """Hollow cylinder of full turn; faces base (z = 0), tip (z = length), chamber A (the bore), exterior. counts: radial, around, along."""
+    """Hollow cylinder of full turn, with counts of elements radially, around and along.
+
+    Faces: base (z = 0), tip (z = length), chamber A (the bore), exterior.
+    """
 
     def mapping(r):
         radius, angle = inner + (outer - inner) * r[:, 0], 2 * np.pi * r[:, 1]
@@ -73,7 +76,10 @@ def tube(inner, outer, length, counts):
 
 
 def with_lids(mesh, length):
-    """The tube with its bore closed by flat fans at z = 0 and z = length, and which nodes were added for that: they belong to no solid."""
+    """The tube with its bore closed by flat fans at z = 0 and z = length.
+
+    Returned with which nodes were added for that: they belong to no solid.
+    """
     points, triangles = [mesh.points], [mesh.faces["chamber A"]]
     count = len(mesh.points)
     for z in (0.0, length):

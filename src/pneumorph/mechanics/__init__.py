@@ -1,4 +1,4 @@
-"""Nonlinear hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
+"""Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
 from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, predict, rest, solve
 from pneumorph.mechanics.material import Rubber, rubber

@@ -1,7 +1,8 @@
 """Quadratic tetrahedra and triangles as JAX functions of their nodes.
 
-Sums over nodes are one large matrix product; the 3×3 algebra that follows is written out over arrays whose trailing axes are the points, so
-that the compiler makes long vector loops of it. Measured some twenty times faster than small matrix products element by element.
+Sums over nodes are one large matrix product; the 3×3 algebra that follows is written out over arrays whose trailing
+axes are the points, so that the compiler makes long vector loops of it. Measured some twenty times faster than small
+matrix products element by element.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def inverse(F: Array) -> Array:
 
 
 def reference_gradients(nodal: Array) -> Array:
-    """Σ_a v_a ⊗ ∂N_a/∂ξ (3, 3, 4, M) at the quadrature points, for nodal vectors v (M, 10, 3); one matrix product for all."""
+    """Σ_a v_a ⊗ ∂N_a/∂ξ (3, 3, 4, M) at the quadrature points, of nodal vectors v (M, 10, 3); one matrix product."""
     derivative = jnp.asarray(TET_DN).transpose(1, 2, 0).reshape(10, 12)
     return jnp.einsum("eai,ak->eik", nodal, derivative).reshape(-1, 3, 3, 4).transpose(1, 2, 3, 0)
 
@@ -51,7 +52,10 @@ def deformation_gradients(u: Array, inverse_jacobian: Array) -> Array:
 
 
 def tet_energies(X: Array, u: Array, energy: Energy, parameters: Array, body_force: Array) -> Array:
-    """∫ ψ(F) − ρ₀ g·u over tetrahedra: nodes X (M, 10, 3) mm, displacements u, body force ρ₀ g (3,) N/mm³; (M,) in N·mm."""
+    """∫ ψ(F) − ρ₀ g·u over each tetrahedron, (M,) in N·mm.
+
+    Nodes X (M, 10, 3) in mm, displacements u of the same shape, body force ρ₀ g (3,) in N/mm³.
+    """
     jacobian = reference_gradients(X)
     work = jnp.einsum("ea,qa->qe", u @ body_force, jnp.asarray(TET_N))
     density = energy(deformation_gradients(u, inverse(jacobian)), parameters) - work

@@ -1,6 +1,7 @@
-"""Equilibrium as a minimum of the potential: Newton with conjugate gradients on a reused factorisation, and an energy line search.
+"""Equilibrium as a minimum of the potential.
 
-Descent of Π finds stable states only; a design or load that has none is told apart from a hard one by the reason in `NoEquilibrium`.
+Newton with conjugate gradients on a reused factorisation, and a line search on the energy. Descent of Π finds stable
+states only; a design or load that has none is told apart from a hard one by the reason in `NoEquilibrium`.
 """
 
 from __future__ import annotations
@@ -25,8 +26,9 @@ MOST_PRODUCTS = 6
 """Conjugate gradient steps that an old factorisation is given: a new one costs about as much as five."""
 
 MOST_RELAXATIONS, RELAXED = 3, 0.5
-"""Steps with the factorisation of an earlier configuration before the first fresh one, and what each has to leave of the residual at most: they
-even out what a prediction or an interpolation has left, which would make the tangent indefinite."""
+"""Steps with the factorisation of an earlier configuration before the first fresh one, and what each has to leave of
+the residual at most: they even out what a prediction or an interpolation has left, which would make the tangent
+indefinite."""
 
 RUNAWAY_STRETCH = 8.0
 
@@ -40,7 +42,7 @@ class Equilibrium:
     state : State
         Unknowns, padded; what the next solve starts from.
     u : (N, 3) displacements, mm.
-    plate : (6,) translation (mm) and rotation vector (rad) of the plate; area mean and zero rotation where the tip is free.
+    plate : (6,) translation (mm) and rotation vector (rad) of the plate; area mean and zero rotation of a free tip.
     volumes : dict of chamber volumes, mm³.
     reaction : (6,) what the actuator exerts on whatever blocks the plate, N and N·mm; zero where nothing does.
     max_stretch : largest principal stretch at the quadrature points.
@@ -95,7 +97,7 @@ def loads(
     spring: np.ndarray | None = None,
     wrench: np.ndarray | None = None,
 ) -> Loads:
-    """Loads on a model: pressures in MPa per chamber, acceleration (3,) mm/s², plate springs and plate loads (6,) in N, mm, rad."""
+    """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad."""
     zero = np.zeros(6)
     force = np.zeros(3) if acceleration is None else model.rubber.density * np.asarray(acceleration, float)
     return Loads(
@@ -116,8 +118,8 @@ def solve(
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
-    Newton goes straight to the full load from `start`; where that fails the load is stepped up from rest, with steps that adapt.
-    `tolerance` is the residual norm over that of the applied forces at which a state counts as converged.
+    Newton goes straight to the full load from `start`; where that fails the load is stepped up from rest, with steps
+    that adapt. `tolerance` is the residual norm over that of the applied forces at which a state counts as converged.
     """
     before = tangent.factorisations, tangent.solves
     if start is not None:
@@ -128,7 +130,7 @@ def solve(
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
-    state, reached, step = rest(at.model), 0.0, 1.0
+    state, residual, reached, step = rest(at.model), 0.0, 0.0, 1.0
     last = None
     reason = ""
     while reached < 1.0:
@@ -152,9 +154,9 @@ def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> E
                 return NoEquilibrium(f"no equilibrium found near {pressures}: {reason}", reached, held)
             continue
         last = (reached, state)
-        state, reached = found[0], fraction
+        (state, residual), reached = found, fraction
         step *= 1.5
-    return _equilibrium(at, tangent, state, found[1], before)
+    return _equilibrium(at, tangent, state, residual, before)
 
 
 def _extrapolate(at: Configuration, state: State, last, reached: float, fraction: float) -> State:
@@ -197,12 +199,12 @@ def _newton(at: Configuration, tangent: Tangent, start: State, tolerance: float)
         return "the starting state turns an element inside out"
     scale = applied_force(at, model.state(vector))
     residual = np.where(held, 0.0, residual)
-    size = np.linalg.norm(residual) / scale
+    size = float(np.linalg.norm(residual)) / scale
     relaxations = MOST_RELAXATIONS if tangent.ready else 0
     exact = False
     for _ in range(MOST_NEWTON_STEPS):
         if size <= tolerance:
-            return model.state(vector), float(size)
+            return model.state(vector), size
         state = model.state(vector)
         relaxing = relaxations > 0
         try:
@@ -218,7 +220,7 @@ def _newton(at: Configuration, tangent: Tangent, start: State, tolerance: float)
         previous = size
         if moved is not None:
             vector, energy, residual = moved
-            size = np.linalg.norm(residual) / scale
+            size = float(np.linalg.norm(residual)) / scale
         if relaxing:
             relaxations = relaxations - 1 if size < RELAXED * previous else 0
         if size > 1e-2 and _largest_stretch(at, vector) > RUNAWAY_STRETCH:
@@ -229,8 +231,8 @@ def _newton(at: Configuration, tangent: Tangent, start: State, tolerance: float)
 def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):
     """A descent direction, and whether the factorisation behind it is that of a tangent, not of a raised one.
 
-    A factorisation of a tangent near by serves a few conjugate gradients; where it does not, a fresh one is made. Where the fresh
-    tangent is indefinite, conjugate gradients on it follow its negative curvature.
+    A factorisation of a tangent near by serves a few conjugate gradients; where it does not, a fresh one is made. Where
+    the fresh tangent is indefinite, conjugate gradients on it follow its negative curvature.
     """
     accuracy = float(np.clip(np.sqrt(size), 1e-3, 0.1))
     if exact:
@@ -293,7 +295,7 @@ def _equilibrium(at: Configuration, tangent: Tangent, state: State, residual: fl
 
 
 def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, dp: np.ndarray) -> State:
-    """The state after the nodes move by dX (N, 3) and the pressures by dp (C,), to first order: K du = −∂R/∂X dX − ∂R/∂p dp."""
+    """The state after nodes move by dX (N, 3) and pressures by dp (C,), to first order: K du = −∂R/∂X dX − ∂R/∂p dp."""
     model = at.model
     arguments = (*model.rubber_arguments, model.top, at.X, state, at.loads)
     change = model.vector(kernels.shape_product(*arguments, model.pad(dX)))

@@ -83,7 +83,7 @@ def model(mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarra
     Parameters
     ----------
     mesh : TetMesh
-        Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised) are used, where there are such.
+        Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised), where there are such.
     plate : bool
         False leaves the tip face free.
     supports : (N, 3) bool, optional
@@ -124,7 +124,10 @@ def model(mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarra
 
 
 def tangent(model: Model, X, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
-    """Values of the tangent ∂²Π in the pattern's order; rows and columns of fixed and `held` (6,) plate unknowns are the identity's."""
+    """Values of the tangent ∂²Π in the pattern's order.
+
+    Rows and columns of fixed and of `held` (6,) plate unknowns are the identity's.
+    """
     sparsity = model.pattern
     moduli, inverse_jacobian = kernels.moduli(*model.rubber_arguments, model.top, X, state)
     blocks = np.empty((model.elements, 55, 9))

@@ -1,7 +1,8 @@
 """The fixed sparsity pattern of the tangent, and the kernels that fill it.
 
-Unknowns are numbered: three per node that is not on the tip, in node order, then the six of the plate. Only the upper triangle is stored
-(the tangent has a potential, so it is symmetric). Supported unknowns stay in the pattern as rows of the identity.
+Unknowns are numbered: three per node that is not on the tip, in node order, then the six of the plate. Only the upper
+triangle is stored (the tangent has a potential, so it is symmetric). Supported unknowns stay in the pattern as rows of
+the identity.
 """
 
 from __future__ import annotations
@@ -104,7 +105,10 @@ def _expand(n, block_start, block_columns, with_plate):
 
 @numba.njit(cache=True, parallel=True, fastmath=True)
 def element_blocks(moduli, inverse_jacobian, derivative, blocks):
-    """Stiffness of every element, Σ_q Gᵀ A G: moduli (9, 9, 4, M), ∂ξ/∂X (3, 3, 4, M), ∂N/∂ξ (4, 10, 3) -> (M, 55, 9), a ≤ b."""
+    """Stiffness of every element, Σ_q Gᵀ A G, as its blocks (M, 55, 9) of nodes a ≤ b.
+
+    From the moduli (9, 9, 4, M), ∂ξ/∂X (3, 3, 4, M) and ∂N/∂ξ (4, 10, 3).
+    """
     for e in numba.prange(blocks.shape[0]):
         local = np.zeros((55, 9))
         half = np.empty((3, 3, 3))

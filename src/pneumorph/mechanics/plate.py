@@ -1,6 +1,7 @@
 """The rigid end-effector plate: six unknowns, a translation c (mm) and a rotation vector θ (rad).
 
-The tip face is bonded to the plate, so its nodes are x = X_c + c + exp(θ̂)(X − X_c), X_c the centroid of the undeformed tip face.
+The tip face is bonded to the plate, so its nodes are x = X_c + c + exp(θ̂)(X − X_c), with X_c the centroid of the
+undeformed tip face.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ COMPONENTS = ("shift_x", "shift_y", "axial", "bending_x", "bending_y", "torsion"
 
 
 def rotation(theta: Array) -> Array:
-    """exp(θ̂), the rotation matrix of a rotation vector θ (3,) in rad, smooth at θ = 0 and exact for every angle (Rodrigues)."""
+    """exp(θ̂), the rotation matrix of a rotation vector θ (3,) in rad (Rodrigues); exact, and smooth at θ = 0."""
     square = jnp.sum(theta * theta)
     small = square < 1e-4
     angle = jnp.sqrt(jnp.where(small, 1.0, square))
-    # The series keep the second derivatives right where sin(t)/t and (1 − cos t)/t² are 0/0; at t² = 1e-4 they are exact to 1e-17.
+    # The series keep the second derivatives right where sin(t)/t and (1 − cos t)/t² are 0/0; at t² = 1e-4 they are
+    # exact to 1e-17.
     sine = jnp.where(small, 1 - square / 6 + square**2 / 120 - square**3 / 5040, jnp.sin(angle) / angle)
     cosine = jnp.where(small, 0.5 - square / 24 + square**2 / 720 - square**3 / 40320, (1 - jnp.cos(angle)) / angle**2)
     x, y, z = theta

@@ -1,7 +1,10 @@
-"""The total potential, written once: Π(X, u) = Σ∫ψ(F) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d (plate d = [c, θ]).
+"""The total potential, written once.
 
-Residual, load vectors and the mixed shape derivative are its derivatives by JAX; every function here is compiled once per padded mesh
-size. Arrays over nodes are padded to `nodes` rows, elements and triangles by copies of weight zero, so that a remesh seldom compiles anew.
+    Π(X, u) = Σ∫ψ(F) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d, plate d = [c, θ]
+
+Residual, load vectors and the mixed shape derivative are its derivatives by JAX; every function here is compiled once
+per padded mesh size. Arrays over nodes are padded to `nodes` rows, elements and triangles by copies of weight zero, so
+that a remesh seldom compiles anew.
 """
 
 from __future__ import annotations
@@ -40,14 +43,14 @@ class Topology(NamedTuple):
 
 
 class State(NamedTuple):
-    """Unknowns: nodal displacements u (N, 3) mm and the plate's (6,) [c mm, θ rad]; rows of u on the tip are not used."""
+    """Unknowns: nodal displacements u (N, 3) mm, the plate's (6,) [c mm, θ rad]; rows of u on the tip are not used."""
 
     u: Array
     plate: Array
 
 
 class Loads(NamedTuple):
-    """What acts: chamber pressures (C,) MPa, body force ρ₀ g (3,) N/mm³, plate springs (6,) and dead plate loads (6,)."""
+    """What acts: chamber pressures (C,) MPa, body force ρ₀ g (3,) N/mm³, plate springs and dead loads (6,)."""
 
     pressure: Array
     body_force: Array
@@ -160,7 +163,10 @@ def volume_hessians(top: Topology, X: Array, state: State, pressure: Array) -> A
 
 @partial(jax.jit, static_argnums=0)
 def plate_columns(energy, parameters, near_tip, X, state, loads) -> State:
-    """∂R/∂plate: u (N, 3, 6) and plate (6, 6). `near_tip` holds just the elements that touch the tip; no other depends on the plate."""
+    """∂R/∂plate: u (N, 3, 6) and plate (6, 6).
+
+    `near_tip` holds just the elements that touch the tip; no other depends on the plate.
+    """
     residual = jax.grad(potential, argnums=4)
     return jax.jacfwd(lambda d: residual(energy, parameters, near_tip, X, state._replace(plate=d), loads))(state.plate)
 

@@ -1,7 +1,7 @@
-"""The tangent as a linear solver: a factorisation, perhaps a few states old, preconditions conjugate gradients on the exact product.
+"""The tangent as a linear solver: an old factorisation preconditions conjugate gradients on the exact product.
 
-One factorisation costs as much as some twenty back-solves, and after a small step an old one still needs only a few of them; so Newton,
-predictors and adjoints all share this solver and factorise only when conjugate gradients grow slow.
+One factorisation costs as much as some twenty back-solves, and after a small step an old one still needs only a few of
+them; so Newton, predictors and adjoints all share this solver and factorise only when conjugate gradients grow slow.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Tangent:
         self.unit_seconds = time.perf_counter() - began
 
     def factorise_convex(self, at: Configuration, state: State) -> bool:
-        """Factorise; where the tangent is indefinite, with its diagonal raised until it is not. Whether it had to be raised."""
+        """Factorise; an indefinite tangent with its diagonal raised until it is not. Returns whether it was raised."""
         data = tangent(self._model, at.X, state, at.loads, at.blocked)
         self._refactorise(data)
         indefinite = self.negative_pivots > 0
@@ -99,7 +99,7 @@ class Tangent:
         model, held = self._model, at.held
         x, r = np.zeros_like(rhs), np.where(held, 0.0, rhs)
         z = self.precondition(r)
-        p, rho = z, r @ z
+        p, rho = z, float(r @ z)
         target = tolerance**2 * rho
         for count in range(most):
             if rho <= target or rho <= 0:
@@ -112,14 +112,14 @@ class Tangent:
             step = rho / curvature
             x, r = x + step * p, r - step * Kp
             z = self.precondition(r)
-            previous, rho = rho, r @ z
+            previous, rho = rho, float(r @ z)
             p = z + (rho / previous) * p
         return Solution(x, rho <= target, False, most)
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Answer of a linear solve: x (n,), whether it met its tolerance, whether negative curvature ended it, products used."""
+    """Answer of a linear solve: x (n,), whether it met its tolerance or met negative curvature, products used."""
 
     x: np.ndarray
     converged: bool

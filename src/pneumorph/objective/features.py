@@ -25,8 +25,8 @@ class Features(NamedTuple):
 def features(model: Model, X: Array, state: State) -> Features:
     """Features of a state on nodes X (N, 3), both padded.
 
-    With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its rotation
-    the polar factor of its mean deformation.
+    With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its
+    rotation the polar factor of its mean deformation.
     """
     u = displacement(model.top, X, state)
     volume = chamber_volumes(model.top, X + u)
@@ -36,7 +36,10 @@ def features(model: Model, X: Array, state: State) -> Features:
 
 
 def _face_rotation(model: Model, X: Array, x: Array) -> Array:
-    """Rotation vector of the tip face: polar factor of the mean of (x − x̄) ⊗ (X − X̄), its normal completed by the cross product."""
+    """Rotation vector of the tip face: polar factor of the mean of (x − x̄) ⊗ (X − X̄).
+
+    The normal, which a flat face leaves open, is completed by the cross product.
+    """
     offset, moved = X - tip_mean(model.top, X, X), x - tip_mean(model.top, X, x)
     pairs = (moved[:, :, None] * offset[:, None, :2]).reshape(-1, 6)
     moment = tip_mean(model.top, X, pairs).reshape(3, 2)

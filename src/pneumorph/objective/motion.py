@@ -20,7 +20,10 @@ MOTIONS = tuple(_READERS)
 
 
 def motion(name: str) -> Objective:
-    """A motion of the end-effector with its sign: "extension" in mm, "bending_x", "bending_y" or "twist" in rad, "-twist" the other way."""
+    """A motion of the end-effector: "extension" in mm, "bending_x", "bending_y" or "twist" in rad.
+
+    With a sign before it, as in "-twist", the other way.
+    """
     sign = -1.0 if name.startswith("-") else 1.0
     read = _READERS[name.lstrip("+-")]
     return lambda f: sign * read(f)

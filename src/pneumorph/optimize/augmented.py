@@ -1,8 +1,8 @@
 """The default sub-problem: an augmented Lagrangian of the limits, minimised by L-BFGS-B over smooth steps in a box.
 
-The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound that L-BFGS-B keeps exactly, not a penalty. Limits are priced by an
-augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar 1973): a multiplier to every sample, kept from design to design and through
-remeshing, since samples sit at fixed surface parameters.
+The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound that L-BFGS-B keeps exactly, not a penalty. Limits
+are priced by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar 1973): a multiplier to every sample, kept
+from design to design and through remeshing, since samples sit at fixed surface parameters.
 """
 
 from __future__ import annotations
@@ -27,10 +27,12 @@ STIFFNESS = 1000.0
 
 MARGIN = {"curvature": 0.01, "skew": 0.03, "stretch": 0.04}
 SMALL_MARGIN = 0.004
-"""Limits are tightened by these fractions, for what lies between the optimiser's samples: measured against samples twice as fine."""
+"""Limits are tightened by these fractions, for what lies between the optimiser's samples: measured against samples
+twice as fine."""
 
 PROXIMITY = 1.0
-"""Variables whose gradient is below this multiple of the mean do not go the whole radius: what is noise of the mesh there stays small."""
+"""Variables whose gradient is below this multiple of the mean do not go the whole radius: what is noise of the mesh
+there stays small."""
 
 WORST = 0.005
 """A violation beyond this raises a multiplier no further: a step that broke a limit must not forbid the next ones."""

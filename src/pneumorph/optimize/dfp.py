@@ -1,4 +1,7 @@
-"""The paper's sub-problem (33): penalties (32), DFP with backtracking (35)(36), the ℵ-rule (37)(38) and the convergence criteria of V-E."""
+"""The paper's sub-problem (33).
+
+Penalties (32), DFP with backtracking (35)(36), the ℵ-rule (37)(38) and the convergence criteria of V-E.
+"""
 
 from __future__ import annotations
 
@@ -96,8 +99,8 @@ class _Counted:
 def minimise_dfp(function: Callable[[np.ndarray], tuple[float, np.ndarray]], x: np.ndarray, most: int) -> np.ndarray:
     """Minimise by Davidon–Fletcher–Powell (36) with backtracking (35).
 
-    The inverse Hessian is kept as its update pairs, B⁻¹ = γ I + Σ s sᵀ/(yᵀs) − Σ (B⁻¹y)(B⁻¹y)ᵀ/(yᵀB⁻¹y): the same matrix as (36) at the cost of a few
-    vectors instead of n² numbers.
+    The inverse Hessian is kept as its update pairs, B⁻¹ = γ I + Σ s sᵀ/(yᵀs) − Σ (B⁻¹y)(B⁻¹y)ᵀ/(yᵀB⁻¹y): the same
+    matrix as (36) at the cost of a few vectors instead of n² numbers.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ class Clock:
 
     def __init__(self):
         self._began = time.perf_counter()
-        self._spent = dict.fromkeys(PHASES, 0.0)
+        self._spent: dict[str, float] = dict.fromkeys(PHASES, 0.0)
 
     @contextmanager
     def phase(self, name: str) -> Iterator[None]:
@@ -50,7 +50,8 @@ def history_line(
 ) -> dict[str, Any]:
     """The history line of a design; without a step, of the starting one.
 
-    `equivalents` is the time of the whole iteration over that of one tangent assembly with factorisation on the same mesh.
+    `equivalents` is the time of the whole iteration over that of one tangent assembly with factorisation on the same
+    mesh.
     """
     seconds = clock.seconds()
     unit = sum(tangent.unit_seconds for tangent in disc.tangents.values()) / len(disc.tangents)

@@ -1,4 +1,7 @@
-"""The design loop (the paper's Algorithm 1): gradient, sub-problem, new shape, equilibrium, trust region, until no more is to be gained."""
+"""The design loop (the paper's Algorithm 1).
+
+Gradient, sub-problem, new shape, equilibrium, trust region, until no more is to be gained.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,8 @@ from pneumorph.problem import Problem
 
 GROW, SHRINK = 1.3, 0.5
 GOOD, FAIR, POOR = 0.4, 0.2, 0.05
-"""Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the third a step is taken back."""
+"""Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the
+third a step is taken back."""
 
 LARGEST, SMALLEST = 2.0, 1 / 32
 """Bounds of the trust region, in reference steps."""

@@ -1,7 +1,7 @@
 """Smooth steps: (I + α DᵀD)^(−1/2) along each direction of every control net, as a map of the design variables.
 
-Its rows are non-negative and sum to at most one, so a box on the raw variables is a box on the step: no control point moves farther than
-the trust region. Measured: without it the nets fold after some ten designs.
+Its rows are non-negative and sum to at most one, so a box on the raw variables is a box on the step: no control point
+moves farther than the trust region. Measured: without it the nets fold after some ten designs.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, sparse
+from scipy import linalg
 
 from pneumorph.geometry.design_space import DesignSpace
 
@@ -59,7 +59,7 @@ def smoothing(space: DesignSpace, strength: float = STRENGTH) -> Smoothing:
 
 
 def _average(count: int, periodic: bool, strength: float) -> np.ndarray:
-    difference = sparse.diags_array([-1.0, 1.0], offsets=[0, 1], shape=(count - 1, count)).toarray()
+    difference = np.diff(np.eye(count), axis=0)
     if periodic:
         closing = np.zeros(count)
         closing[[0, -1]] = 1.0, -1.0

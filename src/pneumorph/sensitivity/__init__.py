@@ -1,4 +1,4 @@
-"""How an objective depends on the shape and the pressures: the exact discrete gradient, the paper's boundary formula, and Taylor tests."""
+"""How an objective depends on shape and pressures: the exact gradient, the paper's boundary formula, Taylor tests."""
 
 from pneumorph.sensitivity.adjoint import NodalGradient, gradient
 from pneumorph.sensitivity.boundary import boundary_gradient

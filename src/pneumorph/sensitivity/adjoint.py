@@ -1,4 +1,4 @@
-"""The exact gradient of the discrete problem: dJ/dX = ∂J/∂X − ∂(wᵀR)/∂X with K w = ∂J/∂u, the tangent being symmetric."""
+"""The exact gradient of the discrete problem: dJ/dX = ∂J/∂X − ∂(wᵀR)/∂X with K w = ∂J/∂u; the tangent is symmetric."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """The paper's boundary formula (16)–(22): the continuum limit of the exact gradient, as an integral over the surfaces.
 
-dJ/dX_a = −∫ N_a m [P : ∇w + p ∇·(J F⁻¹ w) − ρ₀ g·w] dΓ, over chambers with their pressure and over the exterior without. With our
-sign of the adjoint, K w = ∂J/∂u, the paper's w is −w. The divergence needs no second derivatives of the shape functions, as the
-paper's (71)–(74) have: ∇·(J F⁻¹) = 0 (Piola), so it is J F⁻ᵀ : ∇w. Gravity carries ρ₀ and no J, since mass is conserved.
+dJ/dX_a = −∫ N_a m [P : ∇w + p ∇·(J F⁻¹ w) − ρ₀ g·w] dΓ, over chambers with their pressure and over the exterior
+without. With our sign of the adjoint, K w = ∂J/∂u, the paper's w is −w. The divergence needs no second derivatives of
+the shape functions, as the paper's (71)–(74) have: ∇·(J F⁻¹) = 0 (Piola), so it is J F⁻ᵀ : ∇w. Gravity carries ρ₀ and
+no J, since mass is conserved.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
 
 
 def _integrand(at: Configuration, mesh: TetMesh, u, w, triangles, pressure: float) -> np.ndarray:
-    """P : ∇w + p J F⁻ᵀ : ∇w − ρ₀ g·w at the quadrature points (f, 6) of boundary triangles, from the element behind each."""
+    """P : ∇w + p J F⁻ᵀ : ∇w − ρ₀ g·w at the quadrature points (f, 6) of boundary triangles, each from its element."""
     owner, corners = _owners(mesh.tets, triangles)
     bary = np.column_stack([1 - TRIANGLE_RULE[0].sum(axis=1), TRIANGLE_RULE[0]])
     vertices = np.vstack([np.zeros(3), np.eye(3)])
