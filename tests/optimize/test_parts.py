@@ -9,6 +9,7 @@ from pneumorph.constraint import limits_of
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import design_space
 from pneumorph.optimize.augmented import augmented_lagrangian
+from pneumorph.optimize.curvature import no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper, minimise_dfp
 from pneumorph.optimize.smoothing import smoothing
 from pneumorph.optimize.step import Step, proxy_scale
@@ -74,10 +75,29 @@ def test_the_proxy_has_no_units():
 
 
 def test_ratio_is_one_where_the_objective_is_as_the_proxy_says():
-    step = Step(np.array([1.0, -2.0]), 0.5, 3.0, 1, None)
-    slope = np.array([-2.0, 1.0])
-    assert step.ratio(slope, 10.0, 10.0 + slope @ step.change) == pytest.approx(1.0)
-    assert step.ratio(slope, 10.0, 10.0) == pytest.approx(1 - 0.5 * 4 / 3)
+    step = Step(np.array([1.0, -2.0]), scale=0.5, expected=-4.0, gain=3.0, evaluations=1, learnt=None)
+    assert step.ratio(10.0, 6.0) == pytest.approx(1.0)
+    assert step.ratio(10.0, 10.0) == pytest.approx(1 - 0.5 * 4 / 3)
+
+
+def test_curvature_is_what_the_steps_have_seen_and_never_more():
+    rng = np.random.default_rng(3)
+    root = rng.standard_normal((8, 8))
+    hessian = root @ root.T
+    seen = no_curvature(8)
+    for _ in range(4):
+        phi = rng.standard_normal(8)
+        seen = seen.seen(phi, hessian @ phi)
+    W = seen.factors()
+    for step in seen.steps:
+        assert step @ W.T @ W @ step == pytest.approx(step @ hessian @ step)
+    assert np.linalg.eigvalsh(hessian - W.T @ W).min() > -1e-8
+    assert unpack_curvature(seen.pack()).factors() == pytest.approx(W)
+
+
+def test_negative_curvature_is_left_out():
+    seen = no_curvature(3).seen(np.zeros(3), np.zeros(3)).seen(np.ones(3), -np.ones(3))
+    assert seen.factors().shape == (0, 3)
 
 
 @settings(max_examples=10, deadline=None)

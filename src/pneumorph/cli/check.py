@@ -14,10 +14,12 @@ from pneumorph.constraint import report
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace, design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics.equilibrium import TOLERANCE
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, design_gradient, discretise
 from pneumorph.output.words import motion_of
 from pneumorph.output.words import pressures as in_words
 from pneumorph.problem import Pressure, Problem, load
+from pneumorph.run import open_run
 from pneumorph.sensitivity import TaylorTest, taylor_test
 
 FIRST_STEP = 0.05
@@ -30,15 +32,17 @@ NOISE = 1e-8
 """Remainders below this part of the largest displacement are the solver's tolerance and say nothing."""
 
 
-def check(problem: Annotated[Path, typer.Argument(help="The problem file (TOML).")]) -> None:
-    """Validate a problem, describe it, and test the gradient of its objective on it."""
-    asked = load(problem)
+def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), or a run directory.")]) -> None:
+    """Validate a problem, describe it, and test the gradient of its objective: on its start, or on a run's last design."""
+    run = open_run(problem) if problem.is_dir() else None
+    asked = load(problem) if run is None else run.problem
     console = Console()
 
     def say(text: str, style: str = "") -> None:
         console.print(Text(text, style=style), soft_wrap=True)
 
-    start = starting_body(asked.body)
+    latest = None if run is None else run.latest()
+    start = starting_body(asked.body) if run is None or latest is None else run.load_design(latest).body(asked)
     space = design_space(_with_free_pressures(asked), start)
     disc = discretise(asked, start)
     for line in _description(asked, space, disc):
@@ -47,7 +51,7 @@ def check(problem: Annotated[Path, typer.Argument(help="The problem file (TOML).
     for task in asked.task:
         found = analysis.equilibria[task.name]
         motion = motion_of(task, {"translation_mm": found.plate[:3], "rotation_rad": found.plate[3:]})
-        say(f"start     {task.name}: {motion.word} {motion} at {in_words(analysis.pressures[task.name])}")
+        say(f"motion    {task.name}: {motion.word} {motion} at {in_words(analysis.pressures[task.name])}")
     limits = report(start, asked.limits)
     for reading in limits.readings:
         say(f"limit     {reading}", "red" if reading in limits.violated() else "")
@@ -108,9 +112,9 @@ def _analysed(
     problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis | None = None
 ) -> Analysis:
     starts = None if near is None else {task: found.state for task, found in near.equilibria.items()}
-    found = analyse(problem, space, disc, phi, starts)
+    found = analyse(problem, space, disc, phi, starts, TOLERANCE)
     if isinstance(found, NoEquilibrium):
-        raise ComputationError(f"the starting design cannot be analysed: {found.reason}")
+        raise ComputationError(f"the design cannot be analysed: {found.reason}")
     return found
 
 

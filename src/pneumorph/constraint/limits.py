@@ -81,7 +81,7 @@ class Limits:
             fold : 1 - d/t within a surface; -1 where nothing is within reach
             curvature, skew, stretch : h/h_max - 1
             area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
-            envelope : distance from the axis over its limit - 1, samples of the exterior; absent without an envelope
+            envelope : distance from the axis beyond its limit, over t, samples of the exterior; absent without an envelope
         """
         nets = self._nets(points)
         shapes = [measures_of_net(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
@@ -105,7 +105,7 @@ class Limits:
         }
         if self.envelope is not None:
             x, y, _ = tubes[0]
-            result["envelope"] = jnp.sqrt(x**2 + y**2 + 1e-12).ravel() / self.envelope - 1.0
+            result["envelope"] = (jnp.sqrt(x**2 + y**2 + 1e-12).ravel() - self.envelope) / self.wall
         return result
 
     def paper_arguments(self, values: dict[str, Array], tolerance: float = 0.05) -> dict[str, Array]:
@@ -113,7 +113,7 @@ class Limits:
 
         The barrier of a quantity h starts at zero and reaches one at its limit, that of a distance starts at the limit.
         """
-        scale = {"wall": self.wall, "ends": self.wall, "fold": self.fold, "envelope": self.envelope or 0.0}
+        scale = {"wall": self.wall, "ends": self.wall, "fold": self.fold, "envelope": self.wall}
         return {
             name: value * (scale[name] / tolerance) if name in scale else jnp.maximum(value + 1.0, 0.0)
             for name, value in values.items()

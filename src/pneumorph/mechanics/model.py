@@ -102,7 +102,7 @@ def model(mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarra
     tip = mesh.faces.get("tip", np.zeros((0, 6), int))
     top = _topology(mesh.tets, triangles, tip, on_tip)
     touching = [t[on_tip[t].any(axis=1)] for t in triangles]
-    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip)
+    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip, ratio=2.0)
 
     fixed = np.concatenate([supports[~on_tip].ravel(), np.full(6, not plate)])
     rows = np.repeat(np.arange(sparsity.size), np.diff(sparsity.indptr))
@@ -161,24 +161,25 @@ def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:
     data[model.diagonal[columns]] = 1.0
 
 
-def _topology(tets, triangles, tip, on_tip) -> Topology:
+def _topology(tets, triangles, tip, on_tip, ratio=1.3) -> Topology:
     chamber = np.concatenate([*triangles, np.zeros((0, 6), int)])
     owner = np.repeat(np.arange(len(triangles)), [len(t) for t in triangles])
     weight = np.zeros((len(chamber), len(triangles)))
     weight[np.arange(len(chamber)), owner] = -1.0
     nodes = np.zeros((padded(len(on_tip)), 1))
     nodes[: len(on_tip), 0] = on_tip
-    tets, tet_weight = _pad(tets, np.ones(len(tets)))
-    tip, tip_weight = _pad(tip, np.ones(len(tip)))
-    chamber, weight = _pad(chamber, weight)
+    tets, tet_weight = _pad(tets, np.ones(len(tets)), ratio)
+    # Small arrays are padded generously: a new size of any of them compiles everything anew.
+    tip, tip_weight = _pad(tip, np.ones(len(tip)), 2.0)
+    chamber, weight = _pad(chamber, weight, 2.0)
     return Topology(*map(jnp.asarray, (tets, tet_weight, tip, tip_weight, nodes, chamber, weight)))
 
 
-def _pad(connectivity, weight):
+def _pad(connectivity, weight, ratio):
     """Rows up to the padded size, copies of the first with weight zero."""
     if len(connectivity) == 0:
         return connectivity, weight
-    extra = padded(len(connectivity)) - len(connectivity)
+    extra = padded(len(connectivity), ratio) - len(connectivity)
     return (
         np.concatenate([connectivity, np.repeat(connectivity[:1], extra, axis=0)]),
         np.concatenate([weight, np.zeros((extra, *weight.shape[1:]))]),

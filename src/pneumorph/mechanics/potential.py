@@ -58,11 +58,11 @@ class Loads(NamedTuple):
     wrench: Array
 
 
-def padded(count: int) -> int:
-    """The next size in a series with ratio about 1.2, so that meshes of like size share one compiled program."""
+def padded(count: int, ratio: float = 1.3) -> int:
+    """The next size in a geometric series, so that meshes of like size share one compiled program."""
     size = 64.0
     while size < count:
-        size *= 1.2
+        size *= ratio
     return int(np.ceil(size / 64) * 64)
 
 

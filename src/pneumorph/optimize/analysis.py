@@ -31,8 +31,8 @@ from pneumorph.sensitivity import gradient
 
 Starts = Mapping[str, State]
 
-DESIGN_TOLERANCE = 1e-7
-"""Relative residual of the equilibria in the loop: J and its gradient are then good to some six digits."""
+DESIGN_TOLERANCE = 1e-6
+"""Relative residual of the equilibria in the loop: J and its gradient are then good to some five digits."""
 
 
 @dataclass(frozen=True, eq=False)

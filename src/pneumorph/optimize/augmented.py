@@ -19,6 +19,7 @@ from scipy import optimize
 
 from pneumorph.constraint import Limits, Pairs
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.step import Step, proxy_scale
 
@@ -34,11 +35,25 @@ PROXIMITY = 1.0
 """Variables whose gradient is below this multiple of the mean do not go the whole radius: what is noise of the mesh
 there stays small."""
 
-WORST = 0.005
+WORST = 0.02
 """A violation beyond this raises a multiplier no further: a step that broke a limit must not forbid the next ones."""
 
-ROUNDS, MOST_ITERATIONS = 2, 15
+ROUNDS, MOST_ITERATIONS = 3, 12
 """Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proxy:
+    """The objective near a design: its gradient (31) and the curvature that past steps have shown, times a scale in the merit."""
+
+    slope: np.ndarray
+    factors: np.ndarray
+    scale: float
+
+    def change(self, step: np.ndarray) -> tuple[float, np.ndarray]:
+        """Expected change of J over a step (n,), and its gradient."""
+        bent = self.factors @ step
+        return float(self.slope @ step + 0.5 * bent @ bent), self.slope + bent @ self.factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +64,7 @@ class AugmentedLagrangian:
     ----------
     reference : Ξ₀, the problem's reference step, mm.
     multipliers : λ ≥ 0 by limit, an entry per sample.
+    curvature : what the steps so far have shown of the objective's curvature.
     """
 
     space: DesignSpace
@@ -56,42 +72,48 @@ class AugmentedLagrangian:
     limits: Limits
     reference: float
     multipliers: dict[str, np.ndarray]
+    curvature: Curvature
 
     def step(self, phi: np.ndarray, slope: np.ndarray, radius: float) -> Step:
         """See `Stepper.step`."""
         scale = proxy_scale(slope, self.reference)
-        found = self._minimise(phi, scale * slope, scale, radius, self.multipliers, STIFFNESS)
-        if found.gain > 0:
-            return found
-        # Multipliers that a bad step has driven too high forbid every move; without them the limits are learnt anew.
-        return self._minimise(phi, scale * slope, scale, radius, self._none(), STIFFNESS)
+        curvature = self.curvature.seen(phi, slope)
+        proxy = Proxy(slope, curvature.factors(), scale)
+        found = self._minimise(phi, proxy, radius, self.multipliers, STIFFNESS)
+        if not found.gain > 0:
+            # Multipliers that a bad step has driven too high forbid every move; without them the limits are learnt anew.
+            found = self._minimise(phi, proxy, radius, self._none(), STIFFNESS)
+        return replace(found, learnt=(found.learnt, curvature))
 
     def restoring(self, phi: np.ndarray, radius: float) -> Step:
         """A step back within the limits, whatever the objective does."""
-        return self._minimise(phi, np.zeros_like(phi), 0.0, radius, self._none(), 100 * STIFFNESS)
+        nothing = Proxy(np.zeros_like(phi), np.zeros((0, len(phi))), 0.0)
+        return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS)
 
     def after(self, step: Step) -> AugmentedLagrangian:
         """See `Stepper.after`."""
-        return replace(self, multipliers=step.prices)
+        multipliers, curvature = step.learnt
+        return replace(self, multipliers=multipliers, curvature=curvature)
 
     def _none(self) -> dict[str, np.ndarray]:
         return {name: np.zeros_like(value) for name, value in self.multipliers.items()}
 
     def pack(self) -> dict[str, Any]:
         """See `Stepper.pack`."""
-        return {f"multipliers_{name}": value for name, value in self.multipliers.items()}
+        return {f"multipliers_{name}": value for name, value in self.multipliers.items()} | self.curvature.pack()
 
     def unpack(self, state: dict[str, Any]) -> AugmentedLagrangian:
         """See `Stepper.unpack`."""
-        return replace(self, multipliers={name: state[f"multipliers_{name}"] for name in self.multipliers})
+        multipliers = {name: state[f"multipliers_{name}"] for name in self.multipliers}
+        return replace(self, multipliers=multipliers, curvature=unpack_curvature(state))
 
-    def _minimise(self, phi, proxy, scale, radius, multipliers, stiffness) -> Step:
+    def _minimise(self, phi, proxy: Proxy, radius, multipliers, stiffness) -> Step:
         space, limits, smooth = self.space, self.limits, self.smooth
         start = space.control_points(phi)
         pairs = _on_device(limits.pairs(start))
         multipliers = _on_device(multipliers)
         bounds = np.column_stack([np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)])
-        pull = PROXIMITY * float(np.abs(proxy).mean()) / radius
+        pull = PROXIMITY * proxy.scale * float(np.abs(proxy.slope).mean()) / radius
         evaluations = 0
 
         def merit(z):
@@ -99,8 +121,9 @@ class AugmentedLagrangian:
             evaluations += 1
             change = smooth.apply(z)
             price, rise = _price(limits, space.control_points(phi + change), pairs, multipliers, stiffness)
-            value = proxy @ change + float(price) + 0.5 * pull * (z @ z)
-            return value, smooth.transpose(proxy + space.pullback(np.asarray(rise))) + pull * z
+            expected, tilt = proxy.change(change)
+            value = proxy.scale * expected + float(price) + 0.5 * pull * (z @ z)
+            return value, smooth.transpose(proxy.scale * tilt + space.pullback(np.asarray(rise))) + pull * z
 
         z, points = np.zeros(space.n), start
         for round_ in range(ROUNDS):
@@ -116,8 +139,10 @@ class AugmentedLagrangian:
         change = smooth.apply(z)
         before, _ = _price(limits, start, pairs, multipliers, stiffness)
         after, _ = _price(limits, points, pairs, multipliers, stiffness)
-        gain = float(before - after) - float(proxy @ change)
-        return Step(change, scale, gain, evaluations, _raised(limits, points, pairs, multipliers, stiffness))
+        expected, _ = proxy.change(change)
+        gain = float(before - after) - proxy.scale * expected
+        learnt = _raised(limits, points, pairs, multipliers, stiffness)
+        return Step(change, proxy.scale, expected, gain, evaluations, learnt)
 
 
 def augmented_lagrangian(
@@ -126,7 +151,8 @@ def augmented_lagrangian(
     """A stepper that knows nothing yet."""
     points = space.control_points(space.start)
     values = _values(limits, points, limits.pairs(points))
-    return AugmentedLagrangian(space, smooth, limits, reference, {name: np.zeros(len(c)) for name, c in values.items()})
+    nothing = {name: np.zeros(len(c)) for name, c in values.items()}
+    return AugmentedLagrangian(space, smooth, limits, reference, nothing, no_curvature(space.n))
 
 
 def _margin(name: str) -> float:

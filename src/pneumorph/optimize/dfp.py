@@ -66,15 +66,15 @@ class PaperStepper:
         psi = minimise_dfp(counted, np.zeros_like(phi), int(self.iterations))
         psi = np.clip(psi, np.where(below, space.lower - phi, -np.inf), np.where(above, space.upper - phi, np.inf))
         after, _ = merit(psi)
-        return Step(psi, scale, before - after, counted.count, first_slope)
+        return Step(psi, scale, float(slope @ psi), before - after, counted.count, first_slope)
 
     def after(self, step: Step) -> PaperStepper:
         """The ℵ-rule (37): more iterations while the gradient changes little (38)."""
         if not len(self.last_slope):
-            return replace(self, last_slope=step.prices)
-        change = np.abs(step.prices - self.last_slope).sum() / np.abs(self.last_slope).sum()
+            return replace(self, last_slope=step.learnt)
+        change = np.abs(step.learnt - self.last_slope).sum() / np.abs(self.last_slope).sum()
         factor = MORE if change <= CHANGE else FEWER
-        return replace(self, last_slope=step.prices, iterations=max(factor * self.iterations, 1.0))
+        return replace(self, last_slope=step.learnt, iterations=max(factor * self.iterations, 1.0))
 
     def pack(self) -> dict[str, Any]:
         """See `Stepper.pack`."""

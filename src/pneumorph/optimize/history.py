@@ -7,7 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from pneumorph.constraint import LimitReport
+from pneumorph.objective import features
 from pneumorph.optimize.analysis import Analysis, Discretisation
 from pneumorph.optimize.step import Step
 from pneumorph.problem import Problem
@@ -55,11 +58,15 @@ def history_line(
     """
     seconds = clock.seconds()
     unit = sum(tangent.unit_seconds for tangent in disc.tangents.values()) / len(disc.tangents)
+    moved = {
+        name: features(disc.model, at.X, analysis.equilibria[name].state)
+        for name, at in analysis.configurations.items()
+    }
     tasks = {
         name: {
             "pressure_MPa": analysis.pressures[name],
-            "translation_mm": found.plate[:3].tolist(),
-            "rotation_rad": found.plate[3:].tolist(),
+            "translation_mm": np.asarray(moved[name].translation).tolist(),
+            "rotation_rad": np.asarray(moved[name].rotation).tolist(),
             "volume_mm3": found.volumes,
             "max_stretch": found.max_stretch,
             "stable": found.stable,

@@ -37,7 +37,7 @@ from pneumorph.optimize.step import Step, Stepper
 from pneumorph.problem import Problem
 
 GROW, SHRINK = 1.3, 0.5
-GOOD, FAIR, POOR = 0.4, 0.2, 0.05
+GOOD, FAIR, POOR = 0.7, 0.4, 0.05
 """Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the
 third a step is taken back."""
 
@@ -152,7 +152,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | Non
             radius *= SHRINK
             yield DesignRejected(now.iteration + 1, trial.reason, radius)
             continue
-        ratio = step.ratio(slope, now.analysis.value, trial.analysis.value)
+        ratio = step.ratio(now.analysis.value, trial.analysis.value)
         if ratio < POOR and not trial.remeshed:
             radius *= SHRINK
             yield DesignRejected(now.iteration + 1, f"the gain was {ratio:.2f} of the predicted one", radius)

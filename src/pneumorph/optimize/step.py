@@ -19,21 +19,22 @@ class Step:
     ----------
     change : (n,) Ψ, mm.
     scale : what the objective is multiplied with in the merit.
-    gain : fall of the merit that the proxy (31) and the exact limits promise.
+    expected : change of the objective that its proxy expects.
+    gain : fall of the merit that the proxy and the exact limits promise.
     evaluations : how often the limits and their gradients were evaluated.
-    prices : what the method learnt about the limits, for the next sub-problem.
+    learnt : what the method keeps for the next sub-problem.
     """
 
     change: np.ndarray
     scale: float
+    expected: float
     gain: float
     evaluations: int
-    prices: Any
+    learnt: Any
 
-    def ratio(self, slope: np.ndarray, before: float, after: float) -> float:
-        """Actual over predicted gain, for the objective's gradient (n,) and its values before and after the step."""
-        surprise = (before - after) + float(slope @ self.change)
-        return (self.gain + self.scale * surprise) / self.gain
+    def ratio(self, before: float, after: float) -> float:
+        """Actual over predicted gain, for the objective's values before and after the step."""
+        return (self.gain + self.scale * (self.expected - (after - before))) / self.gain
 
 
 class Stepper(Protocol):

@@ -1,0 +1,68 @@
+"""What past steps have shown of the objective's curvature, for a proxy that is better than (31) where the objective bends.
+
+With S the last steps and Y the changes of the gradient over them, Y (SᵀY)⁻¹ Yᵀ is the part of the Hessian that they saw: for a convex
+quadratic never more than the Hessian itself. Only its positive part is used. It matters where a design is about to bend or buckle sideways: the
+gradient then changes so fast along a few directions that linear steps overshoot from one side to the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+MOST_PAIRS = 5
+SMALLEST = 1e-2
+"""Curvatures below this part of the largest are left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curvature:
+    """Memory of the last designs.
+
+    Attributes
+    ----------
+    phi, slope : (n,) the last design and the gradient there; empty before the first.
+    steps, changes : (m, n) unit steps between designs, and the gradient's change per millimetre of each.
+    """
+
+    phi: np.ndarray
+    slope: np.ndarray
+    steps: np.ndarray
+    changes: np.ndarray
+
+    def seen(self, phi: np.ndarray, slope: np.ndarray) -> Curvature:
+        """With one more design."""
+        if not len(self.phi):
+            return replace(self, phi=phi, slope=slope)
+        step, change = phi - self.phi, slope - self.slope
+        length = np.linalg.norm(step)
+        if length == 0.0:
+            return self
+        steps = np.vstack([self.steps, step / length])[-MOST_PAIRS:]
+        changes = np.vstack([self.changes, change / length])[-MOST_PAIRS:]
+        return Curvature(phi, slope, steps, changes)
+
+    def factors(self) -> np.ndarray:
+        """W (k, n) so that WᵀW is the positive curvature seen; k may be zero."""
+        if not len(self.steps):
+            return self.changes
+        product = self.steps @ self.changes.T
+        values, vectors = np.linalg.eigh((product + product.T) / 2)
+        kept = values > SMALLEST * np.abs(values).max()
+        return (vectors[:, kept] / np.sqrt(values[kept])).T @ self.changes
+
+    def pack(self) -> dict[str, Any]:
+        """As arrays."""
+        return {f"curvature_{name}": getattr(self, name) for name in ("phi", "slope", "steps", "changes")}
+
+
+def unpack_curvature(state: dict[str, Any]) -> Curvature:
+    """The memory that was packed."""
+    return Curvature(*(np.asarray(state[f"curvature_{name}"]) for name in ("phi", "slope", "steps", "changes")))
+
+
+def no_curvature(n: int) -> Curvature:
+    """No memory yet, for n variables."""
+    return Curvature(np.zeros(0), np.zeros(0), np.zeros((0, n)), np.zeros((0, n)))
