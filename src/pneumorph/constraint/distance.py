@@ -179,11 +179,13 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
     )
 
 
-def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bool_], Ints]:
-    """Whether a sample of the target is within `bound` of each point, and its number (0 where none is)."""
-    distance, near = _tree(target.x).query(points, distance_upper_bound=bound, workers=-1)
+def nearest(points: Floats, target: Target, bound: float, among: Ints | None = None) -> tuple[NDArray[np.bool_], Ints]:
+    """Whether a sample of the target, or `among` some of them, is within `bound` of each point; its number, else 0."""
+    asked = target.x if among is None else target.x[among]
+    distance, near = _tree(asked).query(points, distance_upper_bound=bound, workers=-1)
     within = np.isfinite(distance)
-    return within, np.where(within, near, 0)
+    near = np.where(within, near, 0)
+    return within, near if among is None else np.where(within, among[near], 0)
 
 
 def wall_feet(points: Floats, target: Target, bound: float, first: int) -> Feet:
@@ -200,7 +202,7 @@ def wall_feet(points: Floats, target: Target, bound: float, first: int) -> Feet:
 def fold_feet(tube: Target, neighbourhood: float, bound: float, first: int) -> Feet:
     """Feet of every other sample of a tube on itself outside the neighbourhood; active within `bound` mm."""
     source = every_other(tube.grid)
-    fold = nearest_fold(tube, neighbourhood, bound + 0.5)
+    fold = nearest_fold(tube, neighbourhood, bound + 0.5, source)
     some = np.flatnonzero(np.isfinite(fold.distance))
     near, offset, facing = fold.near[some], fold.offset[some], fold.facing[some]
     points, foot = tube.x[source[some]], tube.between(near, offset)
@@ -230,7 +232,7 @@ _FACING, _TOLERANCE = 1.5, 0.8
 
 
 class Fold(NamedTuple):
-    """The nearest place of the same tube outside the neighbourhood, for every other of its samples, n in all."""
+    """The nearest place of the same tube outside the neighbourhood, for n of its samples."""
 
     distance: Floats  # (n,) mm; infinite where nothing is within the bound
     near: Ints  # (n,) the sample it is at
@@ -238,10 +240,10 @@ class Fold(NamedTuple):
     facing: NDArray[np.bool_]  # (n,) whether it is on a facing wall rather than on the edge of the neighbourhood
 
 
-def nearest_fold(tube: Target, neighbourhood: float, bound: float) -> Fold:
-    """Find the nearest place of the same tube outside the neighbourhood, for every other sample both ways.
+def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints, among: Ints | None = None) -> Fold:
+    """Find the nearest place of the same tube outside the neighbourhood, for some of its samples.
 
-    Facing walls are nearly parallel, so that every other sample sees how near they come.
+    Facing walls are nearly parallel, so that every other sample both ways sees how near they come.
 
     Two searches find it. Walls that face each other have opposite normals: the nearest sample in (position, normal),
     the sign of one normal turned, is the facing one, since a sample's own neighbours have its own normal. Where the
@@ -256,15 +258,20 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float) -> Fold:
         Distance in mm along the starting surface within which nothing counts.
     bound : float
         Distance in mm beyond which nothing is looked for.
+    source : (n,) array
+        The samples that ask.
+    among : (m,) array, optional
+        Samples looked among for facing walls; all of them by default.
     """
-    source = every_other(tube.grid)
-    edge_distance, edge_near, edge_offset = _edge(tube, neighbourhood)
+    edge_distance, edge_near, edge_offset = _edge(tube, neighbourhood, source)
     normals = tube.normals()
+    if among is None:
+        among = np.arange(len(tube.x))
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
-    tree = _tree(np.hstack([tube.x, _FACING * normals]))
+    tree = _tree(np.hstack([tube.x[among], _FACING * normals[among]]))
     x = tube.x[source]
     found, near = tree.query(np.hstack([x, -_FACING * normals[source]]), distance_upper_bound=reach, workers=-1)
-    near = np.where(np.isfinite(found), near, 0)
+    near = among[np.where(np.isfinite(found), near, 0)]
     counts = np.isfinite(found) & (_apart(tube.grid, source, near) >= neighbourhood)
     distance = np.where(counts, np.linalg.norm(x - tube.x[near], axis=1), np.inf)
 
@@ -278,16 +285,17 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float) -> Fold:
     )
 
 
-def _edge(tube: Target, neighbourhood: float) -> tuple[Floats, Ints, Floats]:
-    """Distance, nearest sample and offset of the nearest place on the edge of every other sample's neighbourhood."""
+def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:
+    """Distance, nearest sample and offset of the nearest place on the edge of each source's neighbourhood."""
     step_q, step_r = tube.grid.step
     rows, columns = tube.grid.shape
     shrink = tube.grid.shrink[:, 0]
     x = np.moveaxis(tube.x.reshape(rows, columns, 3), -1, 0)
-    row, column = np.arange(rows)[::2, None], np.arange(columns)[None, ::2]
-    best = np.full((len(row), column.shape[1]), np.inf)
-    near = np.zeros(best.shape, dtype=np.int64)
-    offset = np.zeros((*best.shape, 2))
+    row, column = np.divmod(source, columns)
+    here = x[:, row, column]
+    best = np.full(len(source), np.inf)
+    near = np.zeros(len(source), dtype=np.int64)
+    offset = np.zeros((len(source), 2))
     for around, along in _ring(neighbourhood, step_r):
         if abs(around) > tube.grid.size[0] / 2.0:
             continue  # the neighbourhood reaches all the way round
@@ -298,7 +306,7 @@ def _edge(tube: Target, neighbourhood: float) -> tuple[Floats, Ints, Floats]:
             return x[:, np.clip(row + up, 0, rows - 1), (column + aside) % columns]
 
         place = at(up, aside)
-        gap = place - x[:, ::2, ::2]
+        gap = place - here
         if rest[0]:
             gap += abs(rest[0]) / step_q * (at(up, aside + int(np.sign(rest[0]))) - place)
         if rest[1]:
@@ -308,12 +316,12 @@ def _edge(tube: Target, neighbourhood: float) -> tuple[Floats, Ints, Floats]:
         # Near a pole a step aside is shorter, and the place may still be a neighbour.
         apart = np.hypot(around * np.minimum(shrink[row], shrink[there]), along)
         exists = (row + along / step_r >= 0.0) & (row + along / step_r <= rows - 1)
-        distance[(~exists | (apart < neighbourhood - 1e-6))[:, 0]] = np.inf
+        distance[~exists | (apart < neighbourhood - 1e-6)] = np.inf
         closer = distance < best
         best[closer] = distance[closer]
         near[closer] = (there * columns + (column + aside) % columns)[closer]
         offset[closer] = rest
-    return best.ravel(), near.ravel(), offset.reshape(-1, 2)
+    return best, near, offset
 
 
 def _ring(radius: float, step: float) -> list[tuple[float, float]]:
@@ -336,38 +344,6 @@ def _apart(grid: Grid, i: Ints, j: Ints) -> Floats:
     around = np.abs(column_i - column_j)
     around = np.minimum(around, columns - around) * np.minimum(grid.shrink[row_i, 0], grid.shrink[row_j, 0])
     return np.hypot(around * grid.step[0], (row_i - row_j) * grid.step[1])
-
-
-def _nearest_on_edge(tube: Target, neighbourhood: float) -> tuple[Floats, Ints]:
-    """Distance and number of the nearest among the samples just outside the neighbourhood, for each sample."""
-    step_q, step_r = tube.grid.step
-    rows, columns = tube.grid.shape
-    shrink = tube.grid.shrink[:, 0]
-    x = np.moveaxis(tube.x.reshape(rows, columns, 3), -1, 0)
-    number = np.arange(rows * columns).reshape(rows, columns)
-    best, near = np.full((rows, columns), np.inf), np.zeros((rows, columns), dtype=np.int64)
-    for up in range(min(rows - 1, int(np.ceil(neighbourhood / step_r))) + 1):
-        lower, upper = slice(0, rows - up), slice(up, rows)
-        left = max(neighbourhood**2 - (up * step_r) ** 2, 0.0) ** 0.5
-        aside = int(np.ceil(left / step_q - 1e-9))
-        if aside > columns // 2:
-            continue
-        # Near a pole a step aside is shorter, and these samples may still be neighbours.
-        around = aside * step_q * np.minimum(shrink[lower], shrink[upper])
-        neighbours = np.hypot(around, up * step_r) < neighbourhood - 1e-6
-        for shift in {aside, -aside}:
-            gap = x[:, lower] - np.roll(x[:, upper], shift, axis=2)
-            distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
-            distance[neighbours] = np.inf
-            back = np.roll(distance, -shift, axis=1)
-            for mine, theirs, numbers in (
-                (lower, distance, np.roll(number[upper], shift, axis=1)),
-                (upper, back, np.roll(number[lower], -shift, axis=1)),
-            ):
-                closer = theirs < best[mine]
-                best[mine][closer] = theirs[closer]
-                near[mine][closer] = numbers[closer]
-    return best.ravel(), near.ravel()
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

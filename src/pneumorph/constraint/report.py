@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from pneumorph.constraint.distance import Ints, Target, nearest, nearest_fold, target
+from pneumorph.constraint.distance import Floats, Ints, Target, nearest, nearest_fold, target
 from pneumorph.constraint.sampling import Fields, Grid, every_other, grid
 from pneumorph.constraint.surface import MIN_AREA, measures
 from pneumorph.geometry import Body
@@ -124,13 +125,12 @@ def report(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (8, 16)) ->
         Fields(*(np.asarray(part) for part in grid.fields(jnp.asarray(surface.net))))
         for surface, grid in zip(body.surfaces, grids, strict=True)
     ]
-    targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, grids, strict=True)]
+    tubes = [target(field, grid, discs=False) for field, grid in zip(fields, grids, strict=True)]
+    targets = [tubes[0], *(target(field, grid, discs=True) for field, grid in zip(fields[1:], grids[1:], strict=True))]
     length = float(body.exterior.net[-1, 0, 2])
     readings = [
         _worst("wall", spec.wall, _wall(targets, fields, length)),
-        _worst(
-            "fold", spec.fold.distance, (_fold(field, grid, spec) for field, grid in zip(fields, grids, strict=True))
-        ),
+        _worst("fold", spec.fold.distance, (_fold(tube, spec) for tube in tubes)),
         *_shape(fields, grids, spec),
         _worst("ends", 0.0, [_beyond_ends(fields[0], grids[0], length)]),
     ]
@@ -190,33 +190,40 @@ def _wall(targets: list[Target], fields: list[Fields], length: float) -> Iterato
         for asked in targets:
             if asking is asked:
                 continue
-            own = _promising(asking, asked)
-            _, near = nearest(asking.x[own], asked, np.inf)
-            yield _least_foot(asking, asked, own, near)
+            yield _least_wall(asking, asked)
 
 
-def _promising(asking: Target, asked: Target) -> Ints:
-    """Samples that may be the closest to the other surface: the neighbours of such among every second one both ways."""
-    number = np.arange(len(asking.x)).reshape(-1, asking.columns)
-    some = number[::2, ::2]
-    _, near = nearest(asking.x[some.ravel()], asked, np.inf)
-    distance = np.linalg.norm(asking.x[some.ravel()] - asked.x[near], axis=1).reshape(some.shape)
-    close = distance <= distance.min() + 0.1
-    chosen = np.zeros(number.shape, dtype=bool)
-    chosen[::2, ::2] = close
-    chosen = chosen | np.roll(chosen, 1, axis=1) | np.roll(chosen, -1, axis=1)
-    chosen[1:] |= chosen[:-1].copy()
-    chosen[:-1] |= chosen[1:].copy()
-    return number[chosen]
+def _least_wall(asking: Target, asked: Target) -> Place:
+    """Least distance from one surface to another: at every other sample both ways first, then where that is least."""
+    own = _numbers(asking)[::2, ::2]
+    _, near = nearest(asking.x[own.ravel()], asked, np.inf, among=_numbers(asked)[::2, ::2].ravel())
+    distance = np.linalg.norm(asking.x[own.ravel()] - asked.x[near], axis=1)
+    close = np.flatnonzero(distance <= distance.min() + 0.1)
+    distance[close], _, _ = asked.closest(asking.x[own.ravel()[close]], near[close])
+    least = _lowest(distance.reshape(own.shape), 0.05).ravel()
+    fine, among = _around(asking, own.ravel()[least], 2), _around(asked, near[least], 5)
+    _, near = nearest(asking.x[fine], asked, np.inf, among)
+    return _least_foot(asking, asked, fine, near)
 
 
-def _fold(fields: Fields, grid: Grid, spec: LimitsSpec) -> Place:
-    """Least distance within a tube, up to the neighbourhood's size: walls farther apart than that are no folds."""
+def _fold(surface: Target, spec: LimitsSpec) -> Place:
+    """Least distance within a tube, up to the neighbourhood's size: walls farther apart than that are no folds.
+
+    At every fourth sample both ways first, then at every other one where that is least.
+    """
     neighbourhood = spec.fold.neighbourhood
-    surface = target(fields, grid, discs=False)
-    source = every_other(grid)
-    fold = nearest_fold(surface, neighbourhood, neighbourhood)
-    places = [Place(neighbourhood, grid.name, 0.0, 0.0)]
+    places = [Place(neighbourhood, surface.grid.name, 0.0, 0.0)]
+    own = _numbers(surface)[::4, ::4]
+    source = own.ravel()
+    fold = nearest_fold(surface, neighbourhood, neighbourhood + 0.5, source, among=every_other(surface.grid))
+    facing = np.flatnonzero(fold.facing)
+    fold.distance[facing], _, _ = surface.closest(surface.x[source[facing]], fold.near[facing])
+    least = _lowest(fold.distance.reshape(own.shape), 0.2).ravel()
+    if not least.any():
+        return places[0]
+
+    source = np.intersect1d(_around(surface, source[least], 4), every_other(surface.grid))
+    fold = nearest_fold(surface, neighbourhood, neighbourhood, source, _around(surface, fold.near[least], 8))
     edge, facing = np.flatnonzero(np.isfinite(fold.distance) & ~fold.facing), np.flatnonzero(fold.facing)
     if len(edge):
         worst = int(edge[np.argmin(fold.distance[edge])])
@@ -224,6 +231,26 @@ def _fold(fields: Fields, grid: Grid, spec: LimitsSpec) -> Place:
     if len(facing):
         places.append(_least_foot(surface, surface, source[facing], fold.near[facing]))
     return min(places, key=lambda place: place.value)
+
+
+def _numbers(surface: Target) -> Ints:
+    """Numbers of a surface's samples by row and column."""
+    return np.arange(len(surface.x)).reshape(-1, surface.columns)
+
+
+def _lowest(distance: Floats, slack: float) -> NDArray[np.bool_]:
+    """Samples (rows, columns) no farther than their eight neighbours, and than the least of all by a slack in mm."""
+    near = np.isfinite(distance) & (distance <= distance.min() + slack)
+    around = minimum_filter1d(distance, 3, axis=1, mode="wrap")
+    return near & (distance <= minimum_filter1d(around, 3, axis=0, mode="nearest"))
+
+
+def _around(surface: Target, samples: Ints, steps: int) -> Ints:
+    """The samples within so many rows and columns of some."""
+    chosen = np.zeros((len(surface.x) // surface.columns, surface.columns), dtype=bool)
+    chosen.ravel()[samples] = True
+    around = maximum_filter1d(chosen, 2 * steps + 1, axis=1, mode="wrap")
+    return np.flatnonzero(maximum_filter1d(around, 2 * steps + 1, axis=0, mode="nearest"))
 
 
 def _least_foot(asking: Target, asked: Target, own: Ints, near: Ints) -> Place:

@@ -6,6 +6,7 @@ hundredth of the starting tube's, ten times below what the bound on the area ele
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal, NamedTuple
 
 import jax
@@ -76,6 +77,7 @@ def measures_of_net(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
     return Measures(*(part.reshape(blocks * height, -1)[: len(rows)] for part in found))
 
 
+@partial(jax.jit, static_argnames="form")
 def _pointwise(derivatives: tuple[Array, ...], shrink: Array, polar: Array, aspect: float, form: Form) -> Measures:
     """The measures from r_q, r_r, r_qq, r_qr, r_rr, each (3, rows, columns)."""
     q, r, qq, qr, rr = (tuple(field) for field in derivatives)
