@@ -38,7 +38,7 @@ def test_concentric_cylinders_and_end_walls(make_body, table):
     assert float(values["wall"].max()) == pytest.approx(1.0 - 4.0 / 5.0, abs=2e-4)
     assert float(values["ends"].max()) == pytest.approx(1.0 - 3.0 / 5.0, abs=1e-9)
     assert float(values["fold"].max()) == -1.0
-    assert float(values["envelope"].max()) == pytest.approx(8.0 / 12.0 - 1.0, abs=1e-4)
+    assert float(values["envelope"].max()) == pytest.approx((8.0 - 12.0) / 5.0, abs=1e-4)
 
 
 def test_eccentric_chamber_and_corner_of_its_disc(make_body, table):

@@ -33,7 +33,7 @@ NOISE = 1e-8
 
 
 def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), or a run directory.")]) -> None:
-    """Validate a problem, describe it, and test the gradient of its objective: on its start, or on a run's last design."""
+    """Validate a problem, describe it, and test the gradient of its objective on its start or a run's last design."""
     run = open_run(problem) if problem.is_dir() else None
     asked = load(problem) if run is None else run.problem
     console = Console()

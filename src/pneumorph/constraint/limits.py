@@ -81,7 +81,7 @@ class Limits:
             fold : 1 - d/t within a surface; -1 where nothing is within reach
             curvature, skew, stretch : h/h_max - 1
             area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
-            envelope : distance from the axis beyond its limit, over t, samples of the exterior; absent without an envelope
+            envelope : distance of the exterior's samples from the axis beyond its limit, over t; absent without one
         """
         nets = self._nets(points)
         shapes = [measures_of_net(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]

@@ -44,7 +44,7 @@ ROUNDS, MOST_ITERATIONS = 3, 12
 
 @dataclass(frozen=True, eq=False)
 class Proxy:
-    """The objective near a design: its gradient (31) and the curvature that past steps have shown, times a scale in the merit."""
+    """The objective near a design: its gradient (31), the curvature that past steps have shown, its scale in the merit."""
 
     slope: np.ndarray
     factors: np.ndarray
@@ -81,7 +81,7 @@ class AugmentedLagrangian:
         proxy = Proxy(slope, curvature.factors(), scale)
         found = self._minimise(phi, proxy, radius, self.multipliers, STIFFNESS)
         if not found.gain > 0:
-            # Multipliers that a bad step has driven too high forbid every move; without them the limits are learnt anew.
+            # Multipliers that a bad step has driven too high forbid every move; without them limits are learnt anew.
             found = self._minimise(phi, proxy, radius, self._none(), STIFFNESS)
         return replace(found, learnt=(found.learnt, curvature))
 

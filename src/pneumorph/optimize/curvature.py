@@ -1,8 +1,9 @@
-"""What past steps have shown of the objective's curvature, for a proxy that is better than (31) where the objective bends.
+"""What past steps have shown of the objective's curvature, for a proxy better than (31) where the objective bends.
 
-With S the last steps and Y the changes of the gradient over them, Y (SᵀY)⁻¹ Yᵀ is the part of the Hessian that they saw: for a convex
-quadratic never more than the Hessian itself. Only its positive part is used. It matters where a design is about to bend or buckle sideways: the
-gradient then changes so fast along a few directions that linear steps overshoot from one side to the other.
+With S the last steps and Y the changes of the gradient over them, Y (SᵀY)⁻¹ Yᵀ is the part of the Hessian that they
+saw: for a convex quadratic never more than the Hessian itself. Only its positive part is used. It matters where a
+design is about to bend or buckle sideways: the gradient then changes so fast along a few directions that linear steps
+overshoot from one side to the other.
 """
 
 from __future__ import annotations
