@@ -44,7 +44,7 @@ ROUNDS, MOST_ITERATIONS = 3, 12
 
 @dataclass(frozen=True, eq=False)
 class Proxy:
-    """The objective near a design: its gradient (31), the curvature that past steps have shown, its scale in the merit."""
+    """The objective near a design: its gradient (31), the curvature that past steps have shown, scale in the merit."""
 
     slope: np.ndarray
     factors: np.ndarray
