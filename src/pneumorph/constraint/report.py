@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
@@ -186,18 +187,24 @@ def _wall(targets: list[Target], fields: list[Fields], length: float) -> Iterato
     for surface, field in zip(targets[1:], fields[1:], strict=True):
         place = _largest(-np.minimum(field.x[2], length - field.x[2]), surface.grid)
         yield place._replace(value=-place.value)
-    for asking in targets:
-        for asked in targets:
-            if asking is asked:
-                continue
-            yield _least_wall(asking, asked)
+    least = np.inf
+    for asking, asked in permutations(reversed(targets), 2):
+        place = _least_wall(asking, asked, least)
+        if place is not None:
+            least = min(least, place.value)
+            yield place
 
 
-def _least_wall(asking: Target, asked: Target) -> Place:
-    """Least distance from one surface to another: at every other sample both ways first, then where that is least."""
+def _least_wall(asking: Target, asked: Target, bound: float) -> Place | None:
+    """Least distance from one surface to another; perhaps none where it is not below a bound.
+
+    At every other sample both ways first, then where that is least.
+    """
     own = _numbers(asking)[::2, ::2]
-    _, near = nearest(asking.x[own.ravel()], asked, np.inf, among=_numbers(asked)[::2, ::2].ravel())
-    distance = np.linalg.norm(asking.x[own.ravel()] - asked.x[near], axis=1)
+    within, near = nearest(asking.x[own.ravel()], asked, bound + 0.1, among=_numbers(asked)[::2, ::2].ravel())
+    if not within.any():
+        return None
+    distance = np.where(within, np.linalg.norm(asking.x[own.ravel()] - asked.x[near], axis=1), np.inf)
     close = np.flatnonzero(distance <= distance.min() + 0.1)
     distance[close], _, _ = asked.closest(asking.x[own.ravel()[close]], near[close])
     least = _lowest(distance.reshape(own.shape), 0.05).ravel()
@@ -215,7 +222,7 @@ def _fold(surface: Target, spec: LimitsSpec) -> Place:
     places = [Place(neighbourhood, surface.grid.name, 0.0, 0.0)]
     own = _numbers(surface)[::4, ::4]
     source = own.ravel()
-    fold = nearest_fold(surface, neighbourhood, neighbourhood + 0.5, source, among=every_other(surface.grid))
+    fold = nearest_fold(surface, neighbourhood, neighbourhood + 0.1, source, among=every_other(surface.grid))
     facing = np.flatnonzero(fold.facing)
     fold.distance[facing], _, _ = surface.closest(surface.x[source[facing]], fold.near[facing])
     least = _lowest(fold.distance.reshape(own.shape), 0.2).ravel()
