@@ -14,6 +14,7 @@ import numpy as np
 
 from pneumorph.mechanics import potential as kernels
 from pneumorph.mechanics.linear import SingularMatrix
+from pneumorph.mechanics.material import SMALLEST_RATIO
 from pneumorph.mechanics.model import Model
 from pneumorph.mechanics.potential import Loads, State
 from pneumorph.mechanics.tangent import Configuration, Tangent
@@ -25,10 +26,10 @@ MOST_NEWTON_STEPS = 40
 MOST_PRODUCTS = 6
 """Conjugate gradient steps that an old factorisation is given: a new one costs about as much as five."""
 
-MOST_RELAXATIONS, RELAXED = 3, 0.5
-"""Steps with the factorisation of an earlier configuration before the first fresh one, and what each has to leave of
-the residual at most: they even out what a prediction or an interpolation has left, which would make the tangent
-indefinite."""
+MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED, SMOOTH = 3, 10, 0.9, 0.02
+"""Steps with the factorisation of an earlier configuration, or of the state of rest, before the first fresh one; what each
+has to leave of the residual at most; and the residual at which they have done their work: they even out what a prediction
+or an interpolation has left, which would make the tangent indefinite."""
 
 RUNAWAY_STRETCH = 8.0
 
@@ -172,6 +173,11 @@ def scaled(full: Loads, fraction: float) -> Loads:
     )
 
 
+def unloaded(at: Configuration) -> Configuration:
+    """The same body and springs without pressures, weights and plate loads."""
+    return Configuration(at.model, at.X, scaled(at.loads, 0.0), at.blocked)
+
+
 def _evaluate(at: Configuration, state: State):
     model = at.model
     value, residual = kernels.value_and_residual(*model.rubber_arguments, model.top, at.X, state, at.loads)
@@ -181,8 +187,7 @@ def _evaluate(at: Configuration, state: State):
 def applied_force(at: Configuration, state: State) -> float:
     """Norm of the applied nodal forces: the measure that residuals are held against, N."""
     _, full = _evaluate(at, state)
-    none = Configuration(at.model, at.X, scaled(at.loads, 0.0), at.blocked)
-    _, internal = _evaluate(none, state)
+    _, internal = _evaluate(unloaded(at), state)
     difference = full - internal
     # Moments enter with the millimetre as lever; the floor keeps the unloaded body solvable.
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
@@ -196,14 +201,22 @@ def _newton(at: Configuration, tangent: Tangent, start: State, tolerance: float)
     vector[-6:][held[-6:]] = 0.0
     energy, residual = _evaluate(at, model.state(vector))
     if not np.isfinite(energy) or not np.isfinite(residual).all():
-        return "the starting state turns an element inside out"
+        return "the starting state is no finite one"
     scale = applied_force(at, model.state(vector))
     residual = np.where(held, 0.0, residual)
     size = float(np.linalg.norm(residual)) / scale
-    relaxations = MOST_RELAXATIONS if tangent.ready else 0
+    relaxations = MOST_RELAXATIONS
+    if not tangent.ready and np.any(vector):
+        # A state carried over from another mesh is rough in detail; the tangent at rest is definite and evens it out.
+        tangent.factorise(unloaded(at), rest(model))
+        relaxations = MOST_RELAXATIONS_AT_REST
+    elif not tangent.ready:
+        relaxations = 0
     exact = False
     for _ in range(MOST_NEWTON_STEPS):
         if size <= tolerance:
+            if _smallest_ratio(at, vector) <= SMALLEST_RATIO:
+                return "an element is turned inside out"
             return model.state(vector), size
         state = model.state(vector)
         relaxing = relaxations > 0
@@ -222,7 +235,7 @@ def _newton(at: Configuration, tangent: Tangent, start: State, tolerance: float)
             vector, energy, residual = moved
             size = float(np.linalg.norm(residual)) / scale
         if relaxing:
-            relaxations = relaxations - 1 if size < RELAXED * previous else 0
+            relaxations = relaxations - 1 if size < RELAXED * previous and size > SMOOTH else 0
         if size > 1e-2 and _largest_stretch(at, vector) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
@@ -263,6 +276,11 @@ def _line_search(at: Configuration, vector, energy, residual, direction, scale):
                 return trial, value, gradient
         step *= 0.5
     return None
+
+
+def _smallest_ratio(at: Configuration, vector) -> float:
+    _, ratio = kernels.stretches(at.model.top, at.X, at.model.state(vector))
+    return float(jnp.min(ratio))
 
 
 def _largest_stretch(at: Configuration, vector) -> float:

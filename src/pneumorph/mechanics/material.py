@@ -39,6 +39,24 @@ def determinant(F: Array) -> Array:
     )
 
 
+SMALLEST_RATIO = 0.1
+"""Volume ratio J below which J is replaced in ln J; no rubber bears that, and no such state is accepted."""
+
+
+def log_ratio(J: Array) -> Array:
+    """ln J; below δ = `SMALLEST_RATIO`, and for negative J, ln δ²/(2δ − J), which goes on with the same value and slope.
+
+    A field that is interpolated from another mesh may turn elements inside out. With a finite energy there, a descent turns
+    them back; with ln J it could not even begin.
+    """
+    low = J < SMALLEST_RATIO
+    return jnp.where(
+        low,
+        2 * jnp.log(SMALLEST_RATIO) - jnp.log(jnp.where(low, 2 * SMALLEST_RATIO - J, 1.0)),
+        jnp.log(jnp.where(low, 1.0, J)),
+    )
+
+
 def neo_hookean(F: Array, parameters: Array) -> Array:
     """Generalised neo-Hookean energy, the paper's (41): μ/2 (J^(−2/3) tr FᵀF − 3) + κ/2 (J − 1)².
 
@@ -49,9 +67,9 @@ def neo_hookean(F: Array, parameters: Array) -> Array:
     """
     shear, bulk = parameters[0], parameters[1]
     J = determinant(F)
-    # exp and log run as vector instructions where a power does not; both are NaN for an inverted element.
+    # exp and log run as vector instructions where a power does not.
     return (
-        0.5 * shear * (jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * jnp.log(J)) - 3.0)
+        0.5 * shear * (jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * log_ratio(J)) - 3.0)
         + 0.5 * bulk * (J - 1.0) ** 2
     )
 

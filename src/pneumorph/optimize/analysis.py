@@ -22,7 +22,7 @@ from pneumorph.mechanics import (
     rest,
     solve,
 )
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.potential import State, displacement
 from pneumorph.mesh import Morph, mesh_body
 from pneumorph.mesh.transfer import transfer
 from pneumorph.objective import Objective, features, maximize
@@ -138,9 +138,10 @@ def predicted(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi:
 
 def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
     """States of one mesh, at nodes X_old (N, 3), interpolated to another mesh of the same body."""
-    model = new.model
-    carried = {}
+    model, carried = new.model, {}
     for name, state in states.items():
-        u = transfer(old.morph.mesh.at(X_old), np.asarray(state.u)[: old.model.nodes], new.morph.mesh.points)
-        carried[name] = State(model.pad(u), state.plate)
+        # The plate moves the tip's nodes: their rows of the state are empty.
+        u = displacement(old.model.top, old.model.pad(X_old), state)
+        moved = transfer(old.morph.mesh.at(X_old), np.asarray(u)[: old.model.nodes], new.morph.mesh.points)
+        carried[name] = State(model.pad(moved), state.plate)
     return carried
