@@ -27,9 +27,9 @@ MOST_PRODUCTS = 6
 """Conjugate gradient steps that an old factorisation is given: a new one costs about as much as five."""
 
 MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED, SMOOTH = 3, 10, 0.9, 0.02
-"""Steps with the factorisation of an earlier configuration, or of the state of rest, before the first fresh one; what each
-has to leave of the residual at most; and the residual at which they have done their work: they even out what a prediction
-or an interpolation has left, which would make the tangent indefinite."""
+"""Steps with the factorisation of an earlier configuration, or of the state of rest, before the first fresh one; what
+each has to leave of the residual at most; and the residual at which they have done their work: they even out what a
+prediction or an interpolation has left, which would make the tangent indefinite."""
 
 RUNAWAY_STRETCH = 8.0
 

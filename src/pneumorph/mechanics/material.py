@@ -44,10 +44,10 @@ SMALLEST_RATIO = 0.1
 
 
 def log_ratio(J: Array) -> Array:
-    """ln J; below δ = `SMALLEST_RATIO`, and for negative J, ln δ²/(2δ − J), which goes on with the same value and slope.
+    """ln J; below δ = `SMALLEST_RATIO`, and for negative J, ln δ²/(2δ − J): it goes on with the same value and slope.
 
-    A field that is interpolated from another mesh may turn elements inside out. With a finite energy there, a descent turns
-    them back; with ln J it could not even begin.
+    A field that is interpolated from another mesh may turn elements inside out. With a finite energy there, a descent
+    turns them back; with ln J it could not even begin.
     """
     low = J < SMALLEST_RATIO
     return jnp.where(
