@@ -26,7 +26,7 @@ from pneumorph.optimize.step import Step, proxy_scale
 STIFFNESS = 1000.0
 """ρ: price of a limit broken by one per cent, as a multiplier, over one per cent."""
 
-MARGIN = {"curvature": 0.01, "skew": 0.03, "stretch": 0.04}
+MARGIN = {"curvature": 0.01, "skew": 0.04, "stretch": 0.06}
 SMALL_MARGIN = 0.004
 """Limits are tightened by these fractions, for what lies between the optimiser's samples: measured against samples
 twice as fine."""
@@ -38,7 +38,7 @@ there stays small."""
 WORST = 0.02
 """A violation beyond this raises a multiplier no further: a step that broke a limit must not forbid the next ones."""
 
-ROUNDS, MOST_ITERATIONS = 3, 12
+ROUNDS, MOST_ITERATIONS = 3, 10
 """Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each."""
 
 
@@ -134,7 +134,8 @@ class AugmentedLagrangian:
             # Dearer limits may leave no gain in the step so far; then it starts anew.
             z = found.x if found.fun < merit(0 * z)[0] else 0 * z
             points = space.control_points(phi + smooth.apply(z))
-            if limits.moved(points, pairs):
+            # Feet are found anew where the first round went, and wherever the body has moved far.
+            if round_ == 0 or limits.moved(points, pairs):
                 pairs = _on_device(limits.pairs(points))
         change = smooth.apply(z)
         before, _ = _price(limits, start, pairs, multipliers, stiffness)
