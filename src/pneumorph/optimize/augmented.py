@@ -85,10 +85,10 @@ class AugmentedLagrangian:
             found = self._minimise(phi, proxy, radius, self._none(), STIFFNESS)
         return replace(found, learnt=(found.learnt, curvature))
 
-    def restoring(self, phi: np.ndarray, radius: float) -> Step:
-        """A step back within the limits, whatever the objective does."""
+    def restoring(self, phi: np.ndarray, radius: float, tighter: float) -> Step:
+        """A step back within the limits, whatever the objective does; margins are `tighter` times as wide."""
         nothing = Proxy(np.zeros_like(phi), np.zeros((0, len(phi))), 0.0)
-        return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS)
+        return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS, tighter)
 
     def after(self, step: Step) -> AugmentedLagrangian:
         """See `Stepper.after`."""
@@ -107,7 +107,7 @@ class AugmentedLagrangian:
         multipliers = {name: state[f"multipliers_{name}"] for name in self.multipliers}
         return replace(self, multipliers=multipliers, curvature=unpack_curvature(state))
 
-    def _minimise(self, phi, proxy: Proxy, radius, multipliers, stiffness) -> Step:
+    def _minimise(self, phi, proxy: Proxy, radius, multipliers, stiffness, tighter=1.0) -> Step:
         space, limits, smooth = self.space, self.limits, self.smooth
         start = space.control_points(phi)
         pairs = _on_device(limits.pairs(start))
@@ -120,7 +120,7 @@ class AugmentedLagrangian:
             nonlocal evaluations
             evaluations += 1
             change = smooth.apply(z)
-            price, rise = _price(limits, space.control_points(phi + change), pairs, multipliers, stiffness)
+            price, rise = _price(limits, space.control_points(phi + change), pairs, multipliers, stiffness, tighter)
             expected, tilt = proxy.change(change)
             value = proxy.scale * expected + float(price) + 0.5 * pull * (z @ z)
             return value, smooth.transpose(proxy.scale * tilt + space.pullback(np.asarray(rise))) + pull * z
@@ -128,7 +128,7 @@ class AugmentedLagrangian:
         z, points = np.zeros(space.n), start
         for round_ in range(ROUNDS):
             if round_:
-                multipliers = _on_device(_raised(limits, points, pairs, multipliers, stiffness))
+                multipliers = _on_device(_raised(limits, points, pairs, multipliers, stiffness, tighter))
             options = {"maxiter": MOST_ITERATIONS, "maxcor": 20, "ftol": 1e-14, "gtol": 1e-9}
             found = optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
             # Dearer limits may leave no gain in the step so far; then it starts anew.
@@ -138,11 +138,11 @@ class AugmentedLagrangian:
             if round_ == 0 or limits.moved(points, pairs):
                 pairs = _on_device(limits.pairs(points))
         change = smooth.apply(z)
-        before, _ = _price(limits, start, pairs, multipliers, stiffness)
-        after, _ = _price(limits, points, pairs, multipliers, stiffness)
+        before, _ = _price(limits, start, pairs, multipliers, stiffness, tighter)
+        after, _ = _price(limits, points, pairs, multipliers, stiffness, tighter)
         expected, _ = proxy.change(change)
         gain = float(before - after) - proxy.scale * expected
-        learnt = _raised(limits, points, pairs, multipliers, stiffness)
+        learnt = _raised(limits, points, pairs, multipliers, stiffness, tighter)
         return Step(change, proxy.scale, expected, gain, evaluations, learnt)
 
 
@@ -165,11 +165,13 @@ def _on_device(arrays):
     return jax.tree.map(jnp.asarray, arrays)
 
 
-def _raised(limits, points, pairs, multipliers, stiffness) -> dict[str, np.ndarray]:
+def _raised(limits, points, pairs, multipliers, stiffness, tighter) -> dict[str, np.ndarray]:
     """Multipliers λ ← max(0, λ + ρ c), c taken for no worse than `WORST`."""
     values = _values(limits, points, pairs)
     return {
-        name: np.maximum(0.0, multipliers[name] + stiffness * np.minimum(np.asarray(c) + _margin(name), WORST))
+        name: np.maximum(
+            0.0, multipliers[name] + stiffness * np.minimum(np.asarray(c) + tighter * _margin(name), WORST)
+        )
         for name, c in values.items()
     }
 
@@ -180,14 +182,16 @@ def _values(limits: Limits, points: Array, pairs: Pairs) -> dict[str, Array]:
 
 
 @partial(jax.jit, static_argnums=0)
-def _price(limits: Limits, points: Array, pairs: Pairs, multipliers: dict[str, Array], stiffness: float):
+def _price(
+    limits: Limits, points: Array, pairs: Pairs, multipliers: dict[str, Array], stiffness: float, tighter: float
+):
     """Σ over limits of the mean over samples of (max(0, λ + ρ c)² − λ²)/2ρ, and its gradient (n_points, 3)."""
 
     def price(points):
         total = 0.0
         for name, c in limits.values(points, pairs).items():
             if len(c):
-                active = jnp.maximum(0.0, multipliers[name] + stiffness * (c + _margin(name)))
+                active = jnp.maximum(0.0, multipliers[name] + stiffness * (c + tighter * _margin(name)))
                 total += jnp.mean(active**2 - multipliers[name] ** 2) / (2 * stiffness)
         return total
 

@@ -209,12 +209,12 @@ def _try(loop: _Loop, now: _Standing, change: np.ndarray, clock: Clock) -> Gener
 
 def _restore(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing]:
     """Bring a last design that breaks a limit back within all of them."""
-    for _ in range(MOST_RESTORATIONS):
+    for attempt in range(1, MOST_RESTORATIONS + 1):
         if loop.report(now.analysis).held():
             break
         clock = Clock()
         with clock.phase("subproblem"):
-            step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step)
+            step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, float(attempt))
         trial = yield from _try(loop, now, step.change, clock)
         if trial.analysis is None:
             yield DesignRejected(now.iteration + 1, trial.reason, 0.0)
