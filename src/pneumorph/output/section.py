@@ -46,8 +46,9 @@ def cut_open(shape: Shape, normal: np.ndarray) -> tuple[pv.PolyData, pv.PolyData
 def _moved(surface: pv.PolyData) -> pv.PolyData:
     """The surface where its points have gone, those of neighbouring elements joined."""
     moved = surface.copy()
-    moved.points = surface.point_data["moved"]
-    return cast(pv.PolyData, moved.clean(tolerance=1e-6))
+    # Points that are equal to the last digit are joined by hashing; with a tolerance it would take a minute.
+    moved.points = np.round(surface.point_data["moved"], 5)
+    return cast(pv.PolyData, moved.clean())
 
 
 def _flat(points: np.ndarray, elements: np.ndarray, pieces: np.ndarray, shape) -> tuple[np.ndarray, np.ndarray]:
