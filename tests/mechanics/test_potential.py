@@ -118,3 +118,15 @@ def test_rotation_is_smooth_at_rest():
     curvature = jax.jacfwd(jax.jacfwd(rotation))(jnp.zeros(3))
     assert np.isfinite(np.asarray(curvature)).all()
     assert np.asarray(slope)[2, 1, 0] == 1.0
+
+
+def test_a_guided_plate_moves_along_the_axis_alone():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    guided = np.array([True, True, False, True, True, False])
+    pulled = loads(built, {"A": 0.05}, wrench=np.array([0.3, 0, 0, 0, 2.0, 1.0]))
+    found = solve(configuration(built, mesh.points, pulled, guided), Tangent(built))
+    assert np.all(found.plate[guided] == 0)
+    assert found.plate[5] > 0
+    assert found.reaction[0] == pytest.approx(0.3, abs=0.02)
+    assert np.all(found.reaction[~guided] == 0)

@@ -24,6 +24,7 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
     configuration,
+    held_of,
     loads_of,
     model_of,
 )
@@ -115,7 +116,7 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
         if name not in BLOCKS:
             raise ProblemError(f'--block: "{name}" is not known here; take one of {", ".join(BLOCKS)}')
     held = {component for name in names for component in BLOCKS[name]}
-    return np.array([component in held for component in COMPONENTS])
+    return np.array([component in held for component in COMPONENTS]) | held_of(problem)
 
 
 def _steps(

@@ -7,6 +7,7 @@ import numpy as np
 from pneumorph.mechanics.equilibrium import loads
 from pneumorph.mechanics.material import rubber
 from pneumorph.mechanics.model import Model, model
+from pneumorph.mechanics.plate import COMPONENTS
 from pneumorph.mechanics.potential import Loads
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
@@ -30,3 +31,8 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
         spring=np.array([0.0, 0.0, spring.axial, spring.bending_x, spring.bending_y, spring.torsion]),
         wrench=np.array([*effector.force, *effector.moment]),
     )
+
+
+def held_of(problem: Problem) -> np.ndarray:
+    """The plate's components (6,) bool that a guide holds."""
+    return np.isin(COMPONENTS, problem.end_effector.hold)

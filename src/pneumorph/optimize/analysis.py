@@ -16,6 +16,7 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
     configuration,
+    held_of,
     loads_of,
     model_of,
     predict,
@@ -104,7 +105,7 @@ def analyse(
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, value = {}, {}, 0.0
     for task, objective in zip(problem.task, objectives(problem).values(), strict=True):
-        at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]))
+        at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), held_of(problem))
         start = starts[task.name] if starts else rest(disc.model)
         found = solve(at, disc.tangents[task.name], start, tolerance)
         if isinstance(found, NoEquilibrium):

@@ -125,16 +125,20 @@ class Spring(Table):
 
 
 class EndEffector(Table):
-    """What the tip carries: a rigid plate with springs, a force (N) and a moment (N·mm), or nothing ("free")."""
+    """What the tip carries: a rigid plate with springs, a force (N) and a moment (N·mm), or nothing ("free").
+
+    `hold` names motions of the plate that a guide prevents.
+    """
 
     kind: Literal["plate", "free"] = "plate"
     spring: Spring = Spring()
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
+    hold: tuple[Literal["shift_x", "shift_y", "axial", "bending_x", "bending_y", "torsion"], ...] = ()
 
     @model_validator(mode="after")
     def _nothing_on_a_free_tip(self) -> "EndEffector":
-        for key in ("spring", "force", "moment"):
+        for key in ("spring", "force", "moment", "hold"):
             if self.kind == "free" and getattr(self, key) != type(self).model_fields[key].default:
                 raise Misfit(key, f'a free tip has no plate to carry it; take kind = "plate" or leave {key} out')
         return self
