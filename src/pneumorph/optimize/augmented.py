@@ -90,6 +90,11 @@ class AugmentedLagrangian:
         nothing = Proxy(np.zeros_like(phi), np.zeros((0, len(phi))), 0.0)
         return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS, tighter)
 
+    def taught(self, step: Step, slope: np.ndarray, slope_there: np.ndarray) -> AugmentedLagrangian:
+        """See `Stepper.taught`."""
+        _, curvature = step.learnt
+        return replace(self, curvature=curvature.with_pair(step.change, slope_there - slope))
+
     def after(self, step: Step) -> AugmentedLagrangian:
         """See `Stepper.after`."""
         multipliers, curvature = step.learnt

@@ -37,13 +37,16 @@ class Curvature:
         """With one more design."""
         if not len(self.phi):
             return replace(self, phi=phi, slope=slope)
-        step, change = phi - self.phi, slope - self.slope
-        length = np.linalg.norm(step)
+        return replace(self.with_pair(phi - self.phi, slope - self.slope), phi=phi, slope=slope)
+
+    def with_pair(self, step: np.ndarray, change: np.ndarray) -> Curvature:
+        """With what one more step has shown; a step of no length shows nothing."""
+        length = float(np.linalg.norm(step))
         if length == 0.0:
             return self
         steps = np.vstack([self.steps, step / length])[-MOST_PAIRS:]
         changes = np.vstack([self.changes, change / length])[-MOST_PAIRS:]
-        return Curvature(phi, slope, steps, changes)
+        return replace(self, steps=steps, changes=changes)
 
     def factors(self) -> np.ndarray:
         """W (k, n) so that WᵀW is the positive curvature seen; k may be zero."""

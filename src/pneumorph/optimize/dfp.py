@@ -68,6 +68,10 @@ class PaperStepper:
         after, _ = merit(psi)
         return Step(psi, scale, float(slope @ psi), before - after, counted.count, first_slope)
 
+    def taught(self, step: Step, slope: np.ndarray, slope_there: np.ndarray) -> PaperStepper:
+        """See `Stepper.taught`; the paper's proxy is linear and learns nothing."""
+        return self
+
     def after(self, step: Step) -> PaperStepper:
         """The ℵ-rule (37): more iterations while the gradient changes little (38)."""
         if not len(self.last_slope):

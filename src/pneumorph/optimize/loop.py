@@ -138,12 +138,12 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
 
 def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | None]:
     """The next accepted design, or None when the trust region has shrunk to nothing."""
-    clock, radius, spent = Clock(), now.radius, 0
+    clock, radius, spent, stepper = Clock(), now.radius, 0, now.stepper
     with clock.phase("gradient"):
         slope = design_gradient(loop.problem, loop.space, now.disc, now.analysis)
     while radius >= SMALLEST * loop.problem.optimizer.step:
         with clock.phase("subproblem"):
-            step = now.stepper.step(now.analysis.phi, slope, radius)
+            step = stepper.step(now.analysis.phi, slope, radius)
         if not step.gain > 0:
             return None
         trial = yield from _try(loop, now, step.change, clock)
@@ -156,6 +156,9 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | Non
         if ratio < POOR and not trial.remeshed:
             radius *= SHRINK
             yield DesignRejected(now.iteration + 1, f"the gain was {ratio:.2f} of the predicted one", radius)
+            with clock.phase("gradient"):
+                there = design_gradient(loop.problem, loop.space, trial.disc, trial.analysis)
+            stepper = stepper.taught(step, slope, there)
             continue
         if ratio > GOOD:
             radius *= GROW
@@ -163,7 +166,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | Non
             radius *= SHRINK
         radius = min(radius, LARGEST * loop.problem.optimizer.step)
         values = (*now.values, trial.analysis.value)
-        following = _Standing(now.iteration + 1, trial.analysis, trial.disc, now.stepper.after(step), radius, values)
+        following = _Standing(now.iteration + 1, trial.analysis, trial.disc, stepper.after(step), radius, values)
         yield _accepted(loop, following, clock, spent, trial.remeshed, step, ratio)
         return following
     return None

@@ -44,6 +44,10 @@ class Stepper(Protocol):
         """The best step of at most `radius` (mm) from Φ for an objective of gradient `slope`."""
         ...
 
+    def taught(self, step: Step, slope: np.ndarray, slope_there: np.ndarray) -> Stepper:
+        """The stepper for another try, with the gradient found at the end of a step that is taken back."""
+        ...
+
     def after(self, step: Step) -> Stepper:
         """The stepper for the next design, once a step is accepted."""
         ...
