@@ -148,3 +148,15 @@ def test_prices_have_right_gradients(stage):
         points.ravel(), np.asarray(slope).ravel(), direction, step=1e-4,
     )  # fmt: skip
     assert test.rate > 1.8
+
+
+def test_a_step_taken_back_teaches_where_the_objective_bends(stage):
+    problem, body, space, smooth = stage
+    stepper = augmented_lagrangian(space, smooth, limits_of(body, problem.limits, reach=1.0), 0.2)
+    slope = np.random.default_rng(0).standard_normal(space.n)
+    step = stepper.step(space.start, slope, 0.2)
+    # The gradient has turned round at the end of the step: the objective's minimum lies half way along it.
+    taught = stepper.taught(step, slope, -slope)
+    again = taught.step(space.start, slope, 0.2)
+    assert 0 < -slope @ again.change < 0.7 * -slope @ step.change
+    assert again.expected > slope @ again.change
