@@ -6,6 +6,7 @@ python benchmarks/refinement.py runs/linear
 import sys
 
 from pneumorph.cli.cache import use_compilation_cache
+from pneumorph.errors import MeshError
 from pneumorph.geometry import design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize.analysis import analyse, discretise
@@ -18,11 +19,15 @@ def main() -> None:
     run = open_run(sys.argv[1])
     body = run.load_design(run.latest()).body(run.problem)
     print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  motion of the end-effector (mm, rad)")
-    for factor in (1.5, 1.25, 1.0, 0.8):
+    for factor in (0.75, 0.85, 1.0, 1.25, 1.5):
         size = factor * run.problem.mesh.size
         problem = run.problem.model_copy(update={"mesh": MeshSpec.model_validate({"size": f"{size} mm"})})
         space = design_space(problem, body)
-        disc = discretise(problem, body)
+        try:
+            disc = discretise(problem, body)
+        except MeshError as error:
+            print(f"{size:7.2f} {error}")
+            continue
         found = analyse(problem, space, disc, space.start)
         if isinstance(found, NoEquilibrium):
             print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {found.reason}")
