@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.constraint import limits_of
+from pneumorph.constraint import limits_of, report
 
 
 def two_walls(make_body, table, **other):
@@ -26,7 +26,7 @@ def test_shapes_never_change(make_body, table, waved):
         shapes.append({name: value.shape for name, value in values(points, limits.pairs(points)).items()})
     assert shapes[0] == shapes[1] == shapes[2]
     assert len(traced) == 1
-    assert set(shapes[0]) == {"wall", "ends", "fold", "curvature", "skew", "stretch", "area", "envelope"}
+    assert set(shapes[0]) == {"wall", "ends", "fold", "rim", "curvature", "skew", "stretch", "area", "envelope"}
     assert "envelope" not in limits_of(body, table(envelope=None)).values(points, limits.pairs(points))
 
 
@@ -75,7 +75,8 @@ def test_gradients_by_taylor_remainders(make_body, table, waved, form):
     values = limits.values(points, pairs)
     rng = np.random.default_rng(5)
     weights = {name: rng.uniform(size=value.shape) for name, value in values.items()}
-    weights["ends"] *= values["ends"] > -1.0  # half-way up, the nearer of the two ends changes
+    for name in ("ends", "rim"):
+        weights[name] *= values[name] > -1.0  # half-way up, the nearer of the two ends changes
 
     @jax.jit
     def total(points):
@@ -163,3 +164,24 @@ def test_no_nan_where_surfaces_touch_or_fold(make_body, table):
         value, gradient = total(points, limits.pairs(points))
         assert np.isfinite(value)
         assert np.all(np.isfinite(gradient))
+
+
+@pytest.mark.parametrize(("slope", "excess"), [(0.7, 0.0), (0.3, 0.4)])
+def test_a_chamber_may_not_lie_flat_on_its_own_end(make_body, table, slope, excess):
+    body = make_body()
+    limits = limits_of(body, table())
+    points = body.control_points()
+    net = points[body.slices[1]].reshape(body.chambers[0].net.shape)
+    along = 18.0 * body.chambers[0].basis_r.greville
+    row = along < 6.0
+    # The wall runs inward over the disc; with a rise of 0.3 it is 0.6 mm above it where 1 mm is asked.
+    net[row, :, 2] = 3.0 + slope * along[row, None]
+    net[row, :, :2] *= (1.0 - 0.08 * along[row])[:, None, None]
+    rim = float(limits.values(points, limits.pairs(points))["rim"].max())
+    reading = report(body.with_control_points(points), table())["fold"]
+    if excess:
+        assert rim == pytest.approx(excess, abs=0.02)
+        assert (reading.value, reading.surface) == (pytest.approx(0.6, abs=0.02), "A")
+    else:
+        assert rim <= 0.0
+        assert reading.value > 1.0

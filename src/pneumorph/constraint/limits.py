@@ -18,7 +18,7 @@ from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.constraint.distance import Feet, distances, fold_feet, joined, target, wall_feet
-from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid
+from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures_of_net
 from pneumorph.geometry import Body
 
@@ -79,6 +79,7 @@ class Limits:
             ends : 1 - d/t between chambers and the planes of the body's ends, for samples of the chambers; and how far
                 samples of the exterior are beyond these planes, over t
             fold : 1 - d/t within a surface; -1 where nothing is within reach
+            rim : how far tubes with flat ends come too near the planes of their own ends, over the fold distance
             curvature, skew, stretch : h/h_max - 1
             area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
             envelope : distance of the exterior's samples from the axis beyond its limit, over t; absent without one
@@ -89,15 +90,16 @@ class Limits:
         X = self._positions(tubes)
         wall = distances(X, self._wall_source, pairs.wall)
         fold = distances(X, self._fold_source, pairs.fold)
-        heights = [jnp.minimum(x[2], self.length - x[2]).ravel() for x in tubes]
+        clear = [jnp.minimum(x[2], self.length - x[2]).ravel() for x in tubes]
 
         def over(name: str) -> Array:
             return jnp.concatenate([getattr(shape, name).ravel() for shape in shapes])
 
         result = {
             "wall": jnp.where(pairs.wall.active, 1.0 - wall / self.wall, -1.0),
-            "ends": jnp.concatenate([-heights[0] / self.wall, *(1.0 - height / self.wall for height in heights[1:])]),
+            "ends": jnp.concatenate([-clear[0] / self.wall, *(1.0 - height / self.wall for height in clear[1:])]),
             "fold": jnp.where(pairs.fold.active, 1.0 - fold / self.fold, -1.0),
+            "rim": jnp.concatenate([self._rim(x, grid) for x, grid in zip(tubes, self.grids, strict=True)]),
             "curvature": over("curvature") / self.curvature - 1.0,
             "skew": over("skew") / self.skew - 1.0,
             "stretch": over("stretch") / self.stretch - 1.0,
@@ -113,7 +115,7 @@ class Limits:
 
         The barrier of a quantity h starts at zero and reaches one at its limit, that of a distance starts at the limit.
         """
-        scale = {"wall": self.wall, "ends": self.wall, "fold": self.fold, "envelope": self.wall}
+        scale = {"wall": self.wall, "ends": self.wall, "fold": self.fold, "rim": self.fold, "envelope": self.wall}
         return {
             name: value * (scale[name] / tolerance) if name in scale else jnp.maximum(value + 1.0, 0.0)
             for name, value in values.items()
@@ -180,6 +182,16 @@ class Limits:
     def _nets(self, points: ArrayLike) -> list[Array]:
         points = jnp.asarray(points).reshape(-1, 3)
         return [points[where].reshape(*grid.net_shape, 3) for grid, where in zip(self.grids, self.slices, strict=True)]
+
+    def _rim(self, x: Array, grid: Grid) -> Array:
+        """Constraint values of a tube (3, rows, columns) beside the planes of its own ends; none with poles."""
+        if not len(grid.rings):
+            return jnp.zeros(0)
+        base, tip = (
+            share - height / self.fold
+            for share, height in zip(rim_share(grid, self.neighbourhood), heights(x, grid), strict=True)
+        )
+        return jnp.maximum(base, tip)[1:-1].ravel()
 
     @cached_property
     def _fields(self) -> Callable[[ArrayLike], list[Fields]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from pneumorph.constraint.distance import Floats, Ints, Target, nearest, nearest_fold, target
-from pneumorph.constraint.sampling import Fields, Grid, every_other, grid
+from pneumorph.constraint.sampling import Fields, Grid, every_other, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, measures
 from pneumorph.geometry import Body
 
@@ -75,7 +75,7 @@ class LimitReport:
     """Every limit's worst value over all surfaces.
 
     wall is the least distance between two surfaces, or between a chamber and the body's end planes; fold the least
-    distance within a surface outside the neighbourhood; area the least area element sqrt(EG - F²) relative to the
+    distance within a surface outside the neighbourhood, its own flat ends included; area the least area element sqrt(EG - F²) relative to the
     starting one; ends how far the exterior passes its own end planes; envelope the largest distance from the axis
     (absent without such a limit).
     """
@@ -131,7 +131,7 @@ def report(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (8, 16)) ->
     length = float(body.exterior.net[-1, 0, 2])
     readings = [
         _worst("wall", spec.wall, _wall(targets, fields, length)),
-        _worst("fold", spec.fold.distance, (_fold(tube, spec) for tube in tubes)),
+        _worst("fold", spec.fold.distance, [*(_fold(tube, spec) for tube in tubes), *_rims(fields, grids, spec)]),
         *_shape(fields, grids, spec),
         _worst("ends", 0.0, [_beyond_ends(fields[0], grids[0], length)]),
     ]
@@ -238,6 +238,18 @@ def _fold(surface: Target, spec: LimitsSpec) -> Place:
     if len(facing):
         places.append(_least_foot(surface, surface, source[facing], fold.near[facing]))
     return min(places, key=lambda place: place.value)
+
+
+def _rims(fields: list[Fields], grids: list[Grid], spec: LimitsSpec) -> Iterator[Place]:
+    """Least distances of tubes from the planes of their own flat ends, scaled up within the neighbourhood of the rim."""
+    for field, grid in zip(fields, grids, strict=True):
+        if not len(grid.rings):
+            continue
+        shares = rim_share(grid, spec.fold.neighbourhood)
+        for share, height in zip(shares, heights(field.x, grid), strict=True):
+            away = np.where(share > 0.0, height / np.maximum(share, 1e-9), spec.fold.neighbourhood)
+            place = _largest(-away, grid)
+            yield place._replace(value=-place.value)
 
 
 def _numbers(surface: Target) -> Ints:

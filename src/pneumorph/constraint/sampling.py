@@ -161,6 +161,21 @@ def closed_positions(x: Array, grid: Grid) -> Array:
     return jnp.concatenate([disc(x[:, :1], s), x, disc(x[:, -1:], s[::-1])], axis=1)
 
 
+def heights(x: Any, grid: Grid) -> tuple[Any, Any]:
+    """How far samples x (3, rows, columns) of a tube with flat ends are above its base and below its tip, in mm."""
+    return x[2] - x[2, :1], x[2, -1:] - x[2]
+
+
+def rim_share(grid: Grid, neighbourhood: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Share of the fold distance that each row (rows, 1) has to keep from the base's plane, and from the tip's.
+
+    All of it outside the neighbourhood of the rim, in proportion to the distance along the starting surface within:
+    a wall thus leaves its end at an angle and never lies flat on it.
+    """
+    along = grid.r[:, None] * grid.size[1] / neighbourhood
+    return np.minimum(along, 1.0), np.minimum(along[::-1], 1.0)
+
+
 def every_other(grid: Grid) -> NDArray[np.int64]:
     """Numbers of every other sample of a tube, both ways."""
     rows, columns = grid.shape
