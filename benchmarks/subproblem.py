@@ -24,7 +24,7 @@ EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
 def main() -> None:
     use_compilation_cache()
     print(f"{'1/mm':>5s} {'variables':>9s} {'method':>8s} {'evaluations':>11s} {'seconds':>8s} {'ms each':>8s}")
-    for density in (0.24, 0.4, 0.6, 0.9, 1.28):
+    for density in (0.3, 0.4, 0.6, 0.9, 1.28):
         problem = loads(EXAMPLE.replace('control_density = "0.6 /mm"', f'control_density = "{density} /mm"'))
         body = starting_body(problem.body)
         space = design_space(problem, body)

@@ -19,17 +19,21 @@ BAR = 10.0
 
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
-    """Largest principal stretch at the nodes (N,): that of the quadrature points, carried to the nodes and averaged."""
+    """Largest principal stretch at the nodes (N,): that of the quadrature points, averaged over every corner's elements.
+
+    Mid-side nodes get the mean of their ends: they have too few elements around them for an average of their own.
+    """
     gradients = tet_gradient(TET_RULE)
     jacobian = np.einsum("eai,gaj->egij", mesh.points[mesh.tets], gradients)
     moved = np.einsum("eai,gaj->egij", (mesh.points + u)[mesh.tets], gradients)
     stretch = np.linalg.norm(moved @ np.linalg.inv(jacobian), ord=2, axis=(2, 3))
-    # Linear through the four points of the rule, so its values at the corners and mid-sides follow from theirs.
+    # Linear through the four points of the rule, so its values at the corners follow from theirs.
     barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
-    corners = np.linalg.inv(barycentric)
-    at_nodes = stretch @ np.vstack([corners, corners[TET_EDGES].mean(axis=1)]).T
-    count = np.bincount(mesh.tets.ravel(), minlength=len(mesh.points))
-    return np.bincount(mesh.tets.ravel(), at_nodes.ravel(), minlength=len(mesh.points)) / count
+    at_corners, corners = stretch @ np.linalg.inv(barycentric).T, mesh.tets[:, :4].ravel()
+    count = np.bincount(corners, minlength=len(mesh.points))
+    field = np.bincount(corners, at_corners.ravel(), minlength=len(mesh.points)) / np.maximum(count, 1)
+    field[mesh.tets[:, 4:]] = field[mesh.tets[:, TET_EDGES]].mean(axis=2)
+    return field
 
 
 def draw_bodies(
