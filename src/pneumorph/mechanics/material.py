@@ -1,4 +1,4 @@
-"""Strain-energy densities ψ(F): a rubber is one function, everything else is its derivatives."""
+"""A rubber: an isochoric energy, a bulk modulus, a density, and the stretch up to which they hold."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from functools import cache
 import jax
 import jax.numpy as jnp
 from jax import Array
+
+from pneumorph.mechanics.energies import determinant, neo_hookean
 
 Energy = Callable[[Array, Array], Array]
 
@@ -21,16 +23,19 @@ class Rubber:
     ----------
     isochoric : callable
         ψ_iso(F, parameters) in MPa, blind to a change of volume, for deformation gradients F (3, 3, …); the trailing
-        axes are points.
+        axes are points. One of `energies`.
     parameters : tuple of float
         What ψ takes, in MPa or pure numbers; the last is the bulk modulus κ.
     density : float
         Mass density of the undeformed rubber, t/mm³.
+    valid_stretch : float, optional
+        Largest principal stretch for which the parameters hold; None where nobody has said.
     """
 
     isochoric: Energy
     parameters: tuple[float, ...]
     density: float
+    valid_stretch: float | None = None
 
     @property
     def energy(self) -> Energy:
@@ -46,6 +51,10 @@ class Rubber:
     def shear_modulus(self) -> float:
         """Initial shear modulus μ in MPa: the curvature of ψ in a simple shear of the undeformed rubber."""
         return _initial_shear_modulus(self.isochoric, self.parameters)
+
+    def beyond(self, stretch: float) -> bool:
+        """Whether a principal stretch is larger than the rubber's parameters hold for."""
+        return self.valid_stretch is not None and stretch > self.valid_stretch
 
 
 @cache
@@ -63,45 +72,6 @@ def _initial_shear_modulus(isochoric: Energy, parameters: tuple[float, ...]) -> 
     shear = jnp.zeros((3, 3)).at[0, 1].set(1.0)
     given = jnp.asarray(parameters, dtype=float)
     return float(jax.grad(jax.grad(lambda amount: isochoric(jnp.eye(3) + amount * shear, given)))(0.0))
-
-
-def determinant(F: Array) -> Array:
-    """Determinant of 3×3 matrices (3, 3, …), written out so that it compiles into the loop over the points."""
-    return (
-        F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
-        - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
-        + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0])
-    )
-
-
-SMALLEST_RATIO = 0.1
-"""Volume ratio J below which J is replaced in ln J; no rubber bears that, and no such state is accepted."""
-
-
-def log_ratio(J: Array) -> Array:
-    """ln J; below δ = `SMALLEST_RATIO`, and for negative J, ln δ²/(2δ − J): it goes on with the same value and slope.
-
-    A field that is interpolated from another mesh may turn elements inside out. With a finite energy there, a descent
-    turns them back; with ln J it could not even begin.
-    """
-    low = J < SMALLEST_RATIO
-    return jnp.where(
-        low,
-        2 * jnp.log(SMALLEST_RATIO) - jnp.log(jnp.where(low, 2 * SMALLEST_RATIO - J, 1.0)),
-        jnp.log(jnp.where(low, 1.0, J)),
-    )
-
-
-def neo_hookean(F: Array, parameters: Array) -> Array:
-    """Isochoric part of the generalised neo-Hookean energy, the paper's (41): μ/2 (J^(−2/3) tr FᵀF − 3).
-
-    Parameters
-    ----------
-    F : (3, 3, …) deformation gradients.
-    parameters : (2,) shear modulus μ and bulk modulus κ, MPa.
-    """
-    # exp and log run as vector instructions where a power does not.
-    return 0.5 * parameters[0] * (jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * log_ratio(determinant(F))) - 3.0)
 
 
 def rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
