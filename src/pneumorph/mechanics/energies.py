@@ -13,7 +13,7 @@ from functools import reduce
 import jax.numpy as jnp
 from jax import Array
 
-from pneumorph.mechanics.spectral import trace_of_power
+from pneumorph.mechanics.spectral import spectrum, trace_of_power
 
 
 def determinant(F: Array) -> Array:
@@ -113,10 +113,11 @@ def ogden(F: Array, parameters: Array) -> Array:
     The moduli (MPa) add up to the initial shear modulus, μ = Σ μᵢ. Ogden's own are 2 μᵢ/αᵢ.
     """
     C = jnp.sum(F[:, :, None] * F[:, None, :], axis=0)
+    at = spectrum(C)
     isochoric = log_ratio(determinant(F)) / 3.0
     value = jnp.zeros_like(isochoric)
     for i in range(0, len(parameters) - 1, 2):
         modulus, exponent = parameters[i], parameters[i + 1]
-        powers = trace_of_power(C, 0.5 * exponent) * jnp.exp(-exponent * isochoric)
+        powers = trace_of_power(C, 0.5 * exponent, at) * jnp.exp(-exponent * isochoric)
         value += 2.0 * modulus / exponent**2 * (powers - 3.0)
     return value

@@ -8,6 +8,8 @@ p cᵖ⁻¹ without loss of digits when they are written with hyperbolic sines.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 from jax import Array
@@ -19,52 +21,58 @@ SMALLEST = 1e-8
 """Eigenvalues are no smaller in their logarithms; met only in elements that are being turned inside out."""
 
 
-@jax.custom_jvp
-def trace_of_power(C: Array, p: Array) -> Array:
-    """tr Cᵖ (…) of symmetric positive matrices C (3, 3, …) for a number p; may be differentiated twice."""
-    logs, _ = eigen(C)
-    return jnp.sum(jnp.exp(p * logs), axis=0)
+class Spectrum(NamedTuple):
+    """Logarithms of eigenvalues (3, …) and eigenvectors as columns (3, 3, …); constants to every derivative."""
+
+    logs: Array
+    Q: Array
 
 
-@trace_of_power.defjvp
-def _trace_along(primals, tangents):
-    (C, p), (dC, dp) = primals, tangents
-    logs, _ = eigen(C)
-    powers = jnp.exp(p * logs)
-    change = p * jnp.sum(power(C, p - 1.0) * dC, axis=(0, 1)) + dp * jnp.sum(powers * logs, axis=0)
-    return jnp.sum(powers, axis=0), change
-
-
-@jax.custom_jvp
-def power(C: Array, p: Array) -> Array:
-    """Cᵖ (3, 3, …) of symmetric positive matrices C (3, 3, …) for a number p; may be differentiated once."""
-    logs, Q = eigen(C)
-    return _assembled(Q, jnp.exp(p * logs))
-
-
-@power.defjvp
-def _power_along(primals, tangents):
-    (C, p), (dC, dp) = primals, tangents
-    logs, Q = eigen(C)
-    powers = jnp.exp(p * logs)
-    half = 0.5 * (logs[:, None] - logs[None, :])
-    middle = 0.5 * (logs[:, None] + logs[None, :])
-    differences = p * jnp.exp((p - 1.0) * middle) * _sinhc(p * half) / _sinhc(half)
-    turned = differences * _product(_transposed(Q), _product(dC, Q))
-    change = _product(Q, _product(turned, _transposed(Q))) + dp * _assembled(Q, powers * logs)
-    return _assembled(Q, powers), change
-
-
-def eigen(C: Array) -> tuple[Array, Array]:
-    """Logarithms of the eigenvalues (3, …) and the eigenvectors as columns (3, 3, …), by Jacobi's method.
+def spectrum(C: Array) -> Spectrum:
+    """The spectrum of symmetric positive matrices C (3, 3, …), by Jacobi's method.
 
     All points at once and in every digit also where eigenvalues are equal, which closed forms do not reach.
     """
+    C = jax.lax.stop_gradient(C)
     start = jnp.broadcast_to(jnp.eye(3).reshape(3, 3, *[1] * (C.ndim - 2)), C.shape)
     # A loop keeps its result; unrolled, the compiler works the rotations out anew for everything that needs them.
     C, Q = jax.lax.fori_loop(0, SWEEPS, lambda _, state: _sweep(*state), (C, start))
     values = jnp.stack([C[i, i] for i in range(3)])
-    return jnp.log(jnp.maximum(values, SMALLEST)), Q
+    return Spectrum(jnp.log(jnp.maximum(values, SMALLEST)), Q)
+
+
+@jax.custom_jvp
+def trace_of_power(C: Array, p: Array, at: Spectrum) -> Array:
+    """tr Cᵖ (…) of symmetric positive matrices C (3, 3, …) with spectrum `at`; may be differentiated twice."""
+    return jnp.sum(jnp.exp(p * at.logs), axis=0)
+
+
+@trace_of_power.defjvp
+def _trace_along(primals, tangents):
+    (C, p, at), (dC, dp, _) = primals, tangents
+    powers = jnp.exp(p * at.logs)
+    change = p * jnp.sum(power(C, p - 1.0, at) * dC, axis=(0, 1)) + dp * jnp.sum(powers * at.logs, axis=0)
+    return jnp.sum(powers, axis=0), change
+
+
+@jax.custom_jvp
+def power(C: Array, p: Array, at: Spectrum) -> Array:
+    """Cᵖ (3, 3, …) of symmetric positive matrices C (3, 3, …) with spectrum `at`; may be differentiated once."""
+    return _assembled(at.Q, jnp.exp(p * at.logs))
+
+
+@power.defjvp
+def _power_along(primals, tangents):
+    (_, p, (logs, Q)), (dC, dp, _) = primals, tangents
+    powers = jnp.exp(p * logs)
+    half = 0.5 * (logs[:, None] - logs[None, :])
+    middle = 0.5 * (logs[:, None] + logs[None, :])
+    differences = p * jnp.exp((p - 1.0) * middle) * _sinhc(p * half) / _sinhc(half)
+    # Worked out once for all directions dC, not again inside the loop over each.
+    differences = jax.lax.optimization_barrier(differences)
+    turned = differences * _product(_transposed(Q), _product(dC, Q))
+    change = _product(Q, _product(turned, _transposed(Q))) + dp * _assembled(Q, powers * logs)
+    return _assembled(Q, powers), change
 
 
 def _sweep(C: Array, Q: Array) -> tuple[Array, Array]:
