@@ -52,7 +52,8 @@ def _trace_along(primals, tangents):
     (C, p, at), (dC, dp, _) = primals, tangents
     powers = jnp.exp(p * at.logs)
     change = p * jnp.sum(power(C, p - 1.0, at) * dC, axis=(0, 1)) + dp * jnp.sum(powers * at.logs, axis=0)
-    return jnp.sum(powers, axis=0), change
+    # The value by its own rule too: to a derivative of this one `at` is a constant.
+    return trace_of_power(C, p, at), change
 
 
 @jax.custom_jvp
@@ -63,7 +64,8 @@ def power(C: Array, p: Array, at: Spectrum) -> Array:
 
 @power.defjvp
 def _power_along(primals, tangents):
-    (_, p, (logs, Q)), (dC, dp, _) = primals, tangents
+    (C, p, at), (dC, dp, _) = primals, tangents
+    logs, Q = at
     powers = jnp.exp(p * logs)
     half = 0.5 * (logs[:, None] - logs[None, :])
     middle = 0.5 * (logs[:, None] + logs[None, :])
@@ -72,7 +74,7 @@ def _power_along(primals, tangents):
     differences = jax.lax.optimization_barrier(differences)
     turned = differences * _product(_transposed(Q), _product(dC, Q))
     change = _product(Q, _product(turned, _transposed(Q))) + dp * _assembled(Q, powers * logs)
-    return _assembled(Q, powers), change
+    return power(C, p, at), change
 
 
 def _sweep(C: Array, Q: Array) -> tuple[Array, Array]:
