@@ -149,8 +149,8 @@ def fit(form: Form, test: TensionTest) -> Fit:
 
 
 def ranked(fits: list[Fit]) -> list[Fit]:
-    """Stable ones first, and among them the closest first."""
-    return sorted(fits, key=lambda one: (not one.is_stable, one.rms))
+    """Stable ones first, among them the closest first, and of equally close ones that with fewer parameters."""
+    return sorted(fits, key=lambda one: (not one.is_stable, float(f"{one.rms:.2g}"), len(one.parameters)))
 
 
 def _search(form: Form, test: TensionTest, start: tuple[float, ...]) -> tuple[np.ndarray, float]:

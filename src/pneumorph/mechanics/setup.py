@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from pneumorph.mechanics import energies
 from pneumorph.mechanics.equilibrium import loads
@@ -46,7 +46,8 @@ def rubber_of(material: Material) -> Rubber:
 
 def equibiaxial_stretch(first_invariant: float) -> float:
     """The stretch λ > 1 of isochoric equibiaxial tension with the given Ī₁ = 2 λ² + λ⁻⁴ > 3."""
-    return brentq(lambda stretch: 2 * stretch**2 + stretch**-4 - first_invariant, 1.0, sqrt(first_invariant))
+    rest = sqrt(first_invariant)
+    return root_scalar(lambda stretch: 2 * stretch**2 + stretch**-4 - first_invariant, bracket=(1.0, rest)).root
 
 
 def model_of(problem: Problem, mesh: TetMesh) -> Model:

@@ -45,10 +45,12 @@ def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
         count = "no column" if not (strains if len(strains) != 1 else stresses) else "more than one column"
         raise ProblemError(f"{path}: has {count} of the {wanted} in its header ({', '.join(titles)}); {MEND}")
     (at_strain, kind), (at_stress, unit) = strains[0], stresses[0]
-    values = np.array([
-        [_number(path, number, line.split(separator), index) for index in (at_strain, at_stress)]
-        for number, line in points
-    ]).reshape(-1, 2)
+    values = np.array(
+        [
+            [_number(path, number, line.split(separator), index) for index in (at_strain, at_stress)]
+            for number, line in points
+        ]
+    ).reshape(-1, 2)
     stretch = {"stretch": values[:, 0], "strain": 1.0 + values[:, 0], "percent": 1.0 + 0.01 * values[:, 0]}[kind]
     stress = STRESSES[unit] * values[:, 1]
     _check(path, stretch, stress)
@@ -95,6 +97,8 @@ def _check(path: Path, stretch: np.ndarray, stress: np.ndarray) -> None:
     if stretch.min() <= 0:
         raise ProblemError(f"{path}: a stretch of {stretch.min():g} is not above zero; is the column a strain?")
     if not stretch.max() > 1.0:
-        raise ProblemError(f"{path}: no stretch is above 1, so there is no tension in the test; is the column a strain?")
+        raise ProblemError(
+            f"{path}: no stretch is above 1, so there is no tension in the test; is the column a strain?"
+        )
     if not stress.max() > 0:
         raise ProblemError(f"{path}: no stress is above zero; give tension as positive")
