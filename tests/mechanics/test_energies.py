@@ -38,7 +38,7 @@ def density(name):
 
 def difference(name, stretches, a, b):
     """τ_a − τ_b = l_a ∂ψ/∂l_a − l_b ∂ψ/∂l_b, worked out on paper."""
-    p, l = MODELS[name][0], np.asarray(stretches)
+    p, λ = MODELS[name][0], np.asarray(stretches)
     first = np.sum(λ**2)
     slope = {
         "neo_hookean": lambda: p[0] / 2,
