@@ -53,6 +53,9 @@ iterations = 40
 """
 
 # What to put in place of what, the key that the answer has to name, and a word of the reason or the mend.
+BULK = 'bulk_modulus = "5 MPa"\ndensity = "1 g/cm^3"'
+MOONEY = f'model = "mooney-rivlin"\nc10 = "0.1 MPa"\nc01 = "0.02 MPa"\n{BULK}'
+
 WRONG = [
     ('length = "80 mm"', 'length = "80 kg"', "body.length", "not a unit of a length"),
     ('length = "80 mm"', "length = 80", "body.length", "has no unit"),
@@ -77,7 +80,62 @@ WRONG = [
         "material.shear_modulus",
         "not above zero",
     ),
-    ('name = "Hei-Cast 8400"', 'model = "ogden"\nshear_modulus = "1 MPa"', "material.bulk_modulus", "is missing"),
+    ('name = "Hei-Cast 8400"', 'shear_modulus = "1 MPa"', "material.bulk_modulus", "is missing"),
+    (
+        'name = "Hei-Cast 8400"',
+        'model = "rubber"\nc10 = "1 MPa"',
+        "material.model",
+        "take one of neo-hookean, mooney-rivlin",
+    ),
+    ('name = "Hei-Cast 8400"', "model = 3", "material.model", "is not known here"),
+    ('name = "Hei-Cast 8400"', f"{MOONEY}\nc02 = '1 MPa'", "material.c02", 'did you mean "c10"?'),
+    ('name = "Hei-Cast 8400"', MOONEY.replace('"0.1 MPa"', '"0.1 mm"'), "material.c10", "not a unit of a modulus"),
+    (
+        'name = "Hei-Cast 8400"',
+        MOONEY.replace('"0.1 MPa"', '"-0.1 MPa"'),
+        "material.c10",
+        "initial shear modulus -0.16 MPa",
+    ),
+    ('name = "Hei-Cast 8400"', MOONEY.replace("5 MPa", "-5 MPa"), "material.bulk_modulus", "not above zero"),
+    ('name = "Hei-Cast 8400"', MOONEY + "\nvalid_stretch = 0.5", "material.valid_stretch", "greater than 1"),
+    ('name = "Hei-Cast 8400"', 'model = "yeoh"\n' + BULK, "material.coefficients", "is missing; add coefficients ="),
+    ('name = "Hei-Cast 8400"', 'model = "yeoh"\ncoefficients = []\n' + BULK, "material.coefficients", "is empty"),
+    (
+        'name = "Hei-Cast 8400"',
+        f'model = "yeoh"\ncoefficients = ["1 MPa", 2]\n{BULK}',
+        "material.coefficients[1]",
+        "no unit",
+    ),
+    (
+        'name = "Hei-Cast 8400"',
+        f'model = "gent"\nshear_modulus = "1 MPa"\n{BULK}',
+        "material.limit",
+        "is missing; add limit =",
+    ),
+    (
+        'name = "Hei-Cast 8400"',
+        f'model = "gent"\nlimit = "30 MPa"\nshear_modulus = "1 MPa"\n{BULK}',
+        "material.limit",
+        "not a number",
+    ),
+    (
+        'name = "Hei-Cast 8400"',
+        f'model = "arruda-boyce"\nlocking_stretch = 0.9\nshear_modulus = "1 MPa"\n{BULK}',
+        "material.locking_stretch",
+        "greater than 1",
+    ),
+    (
+        'name = "Hei-Cast 8400"',
+        f'model = "ogden"\nterms = [{{ modulus = "1 MPa", exponent = 0 }}]\n{BULK}',
+        "material.terms[0].exponent",
+        "is zero",
+    ),
+    (
+        'name = "Hei-Cast 8400"',
+        f'model = "ogden"\nterms = [{{ modulus = "1 MPa" }}]\n{BULK}',
+        "material.terms[0].exponent",
+        "is missing",
+    ),
     ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", "85 mm"]', "body.chamber[0].span", "outside the body"),
     ('span = ["3 mm", "77 mm"]', 'span = ["-3 mm", "77 mm"]', "body.chamber[0].span", "outside the body"),
     ('span = ["3 mm", "77 mm"]', 'span = ["77 mm", "3 mm"]', "body.chamber[0].span", "lower end first"),

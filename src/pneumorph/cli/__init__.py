@@ -6,7 +6,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from pneumorph.cli import check, design, simulate
+from pneumorph.cli import check, design, material, simulate
 from pneumorph.cli.cache import use_compilation_cache
 from pneumorph.errors import ComputationError, ProblemError
 
@@ -37,3 +37,4 @@ def pneumorph() -> None:
 app.command()(design.design)
 app.command()(simulate.simulate)
 app.command()(check.check)
+app.add_typer(material.app, name="material")

@@ -82,13 +82,16 @@ def _description(problem: Problem, space: DesignSpace, disc: Discretisation) -> 
     held = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
     pulled = [f"{key} {told['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
     gravity = told.get("gravity")
+    valid = model.rubber.valid_stretch
+    reach = "valid for stretches not stated" if valid is None else f"valid to a stretch of {valid:.3g}"
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
     return [
         f"problem   {problem.title or 'without a title'}",
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} of the shape, {free} of the pressures",
         f"mesh      {model.elements} quadratic tetrahedra, {model.size} degrees of freedom",
-        f"rubber    {rubber['name']}: shear modulus {rubber['shear_modulus']}, bulk modulus {rubber['bulk_modulus']}",
+        f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
+        f"bulk modulus {rubber['bulk_modulus']}, {reach}",
         f"tip       {', '.join([effector.kind, *held, *pulled])}",
         "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
     ]

@@ -15,10 +15,11 @@ from rich.console import Console
 import pneumorph
 from pneumorph.cli.screen import Screen
 from pneumorph.errors import ComputationError
+from pneumorph.mechanics import rubber_of
 from pneumorph.optimize import DesignAccepted, Finished
 from pneumorph.optimize import design as loop
 from pneumorph.output import run_pictures
-from pneumorph.output.words import duration, motion_of
+from pneumorph.output.words import duration, motion_of, validity
 from pneumorph.problem import Problem, load
 from pneumorph.run import Design, RunDirectory, create, resume
 
@@ -95,6 +96,10 @@ def _finish(run: RunDirectory, screen: Screen, outcome: Outcome) -> None:
     )
     spent = duration(result["seconds"]["total"])
     screen.say(f"{result['iterations']} designs in {spent}: {motions}; the loop ended because {outcome.reason}.")
+    rubber = rubber_of(run.problem.material)
+    for name, answer in history[-1]["tasks"].items():
+        if sentence := validity(rubber, answer["max_stretch"]):
+            screen.say(f"Task {name}: {sentence}.")
 
 
 def _result(problem: Problem, history: list[dict[str, Any]], outcome: Outcome) -> dict[str, Any]:

@@ -136,7 +136,8 @@ def _step(
 ) -> dict[str, Any]:
     names = {"task": task, "pressure_MPa": pressures}
     if isinstance(found, NoEquilibrium):
-        nothing = dict.fromkeys(("translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch"))
+        keys = ("translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity")
+        nothing = dict.fromkeys(keys)
         return {**names, **nothing, "converged": False, "reason": found.reason}
     motion = features(at.model, at.X, found.state)
     return {
@@ -146,6 +147,7 @@ def _step(
         "reaction": _reaction(at, found),
         "volume_mm3": found.volumes,
         "max_stretch": found.max_stretch,
+        "beyond_validity": at.model.rubber.beyond(found.max_stretch),
         "converged": True,
     }
 
@@ -169,8 +171,9 @@ def _row(step: dict[str, Any]) -> Text:
     for name, value in step["reaction"].items():
         unit = "N·mm" if name in COMPONENTS[3:] else "N"
         parts.append(f"{name} {value:.4g} {unit}")
-    parts.append(f"stretch {step['max_stretch']:.3f}")
-    return Text(head + ", ".join(parts))
+    beyond = ", beyond the range the rubber's parameters hold for" if step["beyond_validity"] else ""
+    parts.append(f"stretch {step['max_stretch']:.3f}{beyond}")
+    return Text(head + ", ".join(parts), style="yellow" if beyond else "")
 
 
 def _write(path: Path, content: dict[str, Any]) -> None:

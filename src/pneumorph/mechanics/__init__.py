@@ -3,7 +3,7 @@
 from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, predict, rest, solve
 from pneumorph.mechanics.material import Rubber, rubber
 from pneumorph.mechanics.model import Model, model
-from pneumorph.mechanics.setup import held_of, loads_of, model_of
+from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
 from pneumorph.mechanics.tangent import Configuration, Tangent
 
 __all__ = [
@@ -22,5 +22,6 @@ __all__ = [
     "predict",
     "rest",
     "rubber",
+    "rubber_of",
     "solve",
 ]

@@ -10,7 +10,8 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jax import Array
 
-from pneumorph.mechanics.material import Energy, determinant
+from pneumorph.mechanics.energies import determinant
+from pneumorph.mechanics.material import Energy
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape, triangle_gradient, triangle_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)

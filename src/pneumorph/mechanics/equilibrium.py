@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.energies import SMALLEST_RATIO
 from pneumorph.mechanics.linear import SingularMatrix
-from pneumorph.mechanics.material import SMALLEST_RATIO
 from pneumorph.mechanics.model import Model
 from pneumorph.mechanics.potential import Loads, State
 from pneumorph.mechanics.tangent import Configuration, Tangent

@@ -26,7 +26,8 @@ from pneumorph.mechanics.element import (
     triangle_integrals,
     triangle_volumes,
 )
-from pneumorph.mechanics.material import Energy, determinant
+from pneumorph.mechanics.energies import determinant
+from pneumorph.mechanics.material import Energy
 from pneumorph.mechanics.plate import rigid_displacement
 
 

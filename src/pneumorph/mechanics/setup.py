@@ -2,22 +2,57 @@
 
 from __future__ import annotations
 
-import numpy as np
+from math import inf, sqrt
 
+import numpy as np
+from scipy.optimize import root_scalar
+
+from pneumorph.mechanics import energies
 from pneumorph.mechanics.equilibrium import loads
-from pneumorph.mechanics.material import rubber
+from pneumorph.mechanics.material import Rubber
 from pneumorph.mechanics.model import Model, model
 from pneumorph.mechanics.plate import COMPONENTS
 from pneumorph.mechanics.potential import Loads
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
+from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
+
+
+def rubber_of(material: Material) -> Rubber:
+    """The rubber of a table [material].
+
+    Gent's limit and Arruda and Boyce's locking bound the stretch it is valid for, whatever the table says: by the
+    stretch at which equibiaxial tension comes to them, the first of all deformations.
+    """
+    match material:
+        case NeoHookean():
+            energy, own, locking = energies.neo_hookean, (material.shear_modulus,), inf
+        case MooneyRivlin():
+            energy, own, locking = energies.mooney_rivlin, (material.c10, material.c01), inf
+        case Yeoh():
+            energy, own, locking = energies.yeoh, material.coefficients, inf
+        case Gent():
+            energy, own = energies.gent, (material.shear_modulus, material.limit)
+            locking = equibiaxial_stretch(3.0 + energies.GENT_END * material.limit)
+        case ArrudaBoyce():
+            energy, own = energies.arruda_boyce, (material.shear_modulus, material.locking_stretch)
+            locking = equibiaxial_stretch(3.0 * material.locking_stretch**2)
+        case Ogden():
+            terms = [(term.modulus, term.exponent) for term in material.terms]
+            energy, own, locking = energies.ogden, tuple(number for term in terms for number in term), inf
+    valid = min(locking, material.valid_stretch or inf)
+    return Rubber(energy, (*own, material.bulk_modulus), material.density, None if valid == inf else valid)
+
+
+def equibiaxial_stretch(first_invariant: float) -> float:
+    """The stretch λ > 1 of isochoric equibiaxial tension with the given Ī₁ = 2 λ² + λ⁻⁴ > 3."""
+    rest = sqrt(first_invariant)
+    return root_scalar(lambda stretch: 2 * stretch**2 + stretch**-4 - first_invariant, bracket=(1.0, rest)).root
 
 
 def model_of(problem: Problem, mesh: TetMesh) -> Model:
     """The mechanical model of a meshed body: its rubber, clamped base, and plate or free tip."""
-    material = problem.material
-    solid = rubber(material.shear_modulus, material.bulk_modulus, material.density)
-    return model(mesh, solid, plate=problem.end_effector.kind == "plate")
+    return model(mesh, rubber_of(problem.material), plate=problem.end_effector.kind == "plate")
 
 
 def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loads:

@@ -69,6 +69,7 @@ def history_line(
             "rotation_rad": np.asarray(moved[name].rotation).tolist(),
             "volume_mm3": found.volumes,
             "max_stretch": found.max_stretch,
+            "beyond_validity": disc.model.rubber.beyond(found.max_stretch),
             "stable": found.stable,
         }
         for name, found in analysis.equilibria.items()

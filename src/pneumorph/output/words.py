@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pneumorph.mechanics import Rubber
 from pneumorph.problem import Task
 
 WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": "bending about y", "twist": "twist"}
@@ -38,6 +39,16 @@ def pressures(by_chamber: Mapping[str, float]) -> str:
     if len(by_chamber) == 1:
         return f"{1e3 * next(iter(by_chamber.values())):.3g} kPa"
     return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in by_chamber.items()) + " kPa"
+
+
+def validity(rubber: Rubber, max_stretch: float) -> str:
+    """A sentence where a stretch is beyond what the rubber's parameters hold for; else nothing."""
+    if not rubber.beyond(max_stretch):
+        return ""
+    return (
+        f"the rubber is stretched to {max_stretch:.2f}, beyond the {rubber.valid_stretch:.3g} up to which its "
+        "parameters hold: the motion is extrapolated"
+    )
 
 
 def duration(seconds: float) -> str:

@@ -1,6 +1,7 @@
 """The problem file: what is designed, from what, for which tasks, within which limits."""
 
 from pneumorph.problem.file import load, loads
+from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
     BodySpec,
     ChamberSpec,
@@ -9,7 +10,6 @@ from pneumorph.problem.models import (
     Fold,
     Gravity,
     Limits,
-    Material,
     Maximize,
     MeshSpec,
     OptimizerSpec,

@@ -8,7 +8,6 @@ from typing import Annotated, Any, Literal
 
 import tomli_w
 from pydantic import (
-    ConfigDict,
     Field,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
@@ -20,13 +19,13 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.problem.material import Material
 from pneumorph.problem.table import Misfit, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 Curvature = Annotated[float, Quantity(units.CURVATURE, "positive")]
 Gauge = Annotated[float, Quantity(units.PRESSURE)]
-Modulus = Annotated[float, Quantity(units.MODULUS, "positive")]
 Stiffness = Annotated[float, Quantity(units.STIFFNESS, "not negative")]
 TurningStiffness = Annotated[float, Quantity(units.TURNING_STIFFNESS, "not negative")]
 Force = Annotated[float, Quantity(units.FORCE)]
@@ -34,49 +33,6 @@ Moment = Annotated[float, Quantity(units.MOMENT)]
 Number = Annotated[float, Strict()]
 Whole = Annotated[int, Strict()]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]
-
-RUBBERS = {
-    "Hei-Cast 8400": {
-        "model": "neo-hookean",
-        "shear_modulus": "0.49 MPa",
-        "bulk_modulus": "4.80 MPa",
-        "density": "1.10 g/cm^3",
-    }
-}
-
-
-def _by_name_or_by_moduli(schema: dict[str, Any]) -> None:
-    """In the file a material is a name from the library, or its moduli and its density."""
-    by_moduli = [key for key in schema["required"] if key != "name"]
-    del schema["required"]
-    schema["anyOf"] = [
-        {"required": by_moduli},
-        {"required": ["name"], "properties": {"name": {"enum": list(RUBBERS)}}, "maxProperties": 1},
-    ]
-
-
-class Material(Table):
-    """A rubber: shear and bulk modulus in MPa, density in t/mm³; energy (41) of the paper."""
-
-    model_config = ConfigDict(json_schema_extra=_by_name_or_by_moduli)
-
-    name: str = "rubber"
-    model: Literal["neo-hookean"] = "neo-hookean"
-    shear_modulus: Modulus
-    bulk_modulus: Modulus
-    density: Annotated[float, Quantity(units.DENSITY, "positive")]
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_the_library(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or data.keys() - {"name"}:
-            return data
-        name = data.get("name")
-        if isinstance(name, str) and name in RUBBERS:
-            return {"name": name, **RUBBERS[name]}
-        known = ", ".join(f'"{rubber}"' for rubber in RUBBERS)
-        wrong = "is missing" if name is None else f'"{name}" is not in the library'
-        raise Misfit("name", f"{wrong}; take one of {known} or give shear_modulus, bulk_modulus and density")
 
 
 class Ripple(Table):

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pneumorph.problem.table import Misfit
+from pneumorph.problem.table import TAG, Misfit
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -25,7 +25,8 @@ def faults_of(error: ValidationError) -> list[tuple[str, str]]:
 
 
 def _fault(found: Any) -> tuple[str, str]:
-    path, context = list(found["loc"]), found.get("ctx", {})
+    path = [part for part in found["loc"] if not str(part).startswith(TAG)]
+    context = found.get("ctx", {})
     if isinstance(context.get("error"), Misfit):
         path.append(context["error"].key)
     if path and path[-1] == "[key]":

@@ -9,6 +9,9 @@ from pydantic_core import CoreSchema, core_schema
 
 from pneumorph import units
 
+TAG = "="
+"""Begins the names of a choice among tables in the paths of pydantic's errors, where they are no keys of the file."""
+
 
 class Misfit(ValueError):
     """A table does not fit: `key`, inside the table, is wrong for the reason given."""

@@ -1,0 +1,123 @@
+"""Isochoric strain-energy densities ψ_iso(F, parameters): one function for each model, everything else its derivatives.
+
+All take deformation gradients F (3, 3, …), whose trailing axes are points, and parameters that end with the bulk
+modulus, which they do not use; the answer (…) is in MPa. They depend on C̄ = J^(−2/3) FᵀF alone, by its invariants
+Ī₁ = tr C̄, Ī₂ = tr C̄⁻¹ or its principal stretches λ̄. None of them gives NaN for any finite F: see `log_ratio` for J
+near zero and below, and each model for stretches it cannot bear. Derivatives are exact to the second order.
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+
+import jax.numpy as jnp
+from jax import Array
+
+from pneumorph.mechanics.spectral import spectrum, trace_of_power
+
+
+def determinant(F: Array) -> Array:
+    """Determinant of 3×3 matrices (3, 3, …), written out so that it compiles into the loop over the points."""
+    return (
+        F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
+        - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
+        + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0])
+    )
+
+
+SMALLEST_RATIO = 0.1
+"""Volume ratio J below which J is replaced in ln J; no rubber bears that, and no such state is accepted."""
+
+
+def log_ratio(J: Array) -> Array:
+    """ln J; below δ = `SMALLEST_RATIO`, and for negative J, ln δ²/(2δ − J): it goes on with the same value and slope.
+
+    A field that is interpolated from another mesh may turn elements inside out. With a finite energy there, a descent
+    turns them back; with ln J it could not even begin.
+    """
+    low = J < SMALLEST_RATIO
+    return jnp.where(
+        low,
+        2 * jnp.log(SMALLEST_RATIO) - jnp.log(jnp.where(low, 2 * SMALLEST_RATIO - J, 1.0)),
+        jnp.log(jnp.where(low, 1.0, J)),
+    )
+
+
+def first_invariant(F: Array) -> Array:
+    """Ī₁ = J^(−2/3) tr FᵀF."""
+    # exp and log run as vector instructions where a power does not.
+    return jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * log_ratio(determinant(F)))
+
+
+def second_invariant(F: Array) -> Array:
+    """Ī₂ = J^(−4/3) |cof F|²."""
+    columns = [jnp.cross(F[:, i - 2], F[:, i - 1], axis=0) for i in range(3)]
+    return sum(jnp.sum(c * c, axis=0) for c in columns) * jnp.exp(-4.0 / 3.0 * log_ratio(determinant(F)))
+
+
+def neo_hookean(F: Array, parameters: Array) -> Array:
+    """Isochoric part of the paper's (41): μ/2 (Ī₁ − 3). Parameters: μ, κ in MPa."""
+    return 0.5 * parameters[0] * (first_invariant(F) - 3.0)
+
+
+def mooney_rivlin(F: Array, parameters: Array) -> Array:
+    """c₁₀ (Ī₁ − 3) + c₀₁ (Ī₂ − 3) (Mooney 1940, Rivlin 1948). Parameters: c₁₀, c₀₁, κ in MPa; μ = 2 (c₁₀ + c₀₁)."""
+    return parameters[0] * (first_invariant(F) - 3.0) + parameters[1] * (second_invariant(F) - 3.0)
+
+
+def yeoh(F: Array, parameters: Array) -> Array:
+    """Σ cᵢ (Ī₁ − 3)ⁱ with any number of coefficients (Yeoh 1993). Parameters: c₁, c₂, …, κ in MPa; μ = 2 c₁."""
+    excess = first_invariant(F) - 3.0
+    coefficients = [parameters[i] for i in reversed(range(len(parameters) - 1))]
+    return reduce(lambda value, c: value * excess + c, coefficients, jnp.zeros_like(excess)) * excess
+
+
+GENT_END = 0.99
+"""Part of the limit J_m up to which Gent's logarithm is used."""
+
+
+def gent(F: Array, parameters: Array) -> Array:
+    """−μ J_m/2 ln(1 − x), x = (Ī₁ − 3)/J_m (Gent 1996). Parameters: μ in MPa, the limit J_m, κ in MPa.
+
+    Beyond x = `GENT_END` the logarithm goes on as its quadratic Taylor polynomial there: same value, stress and
+    stiffness, finite everywhere and a hundred times stiffer than at rest, so that no solver meets the logarithm of a
+    negative number. A state that far is beyond the model, and told to be (`Rubber.valid_stretch`).
+    """
+    shear, limit = parameters[0], parameters[1]
+    used = (first_invariant(F) - 3.0) / limit
+    rest = 1.0 - jnp.minimum(used, GENT_END)
+    beyond = jnp.maximum(used - GENT_END, 0.0) / (1.0 - GENT_END)
+    return 0.5 * shear * limit * (-jnp.log(rest) + beyond + 0.5 * beyond**2)
+
+
+ARRUDA_BOYCE = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)
+"""Coefficients of the inverse Langevin function's series, integrated (Arruda and Boyce 1993, their (18))."""
+
+
+def arruda_boyce(F: Array, parameters: Array) -> Array:
+    """μ Σ Cᵢ λ_m^(2 − 2i) (Ī₁ⁱ − 3ⁱ), i = 1…5 (Arruda and Boyce 1993). Parameters: μ in MPa, λ_m, κ in MPa.
+
+    The series of the eight-chain model, as finite-element programs have it: a polynomial, finite and stiffening also
+    beyond the locking stretch λ_m = √(Ī₁/3), where the model itself has none. μ is that of the chains, n k T; the
+    initial shear modulus is larger by the factor 1 + 3/(5 λ_m²) + …
+    """
+    shear, locking = parameters[0], parameters[1]
+    stretched, at_rest = first_invariant(F) / locking**2, 3.0 / locking**2
+    terms = [C * (stretched**i - at_rest**i) for i, C in enumerate(ARRUDA_BOYCE, start=1)]
+    return shear * locking**2 * sum(terms[1:], start=terms[0])
+
+
+def ogden(F: Array, parameters: Array) -> Array:
+    """Σ 2 μᵢ/αᵢ² (λ̄₁^αᵢ + λ̄₂^αᵢ + λ̄₃^αᵢ − 3), any number of terms (Ogden 1972). Parameters: μ₁, α₁, μ₂, α₂, …, κ.
+
+    The moduli (MPa) add up to the initial shear modulus, μ = Σ μᵢ. Ogden's own are 2 μᵢ/αᵢ.
+    """
+    C = jnp.sum(F[:, :, None] * F[:, None, :], axis=0)
+    at = spectrum(C)
+    isochoric = log_ratio(determinant(F)) / 3.0
+    value = jnp.zeros_like(isochoric)
+    for i in range(0, len(parameters) - 1, 2):
+        modulus, exponent = parameters[i], parameters[i + 1]
+        powers = trace_of_power(C, 0.5 * exponent, at) * jnp.exp(-exponent * isochoric)
+        value += 2.0 * modulus / exponent**2 * (powers - 3.0)
+    return value

@@ -1,0 +1,119 @@
+"""Powers of symmetric positive matrices (3, 3, …), with derivatives that are right where eigenvalues are equal.
+
+A function of eigenvalues is smooth where two of them meet, but eigenvectors are not. So nothing here is differentiated
+through an eigenvalue solver: the derivative of Cᵖ along Ċ is Q (Φ ∘ QᵀĊQ) Qᵀ with the divided differences
+Φ_ab = (c_aᵖ − c_bᵖ)/(c_a − c_b) (Daleckii and Krein; Higham, Functions of Matrices, 2008, §3.2), and these tend to
+p cᵖ⁻¹ without loss of digits when they are written with hyperbolic sines.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+SWEEPS = 5
+"""Of Jacobi's method: it converges quadratically, and four reach rounding error for 3×3 matrices."""
+
+SMALLEST = 1e-8
+"""Eigenvalues are no smaller in their logarithms; met only in elements that are being turned inside out."""
+
+
+class Spectrum(NamedTuple):
+    """Logarithms of eigenvalues (3, …) and eigenvectors as columns (3, 3, …); constants to every derivative."""
+
+    logs: Array
+    Q: Array
+
+
+def spectrum(C: Array) -> Spectrum:
+    """The spectrum of symmetric positive matrices C (3, 3, …), by Jacobi's method.
+
+    All points at once and in every digit also where eigenvalues are equal, which closed forms do not reach.
+    """
+    C = jax.lax.stop_gradient(C)
+    start = jnp.broadcast_to(jnp.eye(3).reshape(3, 3, *[1] * (C.ndim - 2)), C.shape)
+    # A loop keeps its result; unrolled, the compiler works the rotations out anew for everything that needs them.
+    C, Q = jax.lax.fori_loop(0, SWEEPS, lambda _, state: _sweep(*state), (C, start))
+    values = jnp.stack([C[i, i] for i in range(3)])
+    return Spectrum(jnp.log(jnp.maximum(values, SMALLEST)), Q)
+
+
+@jax.custom_jvp
+def trace_of_power(C: Array, p: Array, at: Spectrum) -> Array:
+    """tr Cᵖ (…) of symmetric positive matrices C (3, 3, …) with spectrum `at`; may be differentiated twice."""
+    return jnp.sum(jnp.exp(p * at.logs), axis=0)
+
+
+@trace_of_power.defjvp
+def _trace_along(primals, tangents):
+    (C, p, at), (dC, dp, _) = primals, tangents
+    powers = jnp.exp(p * at.logs)
+    change = p * jnp.sum(power(C, p - 1.0, at) * dC, axis=(0, 1)) + dp * jnp.sum(powers * at.logs, axis=0)
+    # The value by its own rule too: to a derivative of this one `at` is a constant.
+    return trace_of_power(C, p, at), change
+
+
+@jax.custom_jvp
+def power(C: Array, p: Array, at: Spectrum) -> Array:
+    """Cᵖ (3, 3, …) of symmetric positive matrices C (3, 3, …) with spectrum `at`; may be differentiated once."""
+    return _assembled(at.Q, jnp.exp(p * at.logs))
+
+
+@power.defjvp
+def _power_along(primals, tangents):
+    (C, p, at), (dC, dp, _) = primals, tangents
+    logs, Q = at
+    powers = jnp.exp(p * logs)
+    half = 0.5 * (logs[:, None] - logs[None, :])
+    middle = 0.5 * (logs[:, None] + logs[None, :])
+    differences = p * jnp.exp((p - 1.0) * middle) * _sinhc(p * half) / _sinhc(half)
+    # Worked out once for all directions dC, not again inside the loop over each.
+    differences = jax.lax.optimization_barrier(differences)
+    turned = differences * _product(_transposed(Q), _product(dC, Q))
+    change = _product(Q, _product(turned, _transposed(Q))) + dp * _assembled(Q, powers * logs)
+    return power(C, p, at), change
+
+
+def _sweep(C: Array, Q: Array) -> tuple[Array, Array]:
+    """One rotation for each pair of axes, so that C's element off the diagonal vanishes."""
+    c = {(i, j): C[i, j] for i in range(3) for j in range(i, 3)}
+    q = [[Q[i, j] for j in range(3)] for i in range(3)]
+    for i, j, k in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
+        gap, off = c[j, j] - c[i, i], 2.0 * c[i, j]
+        span = jnp.abs(gap) + jnp.sqrt(gap * gap + off * off)
+        tangent = jnp.where(gap < 0, -off, off) / jnp.where(span > 0, span, 1.0)
+        cosine = 1.0 / jnp.sqrt(1.0 + tangent * tangent)
+        sine = tangent * cosine
+        c[i, i], c[j, j] = c[i, i] - tangent * c[i, j], c[j, j] + tangent * c[i, j]
+        c[i, j] = jnp.zeros_like(off)
+        ik, jk = (min(i, k), max(i, k)), (min(j, k), max(j, k))
+        c[ik], c[jk] = cosine * c[ik] - sine * c[jk], sine * c[ik] + cosine * c[jk]
+        for row in q:
+            row[i], row[j] = cosine * row[i] - sine * row[j], sine * row[i] + cosine * row[j]
+    whole = [[c[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
+    return jnp.stack([jnp.stack(row) for row in whole]), jnp.stack([jnp.stack(row) for row in q])
+
+
+def _sinhc(x: Array) -> Array:
+    """sinh x / x."""
+    small = jnp.abs(x) < 1e-3
+    safe = jnp.where(small, 1.0, x)
+    return jnp.where(small, 1.0 + x * x / 6.0 * (1.0 + x * x / 20.0), jnp.sinh(safe) / safe)
+
+
+def _product(A: Array, B: Array) -> Array:
+    """A·B, element by element: a sum over an axis of a larger array takes twice as long."""
+    rows = [[A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j] for j in range(3)] for i in range(3)]
+    return jnp.stack([jnp.stack(row) for row in rows])
+
+
+def _transposed(A: Array) -> Array:
+    return jnp.swapaxes(A, 0, 1)
+
+
+def _assembled(Q: Array, values: Array) -> Array:
+    """Q diag(values) Qᵀ."""
+    return _product(Q * values[None], _transposed(Q))

@@ -1,0 +1,211 @@
+"""The table [material]: a rubber from the library by its name, or a model with its parameters."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from importlib import resources
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    Strict,
+    Tag,
+    model_validator,
+)
+from pydantic_core import CoreSchema
+
+from pneumorph import units
+from pneumorph.problem.table import TAG, Misfit, Quantity, Table
+
+AnyModulus = Annotated[float, Quantity(units.MODULUS)]
+Modulus = Annotated[float, Quantity(units.MODULUS, "positive")]
+Number = Annotated[float, Strict()]
+
+
+class Solid(Table):
+    """What every rubber has: bulk modulus in MPa, density in t/mm³, and the largest stretch its parameters hold for."""
+
+    name: str = "rubber"
+    bulk_modulus: Modulus
+    density: Annotated[float, Quantity(units.DENSITY, "positive")]
+    valid_stretch: Annotated[Number, Field(gt=1)] | None = None
+    source: str = ""
+    decisive: ClassVar[str] = "shear_modulus"
+    """The key that is to blame for a shear modulus that is not above zero."""
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        """μ of the undeformed rubber, MPa."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _is_stiff_at_rest(self) -> Solid:
+        if not self.initial_shear_modulus > 0:
+            raise Misfit(
+                self.decisive,
+                f"makes the initial shear modulus {self.initial_shear_modulus:g} MPa; raise it above zero",
+            )
+        return self
+
+
+class NeoHookean(Solid):
+    """μ/2 (Ī₁ − 3): the paper's energy (41)."""
+
+    model: Literal["neo-hookean"] = "neo-hookean"
+    shear_modulus: Modulus
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        return self.shear_modulus
+
+
+class MooneyRivlin(Solid):
+    """c10 (Ī₁ − 3) + c01 (Ī₂ − 3)."""
+
+    model: Literal["mooney-rivlin"]
+    c10: AnyModulus
+    c01: AnyModulus
+    decisive: ClassVar[str] = "c10"
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        return 2 * (self.c10 + self.c01)
+
+
+class Yeoh(Solid):
+    """Σ cᵢ (Ī₁ − 3)ⁱ with the coefficients c₁, c₂, …"""
+
+    model: Literal["yeoh"]
+    coefficients: tuple[AnyModulus, ...] = Field(
+        min_length=1, max_length=6, description='coefficients = ["0.11 MPa", "0.02 MPa"]'
+    )
+    decisive: ClassVar[str] = "coefficients"
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        return 2 * self.coefficients[0]
+
+
+class Gent(Solid):
+    """−μ J_m/2 ln(1 − (Ī₁ − 3)/J_m) with the limit J_m of Ī₁ − 3."""
+
+    model: Literal["gent"]
+    shear_modulus: Modulus
+    limit: Annotated[Number, Field(gt=0)] = Field(description="limit = 30.0, the largest Ī₁ − 3")
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        return self.shear_modulus
+
+
+class ArrudaBoyce(Solid):
+    """Eight-chain model, series of five terms: shear modulus n k T of the chains, locking stretch λ_m."""
+
+    model: Literal["arruda-boyce"]
+    shear_modulus: Modulus
+    locking_stretch: Annotated[Number, Field(gt=1)] = Field(description="locking_stretch = 3.0")
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        x = self.locking_stretch**-2
+        series = 1 + 3 / 5 * x + 99 / 175 * x**2 + 513 / 875 * x**3 + 42039 / 67375 * x**4
+        return self.shear_modulus * series
+
+
+class OgdenTerm(Table):
+    """One term of Ogden's energy, 2 μᵢ/αᵢ² (Σ λ̄^αᵢ − 3)."""
+
+    modulus: AnyModulus
+    exponent: Number = Field(description="exponent = 2.0")
+
+    @model_validator(mode="after")
+    def _has_a_power(self) -> OgdenTerm:
+        if self.exponent == 0:
+            raise Misfit("exponent", "is zero, which leaves nothing to the power of it; take another")
+        return self
+
+
+class Ogden(Solid):
+    """Σ 2 μᵢ/αᵢ² (λ̄₁^αᵢ + λ̄₂^αᵢ + λ̄₃^αᵢ − 3); the moduli μᵢ add up to the initial shear modulus."""
+
+    model: Literal["ogden"]
+    terms: tuple[OgdenTerm, ...] = Field(
+        min_length=1, max_length=6, description='terms = [{ modulus = "0.4 MPa", exponent = 2.0 }]'
+    )
+    decisive: ClassVar[str] = "terms"
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        return sum(term.modulus for term in self.terms)
+
+
+MODELS = {
+    "neo-hookean": NeoHookean,
+    "mooney-rivlin": MooneyRivlin,
+    "yeoh": Yeoh,
+    "gent": Gent,
+    "arruda-boyce": ArrudaBoyce,
+    "ogden": Ogden,
+}
+
+
+@cache
+def library() -> dict[str, dict[str, Any]]:
+    """The named elastomers: tables [material] without their names, with `assumed`, what their sources do not say."""
+    text = resources.files("pneumorph.problem").joinpath("elastomers.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def _from_the_library(data: Any) -> Any:
+    """The table of a name that stands alone; a table with a model that is known."""
+    if not isinstance(data, dict):
+        return data
+    if data.keys() - {"name"}:
+        model = data.get("model", "neo-hookean")
+        if not isinstance(model, str) or model not in MODELS:
+            shown = f'"{model}"' if isinstance(model, str) else f"a {type(model).__name__}"
+            raise Misfit("model", f"{shown} is not known here; take one of {', '.join(MODELS)}")
+        return data
+    name, known = data.get("name"), library()
+    if isinstance(name, str) and name in known:
+        return {"name": name, **{key: value for key, value in known[name].items() if key != "assumed"}}
+    wrong = "is missing" if name is None else f'"{name}" is not in the library'
+    named = ", ".join(f'"{elastomer}"' for elastomer in known)
+    raise Misfit("name", f"{wrong}; take one of {named} or give a model, its parameters, bulk_modulus and density")
+
+
+def _tag(data: Any) -> str:
+    model = data.get("model", "neo-hookean") if isinstance(data, dict) else getattr(data, "model", "neo-hookean")
+    return TAG + model
+
+
+class _ByNameAlone:
+    """In the file a material may also be a name from the library, and nothing else."""
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        by_name = {
+            "type": "object",
+            "title": "Elastomer",
+            "description": "A rubber from the library.",
+            "properties": {"name": {"enum": list(library())}},
+            "required": ["name"],
+            "additionalProperties": False,
+        }
+        return {"anyOf": [by_name, handler(schema)]}
+
+
+Material = Annotated[
+    Annotated[NeoHookean, Tag(TAG + "neo-hookean")]
+    | Annotated[MooneyRivlin, Tag(TAG + "mooney-rivlin")]
+    | Annotated[Yeoh, Tag(TAG + "yeoh")]
+    | Annotated[Gent, Tag(TAG + "gent")]
+    | Annotated[ArrudaBoyce, Tag(TAG + "arruda-boyce")]
+    | Annotated[Ogden, Tag(TAG + "ogden")],
+    Discriminator(_tag),
+    BeforeValidator(_from_the_library),
+    _ByNameAlone(),
+]

@@ -1,0 +1,67 @@
+"""The command `pneumorph material`."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+from pneumorph.problem.material import library
+
+
+def test_list_names_every_elastomer_and_its_source(run):
+    told = run("material", "list")
+    assert told.exit_code == 0
+    for name, elastomer in library().items():
+        assert name in told.stdout and elastomer["source"][:40] in told.stdout
+
+
+def test_show(run):
+    told = run("material", "show", "Elastosil M4601")
+    assert told.exit_code == 0 and "yeoh" in told.stdout and "κ/μ = 1000" in told.stdout
+    wrong = run("material", "show", "Chewing gum")
+    assert wrong.exit_code == 2 and "is not in the library" in wrong.stderr
+
+
+def test_fit_writes_a_table_to_paste(run, tmp_path):
+    stretch = np.linspace(1, 3, 20)
+    excess = stretch**2 + 2 / stretch - 3
+    stress = 1e3 * 2 * (0.11 + 2 * 0.02 * excess) * (stretch - stretch**-2)
+    rows = "".join(f"{a},{b}\n" for a, b in zip(stretch - 1, stress, strict=True))
+    (tmp_path / "test.csv").write_text(f"nominal strain, nominal stress (kPa)\n{rows}")
+    told = run("material", "fit", tmp_path / "test.csv", "--model", "yeoh", "--out", tmp_path / "out")
+    assert told.exit_code == 0, told.output
+    assert "R² 1.00000" in told.stdout and "stable up to 3" in told.stdout
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
+    assert table["model"] == "yeoh" and table["bulk_modulus"] == "220 MPa" and table["valid_stretch"] == 3.0
+    assert [float(c.split()[0]) for c in table["coefficients"]] == pytest.approx([0.11, 0.02], rel=1e-4)
+    assert json.loads((tmp_path / "out" / "fit.json").read_text())[0]["stable"] is True
+    assert (tmp_path / "out" / "fit.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("none.csv",), "no such file"),
+        (("a.csv", "--model", "hooke"), "--model"),
+        (("a.csv", "--density", "1"), "no unit"),
+    ],
+)
+def test_refusals(run, tmp_path, arguments, words):
+    told = run("material", "fit", tmp_path / arguments[0], *arguments[1:])
+    assert told.exit_code == 2 and told.stderr.count("\n") == 1 and words in told.stderr
+
+
+def test_a_stretch_beyond_the_rubber_s_range_is_said(run, tiny):
+    text = tiny.read_text().replace(
+        'name = "Hei-Cast 8400"',
+        'shear_modulus = "0.49 MPa"\nbulk_modulus = "4.8 MPa"\ndensity = "1 g/cm^3"\nvalid_stretch = 1.01',
+    )
+    tiny.write_text(text)
+    report = tiny.with_suffix(".json")
+    told = run("simulate", tiny, "--json", report)
+    assert told.exit_code == 0 and "beyond the range the rubber's parameters hold for" in told.stdout
+    assert json.loads(report.read_text())["steps"][0]["beyond_validity"] is True
+    tiny.write_text(text.replace("1.01", "3.0"))
+    told = run("simulate", tiny, "--json", report)
+    assert "beyond" not in told.stdout and json.loads(report.read_text())["steps"][0]["beyond_validity"] is False
