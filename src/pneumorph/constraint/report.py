@@ -75,9 +75,9 @@ class LimitReport:
     """Every limit's worst value over all surfaces.
 
     wall is the least distance between two surfaces, or between a chamber and the body's end planes; fold the least
-    distance within a surface outside the neighbourhood, its own flat ends included; area the least area element sqrt(EG - F²) relative to the
-    starting one; ends how far the exterior passes its own end planes; envelope the largest distance from the axis
-    (absent without such a limit).
+    distance within a surface outside the neighbourhood, its own flat ends included; area the least area element
+    sqrt(EG - F²) relative to the starting one; ends how far the exterior passes its own end planes; envelope the
+    largest distance from the axis (absent without such a limit).
     """
 
     readings: tuple[Reading, ...]
@@ -241,14 +241,14 @@ def _fold(surface: Target, spec: LimitsSpec) -> Place:
 
 
 def _rims(fields: list[Fields], grids: list[Grid], spec: LimitsSpec) -> Iterator[Place]:
-    """Least distances of tubes from the planes of their own flat ends, scaled up within the neighbourhood of the rim."""
-    for field, grid in zip(fields, grids, strict=True):
-        if not len(grid.rings):
+    """Least distances of tubes from the planes of their own flat ends, scaled up within the rim's neighbourhood."""
+    for field, tube in zip(fields, grids, strict=True):
+        if not len(tube.rings):
             continue
-        shares = rim_share(grid, spec.fold.neighbourhood)
-        for share, height in zip(shares, heights(field.x, grid), strict=True):
+        shares = rim_share(tube, spec.fold.neighbourhood)
+        for share, height in zip(shares, heights(field.x, tube), strict=True):
             away = np.where(share > 0.0, height / np.maximum(share, 1e-9), spec.fold.neighbourhood)
-            place = _largest(-away, grid)
+            place = _largest(-away, tube)
             yield place._replace(value=-place.value)
 
 

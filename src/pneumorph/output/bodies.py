@@ -19,7 +19,7 @@ BAR = 10.0
 
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
-    """Largest principal stretch at the nodes (N,): that of the quadrature points, averaged over every corner's elements.
+    """Largest principal stretch at the nodes (N,): that of the quadrature points, averaged round every corner.
 
     Mid-side nodes get the mean of their ends: they have too few elements around them for an average of their own.
     """
