@@ -6,9 +6,9 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from pneumorph.cli import check, design, simulate
-from pneumorph.cli.cache import use_compilation_cache
+from pneumorph.cli import check, design, simulate, study
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.run.cache import use_compilation_cache
 
 
 class Commands(TyperGroup):
@@ -37,3 +37,4 @@ def pneumorph() -> None:
 app.command()(design.design)
 app.command()(simulate.simulate)
 app.command()(check.check)
+app.command()(study.study)

@@ -89,8 +89,8 @@ class Ripple(Table):
 class Symmetry(Table):
     """Symmetries that the shape keeps.
 
-    Mirror planes xz and yz hold the axis, xy cuts the body half-way up; rotation is the order about z; point symmetry is
-    about the body's centre.
+    Mirror planes xz and yz hold the axis, xy cuts the body half-way up; rotation is the order about z; point symmetry
+    is about the body's centre.
     """
 
     mirror: tuple[Literal["xz", "yz", "xy"], ...] = ()
