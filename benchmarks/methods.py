@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 from statistics import median
 
-from pneumorph.cli.cache import use_compilation_cache
 from pneumorph.optimize import DesignAccepted, DesignRejected, design
 from pneumorph.problem import loads
+from pneumorph.run.cache import use_compilation_cache
 
 EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
 

@@ -5,13 +5,13 @@ python benchmarks/refinement.py runs/linear
 
 import sys
 
-from pneumorph.cli.cache import use_compilation_cache
 from pneumorph.errors import MeshError
 from pneumorph.geometry import design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize.analysis import analyse, discretise
 from pneumorph.problem.models import MeshSpec
 from pneumorph.run import open_run
+from pneumorph.run.cache import use_compilation_cache
 
 
 def main() -> None:

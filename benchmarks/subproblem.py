@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.cli.cache import use_compilation_cache
 from pneumorph.constraint import limits_of
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.optimize.augmented import augmented_lagrangian
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.smoothing import smoothing
 from pneumorph.problem import loads
+from pneumorph.run.cache import use_compilation_cache
 
 EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
 

@@ -2,7 +2,7 @@
 
 from hypothesis import settings
 
-from pneumorph.cli.cache import use_compilation_cache
+from pneumorph.run.cache import use_compilation_cache
 
 # The first call of a compiled kernel takes seconds and says nothing about the property: no deadline for examples.
 settings.register_profile("pneumorph", deadline=None)

@@ -6,9 +6,9 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from pneumorph.cli import check, design, material, simulate
-from pneumorph.cli.cache import use_compilation_cache
+from pneumorph.cli import check, design, material, simulate, study
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.run.cache import use_compilation_cache
 
 
 class Commands(TyperGroup):
@@ -38,3 +38,4 @@ app.command()(design.design)
 app.command()(simulate.simulate)
 app.command()(check.check)
 app.add_typer(material.app, name="material")
+app.command()(study.study)

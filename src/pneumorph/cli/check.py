@@ -12,7 +12,7 @@ from rich.text import Text
 
 from pneumorph.constraint import report
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import DesignSpace, design_space, starting_body
+from pneumorph.geometry import DesignSpace, adjusted_columns, design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mechanics.equilibrium import TOLERANCE
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, design_gradient, discretise
@@ -47,6 +47,8 @@ def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), o
     disc = discretise(asked, start)
     for line in _description(asked, space, disc):
         say(line)
+    for sentence in adjusted_columns(asked.body):
+        say(f"symmetry  {sentence}")
     analysis = _analysed(asked, space, disc, space.start)
     for task in asked.task:
         found = analysis.equilibria[task.name]

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import platform
-import sys
-from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
-import pneumorph
 from pneumorph.cli.screen import Screen
 from pneumorph.errors import ComputationError
+from pneumorph.geometry import adjusted_columns
 from pneumorph.mechanics import rubber_of
-from pneumorph.optimize import DesignAccepted, Finished
-from pneumorph.optimize import design as loop
 from pneumorph.output import run_pictures
 from pneumorph.output.words import duration, motion_of, validity
 from pneumorph.problem import Problem, load
-from pneumorph.run import Design, RunDirectory, create, resume
+from pneumorph.run import RunDirectory, create, resume
+from pneumorph.study import drive
 
 
 def design(
@@ -36,22 +31,19 @@ def design(
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {problem} --out {run.path}{again} --resume"
     with Screen(asked, Console()) as screen:
+        latest = run.latest()
+        if latest is not None:
+            screen.say(f"going on after design {latest} in {run.path}")
+        for sentence in adjusted_columns(asked.body):
+            screen.say(sentence)
         try:
-            finished = _loop(run, screen)
+            outcome = drive(run, screen.show)
         except ComputationError as error:
-            _finish(run, screen, Outcome(f"the computation failed: {error}", completed=False))
+            _conclude(run, screen, f"the computation failed: {error}")
             raise ComputationError(f"{error}; {_saved(run, command)}") from None
         except KeyboardInterrupt:
             raise ComputationError(f"stopped; {_saved(run, command)}") from None
-        _finish(run, screen, Outcome(finished.reason, completed=True))
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a run ended: the reason as a sentence, and whether the loop came to its own end."""
-
-    reason: str
-    completed: bool
+        _conclude(run, screen, outcome.reason)
 
 
 def _with_iterations(problem: Problem, iterations: int | None) -> Problem:
@@ -61,29 +53,11 @@ def _with_iterations(problem: Problem, iterations: int | None) -> Problem:
     return problem.model_copy(update={"optimizer": optimizer})
 
 
-def _loop(run: RunDirectory, screen: Screen) -> Finished:
-    """Run the loop to its end, from the checkpoint where there is one."""
-    state = None
-    latest = run.latest()
-    if latest is not None:
-        _, state = run.checkpoint()
-        screen.say(f"going on after design {latest} in {run.path}")
-    for event in loop(run.problem, state):
-        if isinstance(event, DesignAccepted):
-            run.record(event.line, Design.of(event.body, event.pressures), event.state)
-        screen.show(event)
-        if isinstance(event, Finished):
-            return event
-    raise ComputationError("the design loop ended without a reason")
-
-
-def _finish(run: RunDirectory, screen: Screen, outcome: Outcome) -> None:
-    """Write the result and draw the pictures of what there is, and say where they are."""
-    history = run.history()
-    if not history:
+def _conclude(run: RunDirectory, screen: Screen, reason: str) -> None:
+    """Draw the pictures of what there is and say where they are, and what the run came to."""
+    history, result = run.history(), run.result()
+    if not history or result is None:
         return
-    result = _result(run.problem, history, outcome)
-    run.write_result(result)
     pictures = run_pictures(run)
     for sentence in pictures.missing:
         screen.say(sentence)
@@ -95,53 +69,11 @@ def _finish(run: RunDirectory, screen: Screen, outcome: Outcome) -> None:
         for motion in [motion_of(task, history[-1]["tasks"][task.name])]
     )
     spent = duration(result["seconds"]["total"])
-    screen.say(f"{result['iterations']} designs in {spent}: {motions}; the loop ended because {outcome.reason}.")
+    screen.say(f"{result['iterations']} designs in {spent}: {motions}; the loop ended because {reason}.")
     rubber = rubber_of(run.problem.material)
     for name, answer in history[-1]["tasks"].items():
         if sentence := validity(rubber, answer["max_stretch"]):
             screen.say(f"Task {name}: {sentence}.")
-
-
-def _result(problem: Problem, history: list[dict[str, Any]], outcome: Outcome) -> dict[str, Any]:
-    """What ``result.json`` says."""
-    last = history[-1]
-    phases = last["seconds"].keys()
-    motions = {task.name: motion_of(task, last["tasks"][task.name]) for task in problem.task}
-    return {
-        "title": problem.title,
-        "completed": outcome.completed,
-        "reason": outcome.reason,
-        "iterations": last["iteration"],
-        "objective": last["objective"],
-        "motions": {name: {"value": motion.value, "unit": motion.unit} for name, motion in motions.items()},
-        "tasks": last["tasks"],
-        "limits": last["limits"],
-        "held": last["held"],
-        "seconds": {phase: sum(line["seconds"][phase] for line in history) for phase in phases},
-        "peak_memory_MB": peak_memory(),
-        "versions": {
-            "pneumorph": pneumorph.__version__,
-            "python": platform.python_version(),
-            **{name: _version(name) for name in ("numpy", "scipy", "jax", "netgen-mesher")},
-        },
-    }
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
-
-def peak_memory() -> float | None:
-    """Largest memory this process has held, in MB; None where the system does not tell."""
-    try:
-        import resource
-    except ImportError:
-        return None
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return used / (1e6 if sys.platform == "darwin" else 1e3)
 
 
 def _saved(run: RunDirectory, command: str) -> str:

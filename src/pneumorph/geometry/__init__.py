@@ -1,6 +1,6 @@
 """B-spline surfaces, the bodies they bound, and the design variables behind them."""
 
-from pneumorph.geometry.body import Body, starting_body
+from pneumorph.geometry.body import Body, adjusted_columns, starting_body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
 from pneumorph.geometry.design_space import DesignSpace, FreePressure, design_space
 from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
@@ -11,6 +11,7 @@ __all__ = [
     "DesignSpace",
     "FreePressure",
     "TubeSurface",
+    "adjusted_columns",
     "cap_points",
     "clamped",
     "design_space",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.bspline import clamped, periodic
 from pneumorph.geometry.tube import Ends, TubeSurface
+from pneumorph.problem.symmetry import columns_multiple
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec
@@ -84,12 +85,36 @@ def starting_body(spec: BodySpec) -> Body:
         # The first column stays and q runs the other way round, which turns the normal into the cavity.
         return replace(tube, cavity=True, net=tube.net[:, -np.arange(tube.net.shape[1])])
 
-    exterior = _tube("exterior", spec.radius, (0.0, 0.0), (0.0, spec.length), "flat", spec.control_density, ripple)
+    multiple, density = columns_multiple(spec.symmetry), spec.control_density
+
+    def tube(name: str, radius: float, center: tuple[float, float], span: tuple[float, float], ends: Ends):
+        return _tube(name, radius, center, span, ends, density, columns(radius, density, multiple), ripple)
+
+    exterior = tube("exterior", spec.radius, (0.0, 0.0), (0.0, spec.length), "flat")
     chambers = [
-        _tube(chamber.name, chamber.radius, chamber.center, chamber.span, chamber.ends, spec.control_density, ripple)
-        for chamber in spec.chamber
+        tube(chamber.name, chamber.radius, chamber.center, chamber.span, chamber.ends) for chamber in spec.chamber
     ]
     return Body(exterior, tuple(cavity(chamber) for chamber in chambers))
+
+
+def columns(radius: float, density: float, multiple: int = 1) -> int:
+    """Control points around a tube: the multiple, at least 8, that comes nearest to the density (1/mm)."""
+    least = -(-8 // multiple)
+    return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
+
+
+def adjusted_columns(spec: BodySpec) -> list[str]:
+    """A sentence for every surface whose control points around were changed in number so that the symmetry fits."""
+    multiple = columns_multiple(spec.symmetry)
+    tubes = [("the exterior", spec.radius), *((f'chamber "{c.name}"', c.radius) for c in spec.chamber)]
+    counts = [
+        (name, *(columns(radius, spec.control_density, each) for each in (1, multiple))) for name, radius in tubes
+    ]
+    return [
+        f"{name} gets {fitting} control points around instead of {plain}, a multiple of {multiple}, to fit the symmetry"
+        for name, plain, fitting in counts
+        if plain != fitting
+    ]
 
 
 def _tube(
@@ -99,12 +124,12 @@ def _tube(
     span: tuple[float, float],
     ends: Ends,
     density: float,
+    n_q: int,
     ripple: Callable[[Array], Array],
 ) -> TubeSurface:
     """A round tube about a line parallel to z, q running counter-clockwise."""
     length = span[1] - span[0] if ends == "flat" else _Capsule(radius, *span).arc_length
     circumference = 2.0 * np.pi * radius
-    n_q = max(8, round(density * circumference))
     spans = max(4, round(density * length))
     profile = _flat_profile if ends == "flat" else _pole_profile
     rho, z = profile(radius, span, spans, ripple)

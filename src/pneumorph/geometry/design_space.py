@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from pneumorph.geometry.body import Body
+from pneumorph.geometry.body import Body, starting_body
+from pneumorph.geometry.symmetry import column_sums, symmetric_basis
 from pneumorph.geometry.tube import TubeSurface
+from pneumorph.problem.models import Symmetry
+from pneumorph.problem.symmetry import operations
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Problem
+    from pneumorph.problem import BodySpec, Problem
 
 Array = NDArray[np.float64]
 ByTask = Mapping[str, Mapping[str, float]]
@@ -37,8 +40,8 @@ class DesignSpace:
     """The design variables Φ = [shape entries in mm, free pressures scaled to mm] and what they stand for.
 
     Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end share
-    one z; a pole is one point. Symmetric designs are a smaller Φ: their map is this one composed with a second constant
-    matrix that repeats each free point over its images, so it enters as a factor of L and nothing downstream changes.
+    one z; a pole is one point. Symmetric designs have a smaller Φ, with the independent entries alone; L repeats them
+    over their images. Columns of L are orthogonal, so LᵀL is diagonal.
 
     Attributes
     ----------
@@ -121,7 +124,9 @@ def design_space(problem: Problem, body: Body) -> DesignSpace:
     L = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=(len(variable), n_shape))
     coordinates = body.control_points().ravel()
     offset = np.where(variable < 0, coordinates, 0.0)
-    shape = (L.T @ coordinates) / np.asarray(L.sum(axis=0)).ravel()
+    shape = (L.T @ coordinates) / column_sums(L)
+    if problem.body.symmetry != Symmetry():
+        L, offset, shape = _symmetric(problem.body, L, offset, shape)
 
     free, values, lower, upper = [], [], [], []
     fixed: dict[str, dict[str, float]] = {}
@@ -146,6 +151,19 @@ def design_space(problem: Problem, body: Body) -> DesignSpace:
         free_pressures=tuple(free),
         fixed_pressures=fixed,
     )
+
+
+def _symmetric(
+    spec: BodySpec, L: sparse.csr_matrix, offset: Array, shape: Array
+) -> tuple[sparse.csr_matrix, Array, Array]:
+    """The same map from the independent entries alone: their L, offset and starting values."""
+    basis, projector = symmetric_basis(starting_body(spec), L, operations(spec.symmetry), spec.length)
+    # Operations turn about the body's centre, so it is differences from there that are carried to their images.
+    middle = np.tile([0.0, 0.0, spec.length / 2.0], len(offset) // 3)
+    centre = (L.T @ middle) / column_sums(L)
+    shape = centre + projector @ (shape - centre)
+    independent = (basis.T @ shape) / column_sums(basis.power(2))
+    return sparse.csr_matrix(L @ basis), offset + L @ (shape - basis @ independent), independent
 
 
 def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:

@@ -65,7 +65,7 @@ def _draw_bodies(folder: Path, run: RunDirectory) -> tuple[list[Path], list[str]
             missing.append(f"{path} could not be drawn: {error}")
     everything = [shape for panels in shapes.values() for shape in panels.values()]
     fields = [shape.field for shape in everything if shape.field is not None]
-    view = _view(problem)
+    view = view_of(problem)
     drawn = []
     for path, panels in shapes.items():
         highest = max(float(np.quantile(field, MOST)) for field in fields)
@@ -92,6 +92,11 @@ def _final(run: RunDirectory, space: DesignSpace) -> tuple[Discretisation, Analy
     return unpack(run.problem, space, state)
 
 
+def final_shapes(run: RunDirectory) -> dict[str, Shape]:
+    """The last design of a run at rest and inflated for every task, by the words above each."""
+    return _shapes(run.problem, *_final(run, design_space(run.problem, starting_body(run.problem.body))))
+
+
 def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Shape]:
     """A design at rest and inflated for every task, by the words above each."""
     mesh = disc.morph.mesh.at(analysis.X)
@@ -105,7 +110,7 @@ def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[
     return shapes
 
 
-def _view(problem: Problem) -> View:
+def view_of(problem: Problem) -> View:
     """Looking at the plane in which most tasks bend."""
     about_x = sum(task.objective.component == "bending_x" for task in problem.task)
     about_y = sum(task.objective.component == "bending_y" for task in problem.task)

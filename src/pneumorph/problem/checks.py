@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
-from pneumorph.problem.models import ChamberSpec, Problem, Symmetry
+from pneumorph.problem.models import ChamberSpec, Problem
+from pneumorph.problem.symmetry import operations
 
 MOST_CONTROL_POINTS = 100_000
 MOST_ELEMENTS = 1_000_000
@@ -18,7 +19,7 @@ def faults(problem: Problem) -> list[Fault]:
 
     Later checks suppose what earlier ones found sound, so the list ends with the first group that has a fault.
     """
-    for check in (_names, _chambers_in_body, _tasks, _walls, _limits, _resolution):
+    for check in (_names, _chambers_in_body, _symmetry, _tasks, _walls, _limits, _resolution):
         found = list(check(problem))
         if found:
             return found
@@ -26,11 +27,6 @@ def faults(problem: Problem) -> list[Fault]:
 
 
 def _names(problem: Problem) -> Iterator[Fault]:
-    if problem.body.symmetry != Symmetry():
-        yield (
-            "body.symmetry",
-            "a symmetry cannot be imposed on the shape; leave it out (mirror = [], rotation = 1, point = false)",
-        )
     for key, parts in (("body.chamber", problem.body.chamber), ("task", problem.task)):
         names = [part.name for part in parts]
         for index, name in enumerate(names):
@@ -68,6 +64,32 @@ def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
                 f"body.chamber[{j}]",
                 f'"{other.name}" overlaps "{one.name}" (body.chamber[{i}]); move one of them or make it smaller',
             )
+
+
+def _symmetry(problem: Problem) -> Iterator[Fault]:
+    """Every chamber has its image under every symmetry."""
+    body = problem.body
+    middle = body.length / 2.0
+    for matrix in operations(body.symmetry):
+        for index, chamber in enumerate(body.chamber):
+            x, y, _ = (float(part) for part in matrix @ [*chamber.center, 0.0])
+            start, end = sorted(middle + matrix[2, 2] * (z - middle) for z in chamber.span)
+            if not any(
+                other.ends == chamber.ends
+                and all(
+                    abs(a - b) < 1e-6
+                    for a, b in zip(
+                        (x, y, start, end, chamber.radius), (*other.center, *other.span, other.radius), strict=True
+                    )
+                )
+                for other in body.chamber
+            ):
+                yield (
+                    f"body.chamber[{index}]",
+                    f'"{chamber.name}" has no image under body.symmetry: put one like it at center = ["{x:.6g} mm", '
+                    f'"{y:.6g} mm"], span = ["{start:.6g} mm", "{end:.6g} mm"], or ask for less symmetry',
+                )
+                return
 
 
 def _tasks(problem: Problem) -> Iterator[Fault]:

@@ -43,10 +43,14 @@ class Ripple(Table):
 
 
 class Symmetry(Table):
-    """Symmetries that the shape keeps: mirror planes, order of rotation about z, point symmetry."""
+    """Symmetries that the shape keeps.
 
-    mirror: tuple[str, ...] = ()
-    rotation: Whole = 1
+    Mirror planes xz and yz hold the axis, xy cuts the body half-way up; rotation is the order about z; point symmetry
+    is about the body's centre.
+    """
+
+    mirror: tuple[Literal["xz", "yz", "xy"], ...] = ()
+    rotation: Annotated[Whole, Field(ge=1, le=24)] = 1
     point: Annotated[bool, Strict()] = False
 
 

@@ -72,6 +72,16 @@ class RunDirectory:
         text = json.dumps(_plain(result), indent=2, allow_nan=False, ensure_ascii=False)
         atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
 
+    def result(self) -> dict[str, Any] | None:
+        """What ``result.json`` says; None where the run has not come to an end."""
+        path = self.path / "result.json"
+        if not path.exists():
+            return None
+        try:
+            return json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise ProblemError(f"{path}: cannot be read ({error}); remove it and run with --resume") from None
+
     def history(self) -> list[dict[str, Any]]:
         """The history lines in the order of iterations; a torn last line is ignored."""
         lines = []

@@ -1,0 +1,100 @@
+"""`pneumorph study`: many designs at once on Dask, with a live table, a summary and a sheet of the shapes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from pneumorph.errors import ComputationError
+from pneumorph.output.render import NoPicture
+from pneumorph.output.words import duration, motion_of
+from pneumorph.study import Study, load_study, write_sheet, write_summary
+from pneumorph.study.cluster import connected, run_members
+from pneumorph.study.members import MemberEnd, finished
+
+
+def study(
+    source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
+    out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="A Dask scheduler, tcp://…, whose workers share this disk; or slurm.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes on this machine; by default one to a core.")
+    ] = None,
+) -> None:
+    """Run every design of a study; members that have come to their end are not run again."""
+    asked = load_study(source)
+    folder = out or Path("runs") / source.stem
+    members = {member.name: member for member in asked.members}
+    done = [name for name, member in members.items() if finished(folder / name, member.problem)]
+    open_ = {name: member for name, member in members.items() if name not in done}
+    folder.mkdir(parents=True, exist_ok=True)
+    console = Console()
+    board = Board(asked, done)
+    ends: list[MemberEnd] = []
+    if open_:
+        try:
+            with connected(cluster, workers) as client, Live(board, console=console, refresh_per_second=2):
+                for end in run_members(client, open_, folder, board.hear):
+                    ends.append(end)
+                    board.end(end)
+        except KeyboardInterrupt:
+            raise ComputationError(
+                f"stopped; what is done is in {folder}; go on with the same command, finished members are not run again"
+            ) from None
+    failed = [end for end in ends if not end.completed]
+    console.print(Text(f"summary in {write_summary(asked, folder)}"), soft_wrap=True)
+    complete = [name for name in members if name not in {end.name for end in failed}]
+    try:
+        if complete:
+            console.print(Text(f"sheet in {write_sheet(asked, folder, complete)}"), soft_wrap=True)
+    except NoPicture as error:
+        console.print(Text(f"the sheet could not be drawn: {error}"), soft_wrap=True)
+    if failed:
+        told = "; ".join(f"{end.name}: {end.reason}" for end in failed)
+        raise ComputationError(f"{len(failed)} of {len(members)} members failed: {told}")
+
+
+class Board:
+    """The live table: a row to every member."""
+
+    def __init__(self, study: Study, done: list[str]):
+        self._study = study
+        self._state = {member.name: "done before" if member.name in done else "waiting" for member in study.members}
+        self._news: dict[str, dict[str, Any]] = {}
+        self._seconds = dict.fromkeys(self._state, 0.0)
+
+    def hear(self, news: dict[str, Any]) -> None:
+        """An accepted design of a member."""
+        name = news["name"]
+        self._state[name] = "running"
+        self._news[name] = news
+        self._seconds[name] += news["line"]["seconds"]["total"]
+
+    def end(self, end: MemberEnd) -> None:
+        """A member's end."""
+        self._state[end.name] = f"done: {end.reason}" if end.completed else f"failed: {end.reason}"
+
+    def __rich__(self) -> Table:
+        table = Table(title=self._study.title, title_style="bold")
+        for heading in ("member", "design", "motion", "limits", "time", "state"):
+            table.add_column(heading, overflow="fold")
+        for member in self._study.members:
+            news, state = self._news.get(member.name), self._state[member.name]
+            style = "red" if state.startswith("failed") else "green" if state.startswith("done") else ""
+            if news is None:
+                table.add_row(member.name, "", "", "", "", Text(state, style=style))
+                continue
+            line = news["line"]
+            motions = ", ".join(str(motion_of(task, line["tasks"][task.name])) for task in member.problem.task)
+            held = Text("held") if line["held"] else Text("broken", style="red")
+            spent = duration(self._seconds[member.name])
+            table.add_row(member.name, str(news["iteration"]), motions, held, spent, Text(state, style=style))
+        return table

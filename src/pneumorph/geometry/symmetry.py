@@ -1,0 +1,125 @@
+"""Symmetric shapes: the independent entries of a body's control points under a symmetry group.
+
+A symmetric body is a fixed point of P → ρ(g) P for every operation g, which carries the control points of each surface
+to those of its image. The mean of ρ(g) over the group projects onto the symmetric shapes; it falls into small blocks,
+one to an orbit of control points, and every block has a basis that moves the orbit's first point by one millimetre.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from pneumorph.geometry.body import Body
+
+Array = NDArray[np.float64]
+_SAME = 1e-6  # mm; control points closer than this are one
+
+
+def images(body: Body, operation: Array, length: float) -> NDArray[np.int64]:
+    """Number (n_points,) of the control point to which an operation about (0, 0, length/2) carries each one.
+
+    Raises
+    ------
+    ValueError
+        Where the body is not symmetric under the operation.
+    """
+    centre = np.array([0.0, 0.0, length / 2.0])
+    moved = [(surface.net - centre) @ operation.T + centre for surface in body.surfaces]
+    answer = np.empty(body.n_points, dtype=np.int64)
+    for net, where in zip(moved, body.slices, strict=True):
+        rows, columns = net.shape[:2]
+        # One row tells all: poles and end rows may have many control points in one place.
+        row = rows // 3
+        there = rows - 1 - row if operation[2, 2] < 0 else row
+        for other, start in zip(body.surfaces, (part.start for part in body.slices), strict=True):
+            if other.net.shape != net.shape:
+                continue
+            distance, column = KDTree(other.net[there]).query(net[row])
+            if distance.max() < _SAME and len(np.unique(column)) == columns:
+                order = np.arange(rows)[:: -1 if operation[2, 2] < 0 else 1]
+                answer[where] = (start + order[:, None] * columns + column).ravel()
+                break
+        else:
+            raise ValueError("a surface of the body has no image under one of its symmetries")
+    return answer
+
+
+def column_sums(matrix: sparse.csr_matrix) -> Array:
+    """Sums (n,) of a sparse matrix's columns."""
+    return np.asarray(matrix.sum(axis=0)).ravel()
+
+
+def symmetric_basis(
+    body: Body, L: sparse.csr_matrix, group: list[Array], length: float
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """The symmetric among the shapes L v.
+
+    Parameters
+    ----------
+    body : Body
+        The starting body, which is symmetric.
+    L : csr (3·n_points, n)
+        Control points' coordinates from variables v, each of which moves some of them alike.
+    group : list of (3, 3) arrays, see `problem.symmetry.operations`.
+    length : float
+        Of the body, mm.
+
+    Returns
+    -------
+    basis : csr (n, n_independent)
+        Symmetric changes of v are basis·φ; each φ moves one control point and its images by φ mm.
+    projector : csr (n, n)
+        The mean over the group of what it does to changes of v.
+    """
+    entries = column_sums(L)
+    count = len(entries)
+    back = sparse.diags_array(1.0 / entries) @ L.T
+    projector = sparse.csr_array((count, count))
+    for operation in group:
+        to = images(body, operation, length)
+        permutation = sparse.csr_array((np.ones(len(to)), (to, np.arange(len(to)))), shape=(len(to),) * 2)
+        projector = projector + sparse.csr_array(back @ sparse.kron(permutation, operation) @ L)
+    projector = sparse.csr_array(projector / len(group))
+    projector.data[np.abs(projector.data) < 1e-13] = 0.0
+    projector.eliminate_zeros()
+
+    _, block = connected_components(projector, directed=False)
+    order = np.argsort(block, kind="stable")
+    starts = np.flatnonzero(np.diff(block[order], prepend=-1))
+    # The first control point that a variable moves tells which variables of an orbit belong to its first point.
+    point = np.full(count, -1)
+    rows, columns = L.nonzero()
+    point[columns[::-1]] = rows[::-1] // 3
+    places, values = [], []
+    found = 0
+    for members in np.split(order, starts[1:]):
+        dense = projector[members][:, members].toarray()
+        rank = round(float(np.trace(dense)))
+        if rank == 0:
+            continue
+        basis = _of_first_point(dense, point[members] == point[members].min(), rank)
+        local, column = np.nonzero(np.abs(basis) > 1e-13)
+        places.append((members[local], found + column))
+        values.append(basis[local, column])
+        found += rank
+    where = tuple(np.concatenate(part) for part in zip(*places, strict=True))
+    return (
+        sparse.csr_matrix((np.concatenate(values), where), shape=(count, found)),
+        sparse.csr_matrix(projector),
+    )
+
+
+def _of_first_point(projector: Array, first: NDArray[np.bool_], rank: int) -> Array:
+    """Basis (m, rank) of a projector's range that is orthonormal on the first point's entries."""
+    vectors = np.linalg.eigh((projector + projector.T) / 2.0)[1][:, -rank:]
+    own = vectors[first]
+    inverse = np.linalg.pinv(own)
+    if rank == np.count_nonzero(first):
+        return vectors @ inverse
+    free = np.linalg.eigh(own @ inverse)[1][:, -rank:]
+    # Axes where the point moves along axes, which eigenvectors give up to a sign.
+    return vectors @ inverse @ (free * np.sign(free[np.abs(free).argmax(axis=0), np.arange(rank)]))

@@ -1,0 +1,39 @@
+"""The symmetry group of a body as matrices about its centre, (0, 0, length/2)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import lcm
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pneumorph.problem.models import Symmetry
+
+MIRRORS = {"xz": (1.0, -1.0, 1.0), "yz": (-1.0, 1.0, 1.0), "xy": (1.0, 1.0, -1.0)}
+
+
+def operations(symmetry: Symmetry) -> list[NDArray[np.float64]]:
+    """All orthogonal matrices (3, 3) that the symmetries generate, the identity first."""
+    generators = [np.diag(MIRRORS[plane]) for plane in symmetry.mirror]
+    if symmetry.rotation > 1:
+        angle = 2.0 * np.pi / symmetry.rotation
+        cosine, sine = np.cos(angle), np.sin(angle)
+        generators.append(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]))
+    if symmetry.point:
+        generators.append(-np.eye(3))
+    group = [np.eye(3)]
+    for known in group:
+        for generator in generators:
+            product = generator @ known
+            if not any(np.allclose(product, other, atol=1e-9) for other in group):
+                group.append(product)
+    return group
+
+
+def columns_multiple(symmetry: Symmetry) -> int:
+    """What the number of control points around a tube has to be a multiple of, so that images meet control points."""
+    turns = [np.arctan2(matrix[1, 0], matrix[0, 0]) / (2.0 * np.pi) for matrix in operations(symmetry)]
+    return lcm(*(Fraction(turn).limit_denominator(100).denominator for turn in turns))

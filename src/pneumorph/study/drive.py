@@ -1,0 +1,99 @@
+"""Drive the design loop of one run directory to its end."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import pneumorph
+from pneumorph.errors import ComputationError
+from pneumorph.optimize import DesignAccepted, Event, Finished, design
+from pneumorph.output.words import motion_of
+from pneumorph.problem import Problem
+from pneumorph.run import Design, RunDirectory
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: the reason as a sentence, and whether the loop came to its own end."""
+
+    reason: str
+    completed: bool
+
+
+def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
+    """Go on with a run, from its checkpoint where there is one, and write ``result.json`` at its end.
+
+    Every accepted design is on disk before `show` hears of it.
+
+    Raises
+    ------
+    ComputationError
+        When the loop fails; what there is has then been summed up in ``result.json``.
+    """
+    state = run.checkpoint()[1] if run.latest() is not None else None
+    try:
+        for event in design(run.problem, state):
+            if isinstance(event, DesignAccepted):
+                run.record(event.line, Design.of(event.body, event.pressures), event.state)
+            show(event)
+            if isinstance(event, Finished):
+                outcome = Outcome(event.reason, completed=True)
+                _conclude(run, outcome)
+                return outcome
+    except ComputationError as error:
+        _conclude(run, Outcome(f"the computation failed: {error}", completed=False))
+        raise
+    raise ComputationError("the design loop ended without a reason")
+
+
+def _conclude(run: RunDirectory, outcome: Outcome) -> None:
+    history = run.history()
+    if history:
+        run.write_result(result(run.problem, history, outcome))
+
+
+def result(problem: Problem, history: list[dict[str, Any]], outcome: Outcome) -> dict[str, Any]:
+    """What ``result.json`` says."""
+    last = history[-1]
+    phases = last["seconds"].keys()
+    motions = {task.name: motion_of(task, last["tasks"][task.name]) for task in problem.task}
+    return {
+        "title": problem.title,
+        "completed": outcome.completed,
+        "reason": outcome.reason,
+        "iterations": last["iteration"],
+        "objective": last["objective"],
+        "motions": {name: {"value": motion.value, "unit": motion.unit} for name, motion in motions.items()},
+        "tasks": last["tasks"],
+        "limits": last["limits"],
+        "held": last["held"],
+        "seconds": {phase: sum(line["seconds"][phase] for line in history) for phase in phases},
+        "peak_memory_MB": peak_memory(),
+        "versions": {
+            "pneumorph": pneumorph.__version__,
+            "python": platform.python_version(),
+            **{name: _version(name) for name in ("numpy", "scipy", "jax", "netgen-mesher")},
+        },
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def peak_memory() -> float | None:
+    """Largest memory this process has held, in MB; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return used / (1e6 if sys.platform == "darwin" else 1e3)

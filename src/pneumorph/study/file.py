@@ -1,0 +1,175 @@
+"""The study file: a base problem, and a list or grid of changes to it.
+
+    title = "Stiffness of the spring"
+    base = "bending.toml"                       # beside the study file
+    [grid]                                      # every combination of the values
+    "end_effector.spring.bending_y" = ["0 N*mm/rad", "100 N*mm/rad"]
+    [[member]]                                  # or one by one; a grid is applied to every member
+    name = "long"
+    base = "linear.toml"                        # instead of the study's
+    set = { "body.length" = "120 mm", "body.ripple" = false }      # false leaves a key out
+
+Keys are those of the problem file, with numbers for tables that come several times: ``task[0].pressure.A``.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem import Problem, loads
+
+MOST_MEMBERS = 1000
+_STEP = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d+\])*)")
+
+
+@dataclass(frozen=True)
+class Member:
+    """One design of a study: a name that is also a directory's, what sets it apart, and its problem."""
+
+    name: str
+    changes: Mapping[str, Any]
+    problem: Problem
+
+
+@dataclass(frozen=True)
+class Study:
+    """A title and the members."""
+
+    title: str
+    members: tuple[Member, ...]
+
+
+def load_study(path: str | Path) -> Study:
+    """Read a study file and every problem it makes.
+
+    Raises
+    ------
+    ProblemError
+        One line: the file or key, what is wrong, and the mend.
+    """
+    path = Path(path)
+    data = _table(path)
+    for key in data:
+        if key not in ("title", "base", "grid", "member"):
+            raise ProblemError(f"{path}: {key}: is no key of a study; take title, base, grid or member")
+    grid, listed = data.get("grid", {}), data.get("member", [{}])
+    if not isinstance(grid, dict) or not all(isinstance(values, list) and values for values in grid.values()):
+        raise ProblemError(f'{path}: grid: needs a list of values to every key, e.g. "body.length" = ["80 mm"]')
+    if not isinstance(listed, list) or not all(isinstance(member, dict) for member in listed):
+        raise ProblemError(f"{path}: member: is a table that may come several times; write [[member]]")
+    if "grid" not in data and "member" not in data:
+        raise ProblemError(f"{path}: has neither a [grid] nor a [[member]]; add what is to be varied")
+    count = len(listed)
+    for values in grid.values():
+        count *= len(values)
+    if count > MOST_MEMBERS:
+        raise ProblemError(f"{path}: makes {count} designs, above {MOST_MEMBERS}; shorten the lists")
+    members = tuple(_members(path, data.get("base"), grid, listed))
+    names = [member.name for member in members]
+    for name in names:
+        if names.count(name) > 1:
+            raise ProblemError(f'{path}: two members are called "{name}"; give every [[member]] a name of its own')
+    return Study(str(data.get("title", path.stem)), members)
+
+
+def _members(path: Path, base: Any, grid: dict[str, list], listed: list[dict]) -> Iterator[Member]:
+    bases: dict[str, dict[str, Any]] = {}
+    for index, entry in enumerate(listed):
+        where = f"{path}: member[{index}]"
+        for key in entry:
+            if key not in ("name", "base", "set"):
+                raise ProblemError(f"{where}.{key}: is no key of a member; take name, base or set")
+        source = entry.get("base", base)
+        if not isinstance(source, str):
+            raise ProblemError(f'{path}: base: is missing; name a problem file, e.g. base = "linear.toml"')
+        if source not in bases:
+            bases[source] = _table(path.parent / source)
+        own = entry.get("set", {})
+        if not isinstance(own, dict):
+            raise ProblemError(f'{where}.set: is a table of changes, e.g. set = {{ "body.length" = "90 mm" }}')
+        for values in product(*grid.values()):
+            changes = {**own, **dict(zip(grid, values, strict=True))}
+            parts = [str(entry["name"])] if "name" in entry else [_named(own)] if own else []
+            name = _slug(", ".join([*parts, *(_in_words(key, value) for key, value in zip(grid, values, strict=True))]))
+            problem = deepcopy(bases[source])
+            for key, value in changes.items():
+                _set(problem, key, value, path)
+            try:
+                yield Member(name, changes, loads(tomli_w.dumps(problem)))
+            except ProblemError as error:
+                raise ProblemError(f"{path}, {name}: {error}") from None
+
+
+def _table(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ProblemError(f"{path}: there is no such file; check the path") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ProblemError(f"{path}: cannot be read ({error}); check the path") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ProblemError(f"{path}: is not TOML ({error}); mend it there") from None
+
+
+def _set(problem: dict[str, Any], key: str, value: Any, path: Path) -> None:
+    """Set a dotted key of a problem's table; tables on the way are made where they are missing."""
+    steps: list[str | int] = []
+    for part in key.split("."):
+        match = _STEP.fullmatch(part)
+        if match is None:
+            raise ProblemError(f'{path}: "{key}" is no key of a problem; write e.g. "task[0].pressure.A"')
+        steps += [match[1], *map(int, re.findall(r"\d+", match[2]))]
+    at: Any = problem
+    for step, following in pairwise(steps):
+        if isinstance(step, str):
+            if not isinstance(at, dict):
+                raise ProblemError(f'{path}: "{key}": there is no table to hold "{step}"; check the key')
+            at = at.setdefault(step, {} if isinstance(following, str) else [])
+        else:
+            at = _entry(at, step, key, path)
+    last = steps[-1]
+    if isinstance(last, int):
+        _entry(at, last, key, path)
+        at[last] = value
+    elif not isinstance(at, dict):
+        raise ProblemError(f'{path}: "{key}": there is no table to hold "{last}"; check the key')
+    elif value is False and not isinstance(at.get(last), bool):
+        at.pop(last, None)
+    else:
+        at[last] = value
+
+
+def _entry(at: Any, index: int, key: str, path: Path) -> Any:
+    if not isinstance(at, list) or index >= len(at):
+        count = len(at) if isinstance(at, list) else 0
+        raise ProblemError(f'{path}: "{key}": there is no entry [{index}], only {count}; count from 0')
+    return at[index]
+
+
+def _named(changes: Mapping[str, Any]) -> str:
+    return ", ".join(_in_words(key, value) for key, value in changes.items())
+
+
+def _in_words(key: str, value: Any) -> str:
+    """A change in few words: the key's last part and the value."""
+    word = key.split(".")[-1]
+    if value is False:
+        return f"no {word}"
+    if isinstance(value, dict):
+        return f"{word} {' '.join(str(part) for part in value.values())}"
+    return f"{word} {value}"
+
+
+def _slug(name: str) -> str:
+    """A name that every file system takes."""
+    return re.sub(r"[^A-Za-z0-9.,_+-]+", "-", name.replace(", ", ",")).strip("-.") or "base"

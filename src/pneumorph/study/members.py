@@ -1,0 +1,77 @@
+"""Run one member of a study where a Dask worker is: its run directory is on a disk that all workers share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.optimize import DesignAccepted, Event
+from pneumorph.output import run_pictures
+from pneumorph.problem import Problem
+from pneumorph.run import open_run, resume
+from pneumorph.study.drive import drive
+
+TOPIC = "pneumorph"
+
+
+@dataclass(frozen=True)
+class MemberEnd:
+    """How a member ended: its name, whether the loop came to its own end, and why, as a sentence."""
+
+    name: str
+    completed: bool
+    reason: str
+
+
+def finished(directory: Path, problem: Problem) -> bool:
+    """Whether a run of this problem has come to its end in a directory.
+
+    Raises
+    ------
+    ProblemError
+        When the directory holds a run of another problem.
+    """
+    if not (directory / "problem.toml").exists():
+        return False
+    run = open_run(directory)
+    if run.problem != problem:
+        raise ProblemError(f"{directory}: holds a run of another problem; name another --out")
+    result = run.result()
+    return result is not None and result["completed"]
+
+
+def run_member(name: str, problem: Problem, directory: str, tell: Callable[[dict[str, Any]], None]) -> MemberEnd:
+    """Start or go on with a member's run; a failure of the computation is an end too, not an error.
+
+    Parameters
+    ----------
+    name, problem : of the member.
+    directory : of its run.
+    tell : hears of every accepted design: name, iteration and history line.
+    """
+
+    def show(event: Event) -> None:
+        if isinstance(event, DesignAccepted):
+            tell({"name": name, "iteration": event.iteration, "line": event.line})
+
+    run = resume(directory, problem)
+    try:
+        outcome = drive(run, show)
+    except ComputationError as error:
+        return MemberEnd(name, False, str(error))
+    run_pictures(run)
+    return MemberEnd(name, outcome.completed, outcome.reason)
+
+
+def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
+    """`run_member` on a Dask worker, which tells the scheduler of every design."""
+    from distributed import get_worker
+
+    from pneumorph.run.cache import use_compilation_cache
+
+    use_compilation_cache()
+    worker = get_worker()
+    return run_member(name, problem, directory, lambda news: worker.log_event(TOPIC, news))

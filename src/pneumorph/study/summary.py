@@ -1,0 +1,98 @@
+"""What a study came to: a table of all members, and a sheet of their final shapes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pneumorph.output.sheet import Tile, draw_sheet
+from pneumorph.output.words import motion_of
+from pneumorph.run import atomic, open_run
+from pneumorph.study.file import Member, Study
+
+
+def summary(study: Study, out: Path) -> list[dict[str, Any]]:
+    """A row to every member, in the study's order; what a member has not come to is empty."""
+    changed = list(dict.fromkeys(key for member in study.members for key in member.changes))
+    rows = []
+    for member in study.members:
+        row: dict[str, Any] = {"member": member.name}
+        row |= {key: _written(member.changes.get(key)) for key in changed}
+        rows.append(row | _found(member, out / member.name))
+    return rows
+
+
+def _written(value: Any) -> Any:
+    return value if value is None or isinstance(value, str | int | float) else json.dumps(value, ensure_ascii=False)
+
+
+def _found(member: Member, directory: Path) -> dict[str, Any]:
+    if not (directory / "problem.toml").exists():
+        return {"state": "not begun"}
+    run = open_run(directory)
+    history, result = run.history(), run.result()
+    if not history:
+        return {"state": "failed" if result else "begun"}
+    last = history[-1]
+    found: dict[str, Any] = {
+        "state": "begun" if result is None else "finished" if result["completed"] else "failed",
+        "reason": None if result is None else result["reason"],
+        "designs": last["iteration"],
+    }
+    for task in member.problem.task:
+        motion = motion_of(task, last["tasks"][task.name])
+        unit = "deg" if motion.unit == "°" else motion.unit
+        found[f"{task.name} {motion.word} ({unit})"] = round(motion.value, 4)
+    found |= {"limits held": last["held"], **last["limits"]}
+    found["seconds"] = round(sum(line["seconds"]["total"] for line in history), 1)
+    return found
+
+
+def write_summary(study: Study, out: Path) -> Path:
+    """Write ``summary.csv`` into a study's directory."""
+    rows = summary(study, out)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    path = out / "summary.csv"
+    atomic.write_bytes(path, text.getvalue().encode())
+    return path
+
+
+def write_sheet(study: Study, out: Path, finished: Iterable[str]) -> Path:
+    """Draw ``sheet.png``: the final shape of every member that has one, at rest and inflated.
+
+    Raises
+    ------
+    NoPicture
+        Where this machine cannot draw off-screen.
+    """
+    done = set(finished)
+    tiles = [
+        Tile(member.name, _words(member), open_run(out / member.name))
+        for member in study.members
+        if member.name in done
+    ]
+    path = out / "sheet.png"
+    draw_sheet(path, study.title, tiles)
+    return path
+
+
+def _words(member: Member) -> str:
+    """What sets a member apart, for people."""
+    changes: Mapping[str, Any] = member.changes
+    if not changes:
+        return member.name
+    return "\n".join(f"{key.split('.')[-1]}: {_short(value)}" for key, value in changes.items())
+
+
+def _short(value: Any) -> str:
+    if value is False:
+        return "none"
+    return ", ".join(map(str, value.values())) if isinstance(value, dict) else str(value)

@@ -1,0 +1,115 @@
+"""Symmetric design spaces: exactly symmetric bodies for any variables, and nothing symmetric left out."""
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from pneumorph.geometry import adjusted_columns, design_space, starting_body
+from pneumorph.problem import Problem
+from pneumorph.problem.checks import faults
+from pneumorph.problem.models import Symmetry
+from pneumorph.problem.symmetry import columns_multiple, operations
+
+ONE = [{"center": ["0 mm", "0 mm"], "span": ["3 mm", "37 mm"], "radius": "4 mm"}]
+POLE = [{"center": ["0 mm", "0 mm"], "span": ["3 mm", "37 mm"], "radius": "3 mm", "ends": "pole"}]
+FOUR = [
+    {"center": [f"{x} mm", f"{y} mm"], "span": ["3 mm", "37 mm"], "radius": "2 mm"}
+    for x, y in ((4, 4), (-4, 4), (-4, -4), (4, -4))
+]
+THREE = [
+    {"center": [f"{4.5 * np.cos(a)} mm", f"{4.5 * np.sin(a)} mm"], "span": ["3 mm", "37 mm"], "radius": "1.5 mm"}
+    for a in 2 * np.pi * np.arange(3) / 3
+]
+
+
+def problem(symmetry, chambers=ONE, radius=9.0):
+    named = [{"name": name} | chamber for name, chamber in zip("ABCD", chambers, strict=False)]
+    return Problem.model_validate(
+        {
+            "material": {"name": "Hei-Cast 8400"},
+            "body": {
+                "length": "40 mm",
+                "radius": f"{radius} mm",
+                "control_density": "0.4 /mm",
+                "ripple": {"amplitude": "0.1 mm", "period": "10 mm"},
+                "symmetry": symmetry,
+                "chamber": named,
+            },
+            "task": [
+                {
+                    "name": "one",
+                    "pressure": {"A": "60 kPa"},
+                    "objective": {"kind": "maximize", "motion": "extension"},
+                }
+            ],
+        }
+    )
+
+
+CASES = [
+    ({"mirror": ["xz"]}, ONE, 2),
+    ({"mirror": ["xz", "yz"]}, FOUR, 4),
+    ({"mirror": ["xz", "yz", "xy"]}, ONE, 8),
+    ({"rotation": 3, "point": True}, ONE, 6),
+    ({"rotation": 3}, THREE, 3),
+    ({"rotation": 5, "mirror": ["xz"]}, POLE, 10),
+    ({"point": True}, POLE, 2),
+]
+
+
+@pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES)
+def test_every_design_is_exactly_symmetric(symmetry, chambers, order):
+    asked = problem(symmetry, chambers)
+    group = operations(asked.body.symmetry)
+    assert len(group) == order
+    space = design_space(asked, starting_body(asked.body))
+    phi = space.start + 0.3 * np.random.default_rng(0).normal(size=space.n)
+    body = space.body(phi)
+    centre = np.array([0.0, 0.0, 20.0])
+    points = body.control_points()
+    for matrix in group:
+        distance, _ = KDTree(points).query((points - centre) @ matrix.T + centre)
+        assert distance.max() < 1e-12
+
+
+@pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES)
+def test_nothing_symmetric_is_left_out(symmetry, chambers, order):
+    asked = problem(symmetry, chambers)
+    space = design_space(asked, starting_body(asked.body))
+    plain = design_space(problem({}, chambers), starting_body(asked.body))
+    np.testing.assert_allclose(space.control_points(space.start), plain.control_points(plain.start), atol=1e-9)
+    # The group's mean over an orbit of any change is symmetric; so the independent entries are its rank.
+    assert space.n_shape >= plain.n_shape / order - 1e-9
+    gram = (space.L.T @ space.L).toarray()
+    np.testing.assert_allclose(gram, np.diag(np.diag(gram)), atol=1e-12)
+    assert np.abs(np.diag(gram)).min() >= 1.0 - 1e-12
+    # No control point moves farther than its variables do together.
+    reach = np.sqrt(np.asarray(space.L.power(2).sum(axis=1)).reshape(-1, 3))
+    assert reach.max() <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES)
+def test_pullback_is_the_exact_transpose(symmetry, chambers, order):
+    asked = problem(symmetry, chambers)
+    space = design_space(asked, starting_body(asked.body))
+    rng = np.random.default_rng(1)
+    dphi, dP = rng.normal(size=space.n), rng.normal(size=(space.reference.n_points, 3))
+    moved = space.control_points(space.start + dphi) - space.control_points(space.start)
+    assert space.pullback(dP) @ dphi == pytest.approx(float(np.sum(dP * moved)), rel=1e-10)
+
+
+def test_control_points_around_are_made_to_fit_and_it_is_said():
+    asked = problem({"rotation": 5})
+    assert columns_multiple(asked.body.symmetry) == 5
+    body = starting_body(asked.body)
+    assert [surface.net.shape[1] % 5 for surface in body.surfaces] == [0, 0]
+    said = adjusted_columns(asked.body)
+    assert said[0].startswith("the exterior gets 25 control points around instead of 23, a multiple of 5")
+    assert adjusted_columns(problem({}).body) == []
+    assert columns_multiple(Symmetry.model_validate({"mirror": ["xz", "yz"]})) == 2
+
+
+def test_a_chamber_without_its_image_is_refused():
+    ((key, reason), *_) = faults(problem({"mirror": ["xz", "yz"]}, [FOUR[0], FOUR[3]]))
+    assert key == "body.chamber[0]"
+    assert reason.startswith('"A" has no image under body.symmetry: put one like it at center = ["-4 mm", "4 mm"]')

@@ -1,0 +1,94 @@
+"""Study files: grids, lists and what is wrong with them."""
+
+import pytest
+
+from pneumorph.errors import ProblemError
+from pneumorph.study import load_study
+
+BASE = """
+[material]
+name = "Hei-Cast 8400"
+[body]
+length = "24 mm"
+radius = "8 mm"
+control_density = "0.4 /mm"
+ripple = { amplitude = "0.2 mm", period = "10 mm" }
+[[body.chamber]]
+name = "A"
+radius = "4 mm"
+center = ["0 mm", "0 mm"]
+span = ["3 mm", "21 mm"]
+[[task]]
+name = "extend"
+pressure = { A = "20 kPa" }
+objective = { kind = "maximize", motion = "extension" }
+[mesh]
+size = "5 mm"
+[optimizer]
+iterations = 1
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A study file beside its base problem."""
+    (tmp_path / "base.toml").write_text(BASE)
+    (tmp_path / "long.toml").write_text(BASE.replace('"24 mm"', '"34 mm"').replace('"21 mm"', '"31 mm"'))
+
+    def write(text):
+        path = tmp_path / "study.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_a_grid_is_every_combination(study):
+    found = load_study(
+        study(
+            'title = "Both"\nbase = "base.toml"\n[grid]\n"task[0].pressure.A" = ["20 kPa", "30 kPa"]\n'
+            '"end_effector.spring.axial" = ["0 N/mm", "1 N/mm", "2 N/mm"]\n'
+        )
+    )
+    assert found.title == "Both"
+    pairs = [(m.problem.task[0].pressure["A"].start, m.problem.end_effector.spring.axial) for m in found.members]
+    assert pairs == [(p, k) for p in (0.02, 0.03) for k in (0.0, 1.0, 2.0)]
+    assert found.members[1].name == "A-20-kPa,axial-1-N-mm"
+
+
+def test_members_have_bases_and_changes_of_their_own(study):
+    found = load_study(
+        study(
+            'base = "base.toml"\n[grid]\n"body.ripple" = [{ amplitude = "0.1 mm", period = "8 mm" }, false]\n'
+            '[[member]]\nname = "short"\n[[member]]\nname = "long"\nbase = "long.toml"\nset = { "mesh.size" = "4 mm" }\n'
+        )
+    )
+    assert [m.problem.body.length for m in found.members] == [24.0, 24.0, 34.0, 34.0]
+    assert [m.problem.mesh.size for m in found.members] == [5.0, 5.0, 4.0, 4.0]
+    assert [m.problem.body.ripple is None for m in found.members] == [False, True, False, True]
+    assert found.members[3].name == "long,no-ripple"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('base = "base.toml"', "has neither a [grid] nor a [[member]]"),
+        ('base = "none.toml"\n[grid]\n"mesh.size" = ["4 mm"]', "none.toml: there is no such file"),
+        ('[grid]\n"mesh.size" = ["4 mm"]', "base: is missing"),
+        ('base = "base.toml"\n[grid]\n"mesh.size" = "4 mm"', "grid: needs a list of values"),
+        ('base = "base.toml"\n[grid]\n"mesh.sizes" = ["4 mm"]', "sizes-4-mm: mesh.sizes: "),
+        ('base = "base.toml"\n[grid]\n"mesh.size" = ["4 kPa"]', "mesh.size"),
+        ('base = "base.toml"\n[grid]\n"task[3].weight" = [2.0]', '"task[3].weight": there is no entry [3], only 1'),
+        ('base = "base.toml"\n[grid]\n"title.x" = [1]\n', "x-1: title: a dict is not text"),
+        ('base = "base.toml"\nbases = 1\n[[member]]', "bases: is no key of a study"),
+        ('base = "base.toml"\n[[member]]\nname = "a"\n[[member]]\nname = "a"', 'two members are called "a"'),
+        ('base = "base.toml"\n[[member]]\nchange = 1', "member[0].change: is no key of a member"),
+        ("base = ", "is not TOML"),
+        ('base = "base.toml"\n[grid]\n"task[0].weight" = [' + "1.0," * 2000 + "]", "makes 2000 designs"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(study, text, said):
+    with pytest.raises(ProblemError) as caught:
+        load_study(study(text))
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
