@@ -80,6 +80,7 @@ def test_nothing_symmetric_is_left_out(symmetry, chambers, order):
     np.testing.assert_allclose(space.control_points(space.start), plain.control_points(plain.start), atol=1e-9)
     # The group's mean over an orbit of any change is symmetric; so the independent entries are its rank.
     assert space.n_shape >= plain.n_shape / order - 1e-9
+    assert space.lower.shape == space.upper.shape == space.start.shape
     gram = (space.L.T @ space.L).toarray()
     np.testing.assert_allclose(gram, np.diag(np.diag(gram)), atol=1e-12)
     assert np.abs(np.diag(gram)).min() >= 1.0 - 1e-12

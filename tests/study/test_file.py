@@ -60,7 +60,7 @@ def test_members_have_bases_and_changes_of_their_own(study):
     found = load_study(
         study(
             'base = "base.toml"\n[grid]\n"body.ripple" = [{ amplitude = "0.1 mm", period = "8 mm" }, false]\n'
-            '[[member]]\nname = "short"\n[[member]]\nname = "long"\nbase = "long.toml"\nset = { "mesh.size" = "4 mm" }\n'
+            '[[member]]\nname = "short"\n[[member]]\nname = "long"\nbase = "long.toml"\nset = { "mesh.size" = "4 mm" }'
         )
     )
     assert [m.problem.body.length for m in found.members] == [24.0, 24.0, 34.0, 34.0]

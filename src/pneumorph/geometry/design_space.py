@@ -146,8 +146,8 @@ def design_space(problem: Problem, body: Body) -> DesignSpace:
         L=L,
         offset=offset,
         start=np.concatenate([shape, values]),
-        lower=np.concatenate([np.full(n_shape, -np.inf), lower]),
-        upper=np.concatenate([np.full(n_shape, np.inf), upper]),
+        lower=np.concatenate([np.full(len(shape), -np.inf), lower]),
+        upper=np.concatenate([np.full(len(shape), np.inf), upper]),
         free_pressures=tuple(free),
         fixed_pressures=fixed,
     )
