@@ -1,0 +1,163 @@
+"""Equilibrium as a stationary point, for mixed elements: a minimum in the displacements, a maximum in the pressures.
+
+Newton's method with the affine-invariant monotonicity test (Deuflhard 2011, Newton Methods for Nonlinear Problems,
+algorithm NLEQ-ERR): a step is right when the next correction by the same factorisation is smaller. No energy is
+compared, and eliminating the pressures to get one would make the path to it as narrow as κ/μ is large. A correction
+that is much smaller is taken itself as the next step, without a new factorisation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.mechanics.balance import (
+    RUNAWAY_STRETCH,
+    applied_force,
+    evaluate,
+    largest_stretch,
+    smallest_ratio,
+    unloaded,
+)
+from pneumorph.mechanics.energies import SMALLEST_RATIO
+from pneumorph.mechanics.linear import SingularMatrix
+from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.tangent import Configuration, Tangent
+
+MOST_NEWTON_STEPS = 40
+SMALLEST_STEP = 1 / 64
+
+QUICK, SLOW = 0.2, 0.7
+"""Contraction below which an old factorisation goes on serving, and what is borne of it while it evens out a rough
+start: an assembly with factorisation costs some twelve back-solves."""
+
+SMOOTH = 0.02
+"""Relative residual below which no start counts as rough."""
+
+LARGEST_MOVE = 0.02
+"""Largest displacement in one step on the way down from an unstable state, in lengths of the body."""
+
+
+def settle(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+    """The stable state near `start` with its relative residual, or the reason why none was found.
+
+    The tangent is left factorised there. Where Newton's method ends in an unstable state, the way goes on downhill.
+    """
+    try:
+        found = newton(at, tangent, start, tolerance)
+        if isinstance(found, str):
+            return found
+        tangent.move_to(at, found[0])
+        if tangent.negative_pivots == 0:
+            return found
+        return _downhill(at, tangent, found[0], tolerance)
+    except SingularMatrix:
+        return "the tangent is singular"
+
+
+def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+    """The equilibrium near `start`, stable or not, with its relative residual, or the reason why none was found."""
+    model = at.model
+    vector = supported(at, model.vector(start))
+    residual = _residual(at, vector)
+    if not np.isfinite(residual).all():
+        return "the starting state is no finite one"
+    scale = applied_force(at, model.state(vector))
+    size = float(np.linalg.norm(residual)) / scale
+    if not tangent.ready and np.any(vector):
+        # A state carried over from another mesh is rough in detail; the tangent at rest evens it out.
+        tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
+    direction, fresh = (tangent.precondition(-residual), False) if tangent.ready else (None, True)
+    for _ in range(MOST_NEWTON_STEPS):
+        if size <= tolerance:
+            if smallest_ratio(at, vector) <= SMALLEST_RATIO:
+                return "an element is turned inside out"
+            return model.state(vector), size
+        if direction is None:
+            tangent.factorise(at, model.state(vector))
+            direction, fresh = tangent.precondition(-residual), True
+        borne = QUICK if size < SMOOTH else SLOW
+        moved = _moved(at, tangent, vector, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
+        if moved is None and fresh:
+            return "Newton's method found no step that leads nearer"
+        if moved is None:
+            direction = None
+            continue
+        vector, residual, correction, contraction = moved
+        size = float(np.linalg.norm(residual)) / scale
+        kept = contraction < (QUICK if fresh else borne)
+        direction, fresh = (correction, False) if kept else (None, True)
+        if size > 1e-2 and largest_stretch(at, vector) > RUNAWAY_STRETCH:
+            return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
+    return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+
+
+def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """The unknowns with those that supports and blocks hold at zero."""
+    return np.where(at.held, 0.0, vector)
+
+
+def _residual(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    return np.where(at.held, 0.0, evaluate(at, at.model.state(vector))[1])
+
+
+def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: float, bound: float | None):
+    """The unknowns after a step that passes the test, their residual, the next correction and its relative size.
+
+    Steps are halved down to `smallest`; without a `bound` on the contraction the test's own 1 − step/4 is it.
+    """
+    before, step = _length(at, direction), 1.0
+    least = min(SMALLEST_RATIO, smallest_ratio(at, vector))
+    while step >= smallest:
+        trial = vector + step * direction
+        residual = _residual(at, trial)
+        if np.isfinite(residual).all() and smallest_ratio(at, trial) >= least:
+            correction = tangent.precondition(-residual)
+            contraction = _length(at, correction) / max(before, 1e-300)
+            if contraction <= (1 - step / 4 if bound is None else bound):
+                # Only after a whole step does the correction say how good the factorisation still is.
+                return trial, residual, correction, contraction if step == 1.0 else 1.0
+        step /= 2
+    return None
+
+
+def _length(at: Configuration, change: np.ndarray) -> float:
+    """Norm of a change of the unknowns: mm and rad, and pressures in shear moduli."""
+    pressures = change[at.model.pressure_unknowns]
+    squares = change @ change + (at.model.rubber.shear_modulus**-2 - 1.0) * (pressures @ pressures)
+    return float(np.sqrt(max(squares, 0.0)))
+
+
+def _downhill(at: Configuration, tangent: Tangent, state: State, tolerance: float) -> tuple[State, float] | str:
+    """A stable state below an unstable one, at which the tangent is factorised.
+
+    A push along the softest motions, then steps of Newton's method on a tangent whose diagonal is raised until it is
+    stable: they follow the gradient flow of the potential with the pressures eliminated.
+    """
+    model = at.model
+    points = np.asarray(at.X)[: model.nodes]
+    reach = LARGEST_MOVE * float(np.linalg.norm(np.ptp(points, axis=0)))
+    moving = np.where(at.held, 0.0, 1.0)
+    moving[model.pressure_unknowns] = 0.0
+    push = moving * np.random.default_rng(0).standard_normal(model.size)
+    for _ in range(4):
+        push = tangent.precondition(moving * push)
+        push /= np.abs(moving * push).max()
+    vector = model.vector(state) + 0.1 * reach * push
+    scale = applied_force(at, state)
+    for _ in range(MOST_NEWTON_STEPS):
+        residual = _residual(at, vector)
+        if not np.isfinite(residual).all() or smallest_ratio(at, vector) <= SMALLEST_RATIO:
+            break
+        if largest_stretch(at, vector) > RUNAWAY_STRETCH:
+            return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
+        raised = tangent.factorise_convex(at, model.state(vector))
+        if not raised and np.linalg.norm(residual) < SMOOTH * scale:
+            found = newton(at, tangent, model.state(vector), tolerance)
+            if isinstance(found, str):
+                return found
+            tangent.move_to(at, found[0])
+            if tangent.negative_pivots == 0:
+                return found
+        direction = tangent.precondition(-residual)
+        vector = vector + min(1.0, reach / np.abs(moving * direction).max()) * direction
+    return "the equilibrium there is unstable, and the way down from it led to no stable one"
