@@ -31,6 +31,23 @@ def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
     return float(value), model.vector(residual)
 
 
+def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """The unknowns (n,) with those that supports and blocks hold at zero."""
+    return np.where(at.held, 0.0, vector)
+
+
+def residual_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """R (n,) of the unknowns, supports and blocks taken out."""
+    return supported(at, evaluate(at, at.model.state(vector))[1])
+
+
+def length(at: Configuration, change: np.ndarray) -> float:
+    """Norm of a change of the unknowns: in mm and rad, and for pressures in shear moduli."""
+    pressures = change[at.model.pressure_unknowns]
+    squares = change @ change + (at.model.rubber.shear_modulus**-2 - 1.0) * (pressures @ pressures)
+    return float(np.sqrt(max(squares, 0.0)))
+
+
 def applied_force(at: Configuration, state: State) -> float:
     """Norm of the applied nodal forces: the measure that residuals are held against, N."""
     _, full = evaluate(at, state)

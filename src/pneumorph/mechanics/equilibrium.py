@@ -116,7 +116,7 @@ def solve(
     if start is not None:
         found = _find(at, tangent, start, tolerance)
         if not isinstance(found, str):
-            return _equilibrium(at, tangent, *found, before)
+            return read_off(at, tangent, *found, before)
     return _step_up(at, tangent, before, tolerance)
 
 
@@ -146,13 +146,13 @@ def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> E
                 held = None
                 if reached > 0:
                     part = Configuration(at.model, at.X, scaled(at.loads, reached), at.blocked)
-                    held = _equilibrium(part, tangent, state, 0.0, before)
+                    held = read_off(part, tangent, state, 0.0, before)
                 return NoEquilibrium(f"no equilibrium found near {pressures}: {reason}", reached, held)
             continue
         last = (reached, state)
         (state, residual), reached = found, fraction
         step *= 1.5
-    return _equilibrium(at, tangent, state, residual, before)
+    return read_off(at, tangent, state, residual, before)
 
 
 def _extrapolate(at: Configuration, state: State, last, reached: float, fraction: float) -> State:
@@ -161,7 +161,7 @@ def _extrapolate(at: Configuration, state: State, last, reached: float, fraction
     return jax.tree.map(lambda new, past: new + ratio * (new - past), state, old)
 
 
-def _equilibrium(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:
+def read_off(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:
     """Factorise at the converged state, for its stability and for the adjoint, and read the results off."""
     model = at.model
     tangent.move_to(at, state)

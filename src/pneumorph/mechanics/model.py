@@ -66,6 +66,11 @@ class Model:
         return self.pressures > 0
 
     @property
+    def element(self) -> str:
+        """The kind of its elements as a word."""
+        return "mixed" if self.mixed else "quadratic"
+
+    @property
     def pressure_unknowns(self) -> slice:
         """Where they are among the unknowns."""
         return slice(self.size - 6 - self.pressures, self.size - 6)

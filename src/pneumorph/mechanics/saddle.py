@@ -13,9 +13,11 @@ import numpy as np
 from pneumorph.mechanics.balance import (
     RUNAWAY_STRETCH,
     applied_force,
-    evaluate,
     largest_stretch,
+    length,
+    residual_at,
     smallest_ratio,
+    supported,
     unloaded,
 )
 from pneumorph.mechanics.energies import SMALLEST_RATIO
@@ -58,7 +60,7 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
     """The equilibrium near `start`, stable or not, with its relative residual, or the reason why none was found."""
     model = at.model
     vector = supported(at, model.vector(start))
-    residual = _residual(at, vector)
+    residual = residual_at(at, vector)
     if not np.isfinite(residual).all():
         return "the starting state is no finite one"
     scale = applied_force(at, model.state(vector))
@@ -91,40 +93,24 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
     return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
-def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
-    """The unknowns with those that supports and blocks hold at zero."""
-    return np.where(at.held, 0.0, vector)
-
-
-def _residual(at: Configuration, vector: np.ndarray) -> np.ndarray:
-    return np.where(at.held, 0.0, evaluate(at, at.model.state(vector))[1])
-
-
 def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: float, bound: float | None):
     """The unknowns after a step that passes the test, their residual, the next correction and its relative size.
 
     Steps are halved down to `smallest`; without a `bound` on the contraction the test's own 1 − step/4 is it.
     """
-    before, step = _length(at, direction), 1.0
+    before, step = length(at, direction), 1.0
     least = min(SMALLEST_RATIO, smallest_ratio(at, vector))
     while step >= smallest:
         trial = vector + step * direction
-        residual = _residual(at, trial)
+        residual = residual_at(at, trial)
         if np.isfinite(residual).all() and smallest_ratio(at, trial) >= least:
             correction = tangent.precondition(-residual)
-            contraction = _length(at, correction) / max(before, 1e-300)
+            contraction = length(at, correction) / max(before, 1e-300)
             if contraction <= (1 - step / 4 if bound is None else bound):
                 # Only after a whole step does the correction say how good the factorisation still is.
                 return trial, residual, correction, contraction if step == 1.0 else 1.0
         step /= 2
     return None
-
-
-def _length(at: Configuration, change: np.ndarray) -> float:
-    """Norm of a change of the unknowns: mm and rad, and pressures in shear moduli."""
-    pressures = change[at.model.pressure_unknowns]
-    squares = change @ change + (at.model.rubber.shear_modulus**-2 - 1.0) * (pressures @ pressures)
-    return float(np.sqrt(max(squares, 0.0)))
 
 
 def _downhill(at: Configuration, tangent: Tangent, state: State, tolerance: float) -> tuple[State, float] | str:
@@ -145,7 +131,7 @@ def _downhill(at: Configuration, tangent: Tangent, state: State, tolerance: floa
     vector = model.vector(state) + 0.1 * reach * push
     scale = applied_force(at, state)
     for _ in range(MOST_NEWTON_STEPS):
-        residual = _residual(at, vector)
+        residual = residual_at(at, vector)
         if not np.isfinite(residual).all() or smallest_ratio(at, vector) <= SMALLEST_RATIO:
             break
         if largest_stretch(at, vector) > RUNAWAY_STRETCH:

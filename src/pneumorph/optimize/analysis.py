@@ -25,7 +25,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.potential import State, displacement
 from pneumorph.mesh import Morph, mesh_body
-from pneumorph.mesh.transfer import transfer
+from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, features, maximize
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import gradient
@@ -142,7 +142,12 @@ def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Di
     model, carried = new.model, {}
     for name, state in states.items():
         # The plate moves the tip's nodes: their rows of the state are empty.
-        u = displacement(old.model.top, old.model.pad(X_old), state)
-        moved = transfer(old.morph.mesh.at(X_old), np.asarray(u)[: old.model.nodes], new.morph.mesh.points)
-        carried[name] = State(model.pad(moved), state.plate)
+        u = np.asarray(displacement(old.model.top, old.model.pad(X_old), state))[: old.model.nodes]
+        mesh = old.morph.mesh.at(X_old)
+        if not model.mixed:
+            carried[name] = State(model.pad(transfer(mesh, u, new.morph.mesh.points)), state.plate)
+            continue
+        pressure = linear(mesh, np.asarray(state.pressure)[: old.model.nodes])
+        moved = transfer(mesh, np.column_stack([u, pressure]), new.morph.mesh.points)
+        carried[name] = State(model.pad(moved[:, :3]), state.plate, model.pad(moved[:, 3]))
     return carried

@@ -95,8 +95,9 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     loop = _Loop(problem)
     clock = Clock()
     now = _first(loop, clock) if state is None else _resumed(loop, state)
+    model = now.disc.model
     yield Started(
-        now.iteration, problem.optimizer.iterations, loop.space.n, now.disc.model.elements, now.disc.model.size
+        now.iteration, problem.optimizer.iterations, loop.space.n, model.elements, model.element, model.size
     )
     if state is None:
         yield _accepted(loop, now, clock, now.disc.factorisations, False)
