@@ -120,7 +120,7 @@ def _analysed(
     problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis | None = None
 ) -> Analysis:
     starts = None if near is None else {task: found.state for task, found in near.equilibria.items()}
-    found = analyse(problem, space, disc, phi, starts, TOLERANCE)
+    found = analyse(problem, space, disc, phi, starts, TOLERANCE, explain=near is None)
     if isinstance(found, NoEquilibrium):
         raise ComputationError(f"the design cannot be analysed: {found.reason}")
     return found

@@ -31,7 +31,7 @@ TOLERANCE = 1e-8
 MOST_POINTS, MOST_SECONDS = 100, 600.0
 """A path ends after as many points, or when as much time has passed."""
 
-FIRST_RISE = 0.1
+FIRST_RISE = 0.05
 """Part of the pressures that the first step adds."""
 
 STRAIGHT, BENT = 0.97, 0.7
@@ -147,7 +147,7 @@ def follow(
         if here.slope * following.slope < 0:
             limits.append(_limit(at, tangent, here, following, step).point)
         straight = here.across @ following.across > STRAIGHT
-        here, step = following, step * (1.4 if straight else 0.8)
+        here, step = following, step * (1.25 if straight else 0.8)
         places.append(here)
     return Path(tuple(place.point for place in places), tuple(limits), reason)
 
@@ -161,13 +161,13 @@ def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Eq
     if isinstance(found, NoEquilibrium):
         return failure
     last = found.points[-1]
-    asked = _in_words(at, 1.0)
+    asked = f"{_in_words(at, 1.0)} has no stable state near"
     if found.limits:
         limit = found.limits[0]
-        volumes = ", ".join(f"{name} {volume:.4g} mm³" for name, volume in limit.equilibrium.volumes.items())
+        volumes = ", ".join(f"{volume:.5g} mm³" for volume in limit.equilibrium.volumes.values())
         return NoEquilibrium(
-            f"{asked} has no stable state near: pressure reaches its limit at {_in_words(at, limit.load)} "
-            f"(volume {volumes}); beyond it the chamber balloons at falling pressure",
+            f"{asked}: pressure reaches its limit at {_in_words(at, limit.load)} (volume {volumes}), "
+            "beyond it the body balloons at falling pressure",
             limit.load,
             last.equilibrium,
         )
@@ -178,7 +178,7 @@ def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Eq
     lost = next((point for point in found.points if not point.equilibrium.stable), None)
     if lost is not None:
         return NoEquilibrium(
-            f"{asked} has no stable state near: the body buckles before {_in_words(at, lost.load)}",
+            f"{asked}: the body buckles below {_in_words(at, lost.load)}",
             lost.load,
             last.equilibrium,
         )
@@ -190,8 +190,10 @@ def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Eq
 
 
 def _in_words(at: Configuration, load: float) -> str:
-    pairs = zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True)
-    return ", ".join(f"{name} = {1e3 * load * pressure:.4g} kPa" for name, pressure in pairs)
+    """The pressures λ p̂, with the chambers' names where there are several."""
+    names = at.model.chambers if len(at.model.chambers) > 1 else ("",)
+    parts = [f"{1e3 * load * float(pressure):.4g} kPa" for pressure in at.loads.pressure]
+    return ", ".join(f"{name} = {part}" if name else part for name, part in zip(names, parts, strict=True))
 
 
 def _loaded(at: Configuration, load: float) -> Configuration:
@@ -249,13 +251,13 @@ def _place(
 
 def _advance(at: Configuration, tangent: Tangent, here: _Place, step: float) -> _Place | None:
     """The point at a distance `step` along the tangent of another; None where it was not found."""
+    before = tangent.factorisations, tangent.solves
     try:
         tangent.move_to(here.at, here.point.equilibrium.state)
         found = _corrected(at, tangent, here, step)
         if found is None:
             return None
         vector, load, residual = found
-        before = tangent.factorisations, tangent.solves
         there = _loaded(at, load)
         equilibrium = read_off(there, tangent, at.model.state(vector), residual, before)
         following = _place(at, there, tangent, equilibrium, load, here)

@@ -35,14 +35,18 @@ start: an assembly with factorisation costs some twelve back-solves."""
 SMOOTH = 0.02
 """Relative residual below which no start counts as rough."""
 
-LARGEST_MOVE = 0.02
+MOST_STEPS_DOWN, LEAST_SHIFT = 60, 1e-7
+"""Steps on the way down from an unstable state, and the least part by which the tangent's diagonal is raised there."""
+
+LARGEST_MOVE = 0.05
 """Largest displacement in one step on the way down from an unstable state, in lengths of the body."""
 
 
 def settle(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """The stable state near `start` with its relative residual, or the reason why none was found.
 
-    The tangent is left factorised there. Where Newton's method ends in an unstable state, the way goes on downhill.
+    Where Newton's method ends in an unstable state, the way goes on downhill; where that leads nowhere, the unstable
+    state is the answer, and its negative pivots say so.
     """
     try:
         found = newton(at, tangent, start, tolerance)
@@ -51,7 +55,8 @@ def settle(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         tangent.move_to(at, found[0])
         if tangent.negative_pivots == 0:
             return found
-        return _downhill(at, tangent, found[0], tolerance)
+        below = _downhill(at, tangent, found[0], tolerance)
+        return below or found
     except SingularMatrix:
         return "the tangent is singular"
 
@@ -113,37 +118,36 @@ def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: flo
     return None
 
 
-def _downhill(at: Configuration, tangent: Tangent, state: State, tolerance: float) -> tuple[State, float] | str:
-    """A stable state below an unstable one, at which the tangent is factorised.
+def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | None:
+    """A stable state below an unstable one, at which the tangent is factorised; None where none was reached.
 
-    A push along the softest motions, then steps of Newton's method on a tangent whose diagonal is raised until it is
-    stable: they follow the gradient flow of the potential with the pressures eliminated.
+    A push along the softest motions, then steps of Newton's method on a tangent whose diagonal is raised just as much
+    as makes it stable: they follow the gradient flow of the potential with the pressures eliminated, and no motion
+    that gains energy is slowed to less than a third more from step to step.
     """
     model = at.model
-    points = np.asarray(at.X)[: model.nodes]
-    reach = LARGEST_MOVE * float(np.linalg.norm(np.ptp(points, axis=0)))
+    reach = LARGEST_MOVE * float(np.linalg.norm(np.ptp(np.asarray(at.X)[: model.nodes], axis=0)))
     moving = np.where(at.held, 0.0, 1.0)
     moving[model.pressure_unknowns] = 0.0
     push = moving * np.random.default_rng(0).standard_normal(model.size)
     for _ in range(4):
         push = tangent.precondition(moving * push)
         push /= np.abs(moving * push).max()
-    vector = model.vector(state) + 0.1 * reach * push
-    scale = applied_force(at, state)
-    for _ in range(MOST_NEWTON_STEPS):
+    vector = model.vector(start) + 0.1 * reach * push
+    scale, raised = applied_force(at, start), LEAST_SHIFT
+    for _ in range(MOST_STEPS_DOWN):
         residual = residual_at(at, vector)
         if not np.isfinite(residual).all() or smallest_ratio(at, vector) <= SMALLEST_RATIO:
-            break
+            return None
         if largest_stretch(at, vector) > RUNAWAY_STRETCH:
-            return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-        raised = tangent.factorise_convex(at, model.state(vector))
+            return None
+        raised = tangent.factorise_convex(at, model.state(vector), max(raised / 4, LEAST_SHIFT))
         if not raised and np.linalg.norm(residual) < SMOOTH * scale:
             found = newton(at, tangent, model.state(vector), tolerance)
-            if isinstance(found, str):
-                return found
-            tangent.move_to(at, found[0])
-            if tangent.negative_pivots == 0:
-                return found
+            if not isinstance(found, str):
+                tangent.move_to(at, found[0])
+                if tangent.negative_pivots == 0:
+                    return found
         direction = tangent.precondition(-residual)
         vector = vector + min(1.0, reach / np.abs(moving * direction).max()) * direction
-    return "the equilibrium there is unstable, and the way down from it led to no stable one"
+    return None

@@ -76,22 +76,21 @@ class Tangent:
         if self._place is None or self._place[0] is not at or self._place[1] is not state:
             self.factorise(at, state)
 
-    def factorise_convex(self, at: Configuration, state: State) -> bool:
-        """Factorise; an unstable tangent with its diagonal raised until it is stable. Returns whether it was raised.
+    def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3) -> float:
+        """Factorise; an unstable tangent with its diagonal raised until it is stable, by the part of it returned.
 
-        The diagonal of the pressures stays.
+        Tried are 0, `least`, and four times as much at a time. The diagonal of the pressures stays.
         """
         data = tangent(self._model, at.X, state, at.loads, at.blocked)
         self._refactorise(data)
-        indefinite = self.negative_pivots > 0
-        diagonal, shift = np.abs(data[self._model.diagonal]), 1e-3
+        diagonal, shift = np.abs(data[self._model.diagonal]), 0.0
         diagonal[self._model.pressure_unknowns] = 0.0
         while self.negative_pivots > 0 and shift < 10:
+            shift = 4 * shift or least
             raised = data.copy()
             raised[self._model.diagonal] += shift * diagonal
             self._refactorise(raised)
-            shift *= 4
-        return indefinite
+        return shift
 
     def _refactorise(self, data: np.ndarray) -> None:
         self._factor.refactorise(data)

@@ -16,6 +16,7 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
     configuration,
+    explained,
     held_of,
     loads_of,
     model_of,
@@ -99,8 +100,13 @@ def analyse(
     phi: np.ndarray,
     starts: Starts | None = None,
     tolerance: float = DESIGN_TOLERANCE,
+    explain: bool = False,
 ) -> Analysis | NoEquilibrium:
-    """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest."""
+    """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest.
+
+    With `explain` a missing equilibrium is answered with the limit pressure that path following finds, which takes
+    its time.
+    """
     points = space.control_points(phi)
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, value = {}, {}, 0.0
@@ -108,6 +114,8 @@ def analyse(
         at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), held_of(problem))
         start = starts[task.name] if starts else rest(disc.model)
         found = solve(at, disc.tangents[task.name], start, tolerance)
+        if explain and isinstance(found, NoEquilibrium):
+            found = explained(at, disc.tangents[task.name], found)
         if isinstance(found, NoEquilibrium):
             return found
         configurations[task.name], equilibria[task.name] = at, found

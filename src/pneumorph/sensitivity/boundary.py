@@ -59,10 +59,10 @@ def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, tr
     gradients = derivative @ np.linalg.inv(jacobian)
     F = np.eye(3) + np.einsum("fai,fqaj->fqij", equilibrium.u[tets], gradients)
     slope = np.einsum("fai,fqaj->fqij", w[tets], gradients)
-    hydrostatic = np.zeros(F.shape[:2])
+    hydrostatic = jnp.zeros(F.shape[:2])
     if at.model.mixed:
         linear = np.concatenate([1 - xi.sum(axis=-1, keepdims=True), xi], axis=-1)
-        hydrostatic = np.einsum("fqc,fc->fq", linear, np.asarray(equilibrium.state.pressure)[tets[:, :4]])
+        hydrostatic = jnp.einsum("fqc,fc->fq", linear, jnp.asarray(equilibrium.state.pressure)[tets[:, :4]])
     density, parameters = at.model.rubber_arguments
     stress = jax.grad(lambda F: jnp.sum(density(F, hydrostatic, parameters)))(
         jnp.moveaxis(jnp.asarray(F), (2, 3), (0, 1))
