@@ -59,7 +59,7 @@ def balloon():
 
 
 def test_both_branches_of_a_ballooning_tube(balloon):
-    built, at, path = balloon
+    _, _, path = balloon
     volumes = np.array([point.equilibrium.volumes["A"] for point in path.points])
     pressures = np.array([point.pressures["A"] for point in path.points])
     assert np.all(np.diff(volumes) > 0)

@@ -15,6 +15,7 @@ import numpy as np
 from pneumorph.mechanics import potential as kernels
 from pneumorph.mechanics.balance import evaluate, scaled
 from pneumorph.mechanics.descent import minimise
+from pneumorph.mechanics.linear import SingularMatrix
 from pneumorph.mechanics.model import Model
 from pneumorph.mechanics.potential import Loads, State
 from pneumorph.mechanics.saddle import settle
@@ -113,11 +114,14 @@ def solve(
     that adapt. `tolerance` is the residual norm over that of the applied forces at which a state counts as converged.
     """
     before = tangent.factorisations, tangent.solves
-    if start is not None:
-        found = _find(at, tangent, start, tolerance)
-        if not isinstance(found, str):
-            return read_off(at, tangent, *found, before)
-    return _step_up(at, tangent, before, tolerance)
+    try:
+        if start is not None:
+            found = _find(at, tangent, start, tolerance)
+            if not isinstance(found, str):
+                return read_off(at, tangent, *found, before)
+        return _step_up(at, tangent, before, tolerance)
+    except SingularMatrix:
+        return NoEquilibrium("the tangent is singular", 0.0, None)
 
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:

@@ -124,7 +124,10 @@ def follow(
     begin = solve(unloaded, tangent)
     if isinstance(begin, NoEquilibrium):
         return begin
-    here = _place(at, unloaded, tangent, begin, 0.0, None)
+    try:
+        here = _place(at, unloaded, tangent, begin, 0.0, None)
+    except SingularMatrix:
+        return NoEquilibrium("the tangent without pressures is singular", 0.0, begin)
     places, limits = [here], []
     step = first = FIRST_RISE / here.slope
     while True:
@@ -167,7 +170,7 @@ def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Eq
         volumes = ", ".join(f"{volume:.5g} mm³" for volume in limit.equilibrium.volumes.values())
         return NoEquilibrium(
             f"{asked}: pressure reaches its limit at {_in_words(at, limit.load)} (volume {volumes}), "
-            "beyond it the body balloons at falling pressure",
+            "beyond it the body moves on while the pressure falls",
             limit.load,
             last.equilibrium,
         )

@@ -61,7 +61,7 @@ class Tangent:
 
     @property
     def negative_pivots(self) -> int:
-        # The tangent with the pressures has the inertia of the one with them eliminated, and −1 for each (Sylvester).
+        # With the pressures there is one negative pivot more for each of them than with them eliminated (Haynsworth 1968).
         return self._factor.negative_pivots - self._model.pressures
 
     def factorise(self, at: Configuration, state: State) -> None:
