@@ -61,7 +61,7 @@ class Tangent:
 
     @property
     def negative_pivots(self) -> int:
-        # With the pressures there is one negative pivot more for each of them than with them eliminated (Haynsworth 1968).
+        # Every pressure adds one to those of the tangent with them eliminated (Haynsworth 1968).
         return self._factor.negative_pivots - self._model.pressures
 
     def factorise(self, at: Configuration, state: State) -> None:
