@@ -20,9 +20,9 @@ import numpy as np
 
 from pneumorph.mechanics import potential as kernels
 from pneumorph.mechanics.balance import RUNAWAY_STRETCH, applied_force, length, residual_at, smallest_ratio, supported
+from pneumorph.mechanics.energies import SMALLEST_RATIO
 from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, read_off, solve
 from pneumorph.mechanics.linear import SingularMatrix
-from pneumorph.mechanics.material import SMALLEST_RATIO
 from pneumorph.mechanics.tangent import Configuration, Tangent
 
 TOLERANCE = 1e-8
