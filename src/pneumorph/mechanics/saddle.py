@@ -35,10 +35,11 @@ start: an assembly with factorisation costs some twelve back-solves."""
 SMOOTH = 0.02
 """Relative residual below which no start counts as rough."""
 
-MOST_STEPS_DOWN, LEAST_SHIFT = 60, 1e-7
-"""Steps on the way down from an unstable state, and the least part by which the tangent's diagonal is raised there."""
+MOST_TANGENTS_DOWN, STEPS_PER_FACTORISATION, LEAST_SHIFT = 100, 2, 1e-7
+"""Tangents on the way down from an unstable state, steps with each of them, and the least part by which its diagonal is
+raised."""
 
-LARGEST_MOVE = 0.05
+LARGEST_MOVE = 0.02
 """Largest displacement in one step on the way down from an unstable state, in lengths of the body."""
 
 
@@ -135,7 +136,7 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
         push /= np.abs(moving * push).max()
     vector = model.vector(start) + 0.1 * reach * push
     scale, raised = applied_force(at, start), LEAST_SHIFT
-    for _ in range(MOST_STEPS_DOWN):
+    for _ in range(MOST_TANGENTS_DOWN):
         residual = residual_at(at, vector)
         if not np.isfinite(residual).all() or smallest_ratio(at, vector) <= SMALLEST_RATIO:
             return None
@@ -148,6 +149,15 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
                 tangent.move_to(at, found[0])
                 if tangent.negative_pivots == 0:
                     return found
-        direction = tangent.precondition(-residual)
-        vector = vector + min(1.0, reach / np.abs(moving * direction).max()) * direction
+        previous = np.inf
+        for _ in range(STEPS_PER_FACTORISATION):
+            # The first step goes along the soft motions, the next ones take out what it upset in the stiff ones.
+            direction = tangent.precondition(-residual)
+            now = length(at, direction)
+            if now > 2 * previous:
+                break
+            vector = vector + min(1.0, reach / np.abs(moving * direction).max()) * direction
+            residual, previous = residual_at(at, vector), now
+            if not np.isfinite(residual).all():
+                return None
     return None
