@@ -60,7 +60,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
         relaxing = relaxations > 0
         try:
             if relaxing:
-                direction = tangent.precondition(-residual)
+                direction = np.where(held, 0.0, tangent.precondition(-residual))
             else:
                 direction, exact = _direction(at, tangent, state, residual, size, exact)
         except SingularMatrix:

@@ -74,7 +74,10 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
     if not tangent.ready and np.any(vector):
         # A state carried over from another mesh is rough in detail; the tangent at rest evens it out.
         tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
-    direction, fresh = (tangent.precondition(-residual), False) if tangent.ready else (None, True)
+    direction, fresh = None, True
+    if tangent.ready:
+        # The factorisation may be of a time when other components of the plate were held.
+        direction, fresh = supported(at, tangent.precondition(-residual)), False
     for _ in range(MOST_NEWTON_STEPS):
         if size <= tolerance:
             if smallest_ratio(at, vector) <= SMALLEST_RATIO:
@@ -82,7 +85,7 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
             return model.state(vector), size
         if direction is None:
             tangent.factorise(at, model.state(vector))
-            direction, fresh = tangent.precondition(-residual), True
+            direction, fresh = supported(at, tangent.precondition(-residual)), True
         borne = QUICK if size < SMOOTH else SLOW
         moved = _moved(at, tangent, vector, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
         if moved is None and fresh:
@@ -110,7 +113,7 @@ def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: flo
         trial = vector + step * direction
         residual = residual_at(at, trial)
         if np.isfinite(residual).all() and smallest_ratio(at, trial) >= least:
-            correction = tangent.precondition(-residual)
+            correction = supported(at, tangent.precondition(-residual))
             contraction = length(at, correction) / max(before, 1e-300)
             if contraction <= (1 - step / 4 if bound is None else bound):
                 # Only after a whole step does the correction say how good the factorisation still is.
@@ -152,7 +155,7 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
         previous = np.inf
         for _ in range(STEPS_PER_FACTORISATION):
             # The first step goes along the soft motions, the next ones take out what it upset in the stiff ones.
-            direction = tangent.precondition(-residual)
+            direction = supported(at, tangent.precondition(-residual))
             now = length(at, direction)
             if now > 2 * previous:
                 break
