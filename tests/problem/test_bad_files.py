@@ -193,7 +193,7 @@ WRONG = [
     ("skew = 0.2", "skew = 1.5", "limits.skew", "out of range"),
     ('size = "2 mm"', 'size = "20 mm"', "mesh.size", "make it smaller"),
     ('size = "2 mm"', 'size = "1 um"', "mesh.size", "make it larger"),
-    ('element = "quadratic"', 'element = "mixed"', "mesh.element", "take 'quadratic'"),
+    ('element = "quadratic"', 'element = "linear"', "mesh.element", "take 'auto', 'quadratic' or 'mixed'"),
     ("iterations = 40", "iterations = 4.5", "optimizer.iterations", "whole number"),
     ("iterations = 40", "iterations = 0", "optimizer.iterations", "out of range"),
     ('method = "lbfgs"', 'method = "newton"', "optimizer.method", "take 'lbfgs' or 'dfp'"),

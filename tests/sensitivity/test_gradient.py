@@ -10,6 +10,7 @@ from pneumorph.objective import features
 from pneumorph.sensitivity import boundary_gradient, gradient, taylor_test
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
+SILICONE = rubber(0.49, 4.9e3, 1.1e-9)
 
 
 def judge(f):
@@ -25,9 +26,9 @@ def judge_motion(f):
 class Case:
     """A tube under pressure, weight, springs, force and moment; its nodes move along a smooth direction."""
 
-    def __init__(self, counts, plate=True):
+    def __init__(self, counts, plate=True, mixed=False):
         self.mesh = tube(4, 8, 30, counts)
-        self.model = model(self.mesh, RUBBER, plate=plate)
+        self.model = model(self.mesh, SILICONE if mixed else RUBBER, plate=plate, mixed=mixed)
         x, y, z = self.mesh.points.T
         self.motion = np.column_stack(
             [
@@ -50,9 +51,9 @@ class Case:
         return float(judge(features(self.model, at.X, found.state)))
 
 
-@pytest.mark.parametrize("plate", [True, False])
-def test_gradient_by_nodes_and_pressure(plate):
-    case = Case((1, 8, 6), plate)
+@pytest.mark.parametrize(("plate", "mixed"), [(True, False), (False, False), (True, True)])
+def test_gradient_by_nodes_and_pressure(plate, mixed):
+    case = Case((1, 8, 6), plate, mixed)
     at, solver, found = case.solve()
     slope = gradient(at, solver, found, judge)
     along = np.array([np.sum(slope.X * case.motion), slope.pressure["A"]])

@@ -86,12 +86,15 @@ def _description(problem: Problem, space: DesignSpace, disc: Discretisation) -> 
     gravity = told.get("gravity")
     valid = model.rubber.valid_stretch
     reach = "valid for stretches not stated" if valid is None else f"valid to a stretch of {valid:.3g}"
+    chosen = ""
+    if problem.mesh.element == "auto" and model.mixed:
+        chosen = f" (bulk modulus {model.rubber.bulk_modulus / model.rubber.shear_modulus:.3g} times the shear modulus)"
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
     return [
         f"problem   {problem.title or 'without a title'}",
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} of the shape, {free} of the pressures",
-        f"mesh      {model.elements} quadratic tetrahedra, {model.size} degrees of freedom",
+        f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom",
         f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
         f"bulk modulus {rubber['bulk_modulus']}, {reach}",
         f"tip       {', '.join([effector.kind, *held, *pulled])}",
@@ -117,7 +120,7 @@ def _analysed(
     problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis | None = None
 ) -> Analysis:
     starts = None if near is None else {task: found.state for task, found in near.equilibria.items()}
-    found = analyse(problem, space, disc, phi, starts, TOLERANCE)
+    found = analyse(problem, space, disc, phi, starts, TOLERANCE, explain=near is None)
     if isinstance(found, NoEquilibrium):
         raise ComputationError(f"the design cannot be analysed: {found.reason}")
     return found

@@ -82,7 +82,9 @@ class Screen:
         self._print(Text(sentence))
 
     def _started(self, event: Started) -> None:
-        self.say(f"{event.variables} variables, {event.elements} elements, {event.dofs} degrees of freedom")
+        self.say(
+            f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
+        )
         heading = Text(style="bold")
         for title, width in self._columns:
             heading.append(f"{title:>{width}} ")

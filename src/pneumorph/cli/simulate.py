@@ -64,7 +64,7 @@ def simulate(
     mesh = mesh_body(subject.body, subject.problem.mesh.size).mesh
     model = model_of(subject.problem, mesh)
     console = Console()
-    console.print(Text(f"{model.elements} elements, {model.size} degrees of freedom"), soft_wrap=True)
+    console.print(Text(f"{model.elements} {model.element} elements, {model.size} degrees of freedom"), soft_wrap=True)
     steps, reason = [], ""
     try:
         for step in _steps(subject, model, mesh.points, path, blocked):

@@ -3,6 +3,7 @@
 from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, predict, rest, solve
 from pneumorph.mechanics.material import Rubber, rubber
 from pneumorph.mechanics.model import Model, model
+from pneumorph.mechanics.path import Path, PathPoint, explained, follow
 from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
 from pneumorph.mechanics.tangent import Configuration, Tangent
 
@@ -11,9 +12,13 @@ __all__ = [
     "Equilibrium",
     "Model",
     "NoEquilibrium",
+    "Path",
+    "PathPoint",
     "Rubber",
     "Tangent",
     "configuration",
+    "explained",
+    "follow",
     "held_of",
     "loads",
     "loads_of",

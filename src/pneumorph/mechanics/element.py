@@ -7,19 +7,50 @@ matrix products element by element.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from pneumorph.mechanics.energies import determinant
-from pneumorph.mechanics.material import Energy
+from pneumorph.mechanics.material import Energy, complete
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape, triangle_gradient, triangle_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)
 TET_WEIGHT = 1 / 24
+# The linear shape functions of the four corners, for the pressure of mixed elements.
+TET_CORNER_N = np.column_stack([1 - TET_RULE.sum(axis=1), TET_RULE])
 
 # Degree 4: x·(x_ξ × x_η) on a quadratic triangle has that degree, so volumes are exact.
 TRIANGLE_N, TRIANGLE_DN = triangle_shape(TRIANGLE_RULE[0]), triangle_gradient(TRIANGLE_RULE[0])
 TRIANGLE_WEIGHTS = TRIANGLE_RULE[1]
+
+
+Density = Callable[[Array, Array, Array], Array]
+"""ψ(F, π, parameters) at points: what elements integrate."""
+
+
+@cache
+def quadratic(isochoric: Energy) -> Density:
+    """The density of the plain element: the rubber's whole energy, and no π."""
+    energy = complete(isochoric)
+    return lambda F, pressure, parameters: energy(F, parameters)
+
+
+@cache
+def mixed(isochoric: Energy) -> Density:
+    """The perturbed Lagrangian ψ_iso(F) + π (J − 1) − π²/2κ of the mixed element; the last parameter is κ.
+
+    Stationary in π where π = κ (J − 1), and there it is the whole energy: with a linear, continuous π this is the
+    element of Taylor and Hood, which does not lock as κ/μ grows. π is a tension: minus the pressure in the rubber.
+    """
+
+    def density(F: Array, pressure: Array, parameters: Array) -> Array:
+        return isochoric(F, parameters) + pressure * (determinant(F) - 1.0) - 0.5 * pressure * pressure / parameters[-1]
+
+    return density
 
 
 def inverse(F: Array) -> Array:
@@ -52,15 +83,17 @@ def deformation_gradients(u: Array, inverse_jacobian: Array) -> Array:
     return jnp.eye(3)[:, :, None, None] + matrix_product(reference_gradients(u), inverse_jacobian)
 
 
-def tet_energies(X: Array, u: Array, energy: Energy, parameters: Array, body_force: Array) -> Array:
-    """∫ ψ(F) − ρ₀ g·u over each tetrahedron, (M,) in N·mm.
+def tet_energies(X: Array, u: Array, pressure: Array, density: Density, parameters: Array, body_force: Array) -> Array:
+    """∫ ψ(F, π) − ρ₀ g·u over each tetrahedron, (M,) in N·mm.
 
-    Nodes X (M, 10, 3) in mm, displacements u of the same shape, body force ρ₀ g (3,) in N/mm³.
+    Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa, body force ρ₀ g (3,) in
+    N/mm³.
     """
     jacobian = reference_gradients(X)
     work = jnp.einsum("ea,qa->qe", u @ body_force, jnp.asarray(TET_N))
-    density = energy(deformation_gradients(u, inverse(jacobian)), parameters) - work
-    return TET_WEIGHT * jnp.sum(determinant(jacobian) * density, axis=0)
+    F = deformation_gradients(u, inverse(jacobian))
+    value = density(F, jnp.asarray(TET_CORNER_N) @ pressure.T, parameters) - work
+    return TET_WEIGHT * jnp.sum(determinant(jacobian) * value, axis=0)
 
 
 def triangle_points(x: Array) -> tuple[Array, Array]:

@@ -9,9 +9,9 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.element import TET_DN
+from pneumorph.mechanics.element import TET_CORNER_N, TET_DN, mixed, quadratic
 from pneumorph.mechanics.material import Rubber
-from pneumorph.mechanics.pattern import Pattern, element_blocks, gather, pattern
+from pneumorph.mechanics.pattern import Pattern, coupling_blocks, element_blocks, gather, pattern, scatter
 from pneumorph.mechanics.potential import Loads, State, Topology, padded
 from pneumorph.mesh.tets import TetMesh
 
@@ -56,9 +56,30 @@ class Model:
         return int(np.count_nonzero(self.top.weight))
 
     @property
+    def pressures(self) -> int:
+        """Number of pressures π among the unknowns; 0 where elements are not mixed."""
+        return len(self.pattern.corners)
+
+    @property
+    def mixed(self) -> bool:
+        """Whether elements have a pressure of their own."""
+        return self.pressures > 0
+
+    @property
+    def element(self) -> str:
+        """The kind of its elements as a word."""
+        return "mixed" if self.mixed else "quadratic"
+
+    @property
+    def pressure_unknowns(self) -> slice:
+        """Where they are among the unknowns."""
+        return slice(self.size - 6 - self.pressures, self.size - 6)
+
+    @property
     def rubber_arguments(self):
         """What every kernel takes first."""
-        return self.rubber.energy, jnp.asarray(self.rubber.parameters, dtype=float)
+        density = (mixed if self.mixed else quadratic)(self.rubber.isochoric)
+        return density, jnp.asarray(self.rubber.parameters, dtype=float)
 
     def pad(self, nodal: np.ndarray) -> jnp.ndarray:
         """A nodal array (nodes, …) with the rows of padding added."""
@@ -68,16 +89,22 @@ class Model:
 
     def state(self, vector: np.ndarray) -> State:
         """The unknowns (n,) as a State."""
-        u = np.zeros((self.top.on_tip.shape[0], 3))
-        u[self.off_tip] = vector[:-6].reshape(-1, 3)
-        return State(jnp.asarray(u), jnp.asarray(vector[-6:]))
+        rows, end = self.top.on_tip.shape[0], 3 * len(self.off_tip)
+        u = np.zeros((rows, 3))
+        u[self.off_tip] = vector[:end].reshape(-1, 3)
+        pressure = np.zeros(rows if self.mixed else 0)
+        pressure[self.pattern.corners] = vector[end:-6]
+        return State(jnp.asarray(u), jnp.asarray(vector[-6:]), jnp.asarray(pressure))
 
     def vector(self, state: State) -> np.ndarray:
         """A State (or a residual) as a vector (n,)."""
-        return np.concatenate([np.asarray(state.u)[self.off_tip].ravel(), np.asarray(state.plate)])
+        displaced = np.asarray(state.u)[self.off_tip].ravel()
+        return np.concatenate([displaced, np.asarray(state.pressure)[self.pattern.corners], np.asarray(state.plate)])
 
 
-def model(mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarray | None = None) -> Model:
+def model(
+    mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarray | None = None, mixed: bool = False
+) -> Model:
     """Build the model of a mesh.
 
     Parameters
@@ -88,6 +115,8 @@ def model(mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarra
         False leaves the tip face free.
     supports : (N, 3) bool, optional
         Displacement components held at zero; by default all three on the face "base".
+    mixed : bool
+        Elements with a linear, continuous pressure of their own, for rubbers that hardly change their volume.
     """
     count = len(mesh.points)
     if supports is None:
@@ -97,14 +126,14 @@ def model(mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarra
     if plate:
         on_tip[np.unique(mesh.faces["tip"])] = True
     chambers = tuple(name.removeprefix("chamber ") for name in mesh.faces if name.startswith("chamber "))
-    sparsity = pattern(mesh.tets, count, on_tip)
+    sparsity = pattern(mesh.tets, count, on_tip, mixed)
     triangles = [mesh.faces[f"chamber {name}"] for name in chambers]
     tip = mesh.faces.get("tip", np.zeros((0, 6), int))
     top = _topology(mesh.tets, triangles, tip, on_tip)
     touching = [t[on_tip[t].any(axis=1)] for t in triangles]
     near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip, ratio=2.0)
 
-    fixed = np.concatenate([supports[~on_tip].ravel(), np.full(6, not plate)])
+    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(sparsity.corners), bool), np.full(6, not plate)])
     rows = np.repeat(np.arange(sparsity.size), np.diff(sparsity.indptr))
     supported = np.flatnonzero(fixed[rows] | fixed[sparsity.indices])
     return Model(
@@ -134,15 +163,26 @@ def tangent(model: Model, X, state: State, loads: Loads, held: np.ndarray) -> np
     element_blocks(np.asarray(moduli), np.asarray(inverse_jacobian), TET_DN, blocks)
     data = np.zeros(len(sparsity.indices))
     gather(blocks, sparsity.visits, sparsity.visit_start, sparsity.slot, sparsity.indptr, data)
+    if model.mixed:
+        slopes, compressions = kernels.couplings(*model.rubber_arguments, model.top, X, state)
+        coupling = np.empty((model.elements, 10, 4, 3))
+        coupling_blocks(np.asarray(slopes), np.asarray(inverse_jacobian), TET_DN, TET_CORNER_N, coupling)
+        scatter(coupling.ravel(), sparsity.coupling_places, data)
+        among = np.asarray(compressions)[:, : model.elements]
+        compression = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
+        scatter(compression.ravel(), sparsity.compression_places, data)
     if len(model.chamber_places):
         hessians = np.asarray(kernels.volume_hessians(model.top, X, state, loads.pressure))
-        places, used = model.chamber_places, model.chamber_places >= 0
-        data += np.bincount(places[used], hessians.ravel()[used], minlength=len(data))
+        scatter(hessians.ravel(), model.chamber_places, data)
     if model.plate:
         columns = kernels.plate_columns(*model.rubber_arguments, model.near_tip, X, state, loads)
         number = sparsity.number[sparsity.beside_tip]
         row_ends = sparsity.indptr[(3 * number[:, None] + np.arange(3)) + 1]
         data[row_ends[:, :, None] + np.arange(-6, 0)] = np.asarray(columns.u)[sparsity.beside_tip]
+        if model.mixed:
+            beside = sparsity.corners_beside_tip
+            row_ends = sparsity.indptr[3 * len(model.off_tip) + beside + 1]
+            data[row_ends[:, None] + np.arange(-6, 0)] = np.asarray(columns.pressure)[sparsity.corners[beside]]
         data[-21:] = np.asarray(columns.plate)[np.triu_indices(6)]
     data[model.supported_values] = 0.0
     data[model.diagonal[model.fixed]] = 1.0

@@ -1,10 +1,11 @@
 """The total potential, written once.
 
-    Π(X, u) = Σ∫ψ(F) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d, plate d = [c, θ]
+    Π(X, u, π) = Σ∫ψ(F, π) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d, plate d = [c, θ]
 
-Residual, load vectors and the mixed shape derivative are its derivatives by JAX; every function here is compiled once
-per padded mesh size. Arrays over nodes are padded to `nodes` rows, elements and triangles by copies of weight zero, so
-that a remesh seldom compiles anew.
+ψ is the rubber's energy, or in mixed elements its perturbed Lagrangian with the pressure π (`element.py`). Residual,
+load vectors and the mixed shape derivative are its derivatives by JAX; every function here is compiled once per padded
+mesh size. Arrays over nodes are padded to `nodes` rows, elements and triangles by copies of weight zero, so that a
+remesh seldom compiles anew.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ import numpy as np
 from jax import Array
 
 from pneumorph.mechanics.element import (
+    TET_CORNER_N,
     TET_WEIGHT,
+    Density,
     deformation_gradients,
     inverse,
     reference_gradients,
@@ -27,7 +30,6 @@ from pneumorph.mechanics.element import (
     triangle_volumes,
 )
 from pneumorph.mechanics.energies import determinant
-from pneumorph.mechanics.material import Energy
 from pneumorph.mechanics.plate import rigid_displacement
 
 
@@ -44,10 +46,14 @@ class Topology(NamedTuple):
 
 
 class State(NamedTuple):
-    """Unknowns: nodal displacements u (N, 3) mm, the plate's (6,) [c mm, θ rad]; rows of u on the tip are not used."""
+    """Unknowns: nodal displacements u (N, 3) mm, the plate's (6,) [c mm, θ rad], in mixed elements π (N,) MPa.
+
+    Rows of u on the tip and entries of π at mid-side nodes are not used; without mixed elements π is empty.
+    """
 
     u: Array
     plate: Array
+    pressure: Array | np.ndarray = np.zeros(0)
 
 
 class Loads(NamedTuple):
@@ -86,69 +92,90 @@ def chamber_volumes(top: Topology, x: Array) -> Array:
     return triangle_volumes(x[top.chamber]) @ top.chamber_weight
 
 
-def field_potential(energy: Energy, parameters: Array, top: Topology, X: Array, u: Array, loads: Loads) -> Array:
-    """The part of Π that is a function of the displacement field u (N, 3): rubber, pressure, weight; N·mm."""
-    solid = tet_energies(X[top.tets], u[top.tets], energy, parameters, loads.body_force)
-    return jnp.sum(top.weight * solid) - jnp.sum(loads.pressure * chamber_volumes(top, X + u))
+def corner_pressures(top: Topology, state: State) -> Array:
+    """π at the corners of every tetrahedron (M, 4); zero without mixed elements, whose energy asks for none."""
+    if not state.pressure.size:
+        return jnp.zeros((top.tets.shape[0], 4))
+    return jnp.asarray(state.pressure)[top.tets[:, :4]]
 
 
-def potential(energy: Energy, parameters: Array, top: Topology, X: Array, state: State, loads: Loads) -> Array:
+def potential(density: Density, parameters: Array, top: Topology, X: Array, state: State, loads: Loads) -> Array:
     """Π in N·mm."""
+    u = displacement(top, X, state)
+    solid = tet_energies(X[top.tets], u[top.tets], corner_pressures(top, state), density, parameters, loads.body_force)
     plate = 0.5 * jnp.sum(loads.spring * state.plate**2) - jnp.sum(loads.wrench * state.plate)
-    return field_potential(energy, parameters, top, X, displacement(top, X, state), loads) + plate
+    return jnp.sum(top.weight * solid) - jnp.sum(loads.pressure * chamber_volumes(top, X + u)) + plate
 
 
 @partial(jax.jit, static_argnums=0)
-def value_and_residual(energy, parameters, top, X, state, loads) -> tuple[Array, State]:
-    """Π and R = ∂Π/∂(u, plate)."""
-    return jax.value_and_grad(potential, argnums=4)(energy, parameters, top, X, state, loads)
+def value_and_residual(density, parameters, top, X, state, loads) -> tuple[Array, State]:
+    """Π and R = ∂Π/∂(u, plate, π)."""
+    return jax.value_and_grad(potential, argnums=4)(density, parameters, top, X, state, loads)
 
 
 @partial(jax.jit, static_argnums=0)
-def tangent_product(energy, parameters, top, X, state, loads, direction) -> State:
+def tangent_product(density, parameters, top, X, state, loads, direction) -> State:
     """K·direction without a matrix: the residual's derivative along a change of state."""
     residual = jax.grad(potential, argnums=4)
-    return jax.jvp(lambda s: residual(energy, parameters, top, X, s, loads), (state,), (direction,))[1]
+    return jax.jvp(lambda s: residual(density, parameters, top, X, s, loads), (state,), (direction,))[1]
 
 
 @partial(jax.jit, static_argnums=0)
-def shape_product(energy, parameters, top, X, state, loads, dX) -> State:
+def shape_product(density, parameters, top, X, state, loads, dX) -> State:
     """(∂R/∂X)·dX for a motion dX (N, 3) of the nodes."""
     residual = jax.grad(potential, argnums=4)
-    return jax.jvp(lambda Y: residual(energy, parameters, top, Y, state, loads), (X,), (dX,))[1]
+    return jax.jvp(lambda Y: residual(density, parameters, top, Y, state, loads), (X,), (dX,))[1]
 
 
 @partial(jax.jit, static_argnums=0)
-def shape_pullback(energy, parameters, top, X, state, loads, w) -> tuple[Array, Array]:
+def shape_pullback(density, parameters, top, X, state, loads, w) -> tuple[Array, Array]:
     """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂p (C,) for an adjoint state w."""
 
     def work(Y, pressure):
         applied = loads._replace(pressure=pressure)
-        return jax.jvp(lambda s: potential(energy, parameters, top, Y, s, applied), (state,), (w,))[1]
+        return jax.jvp(lambda s: potential(density, parameters, top, Y, s, applied), (state,), (w,))[1]
 
     return jax.grad(work, argnums=(0, 1))(X, loads.pressure)
 
 
 @partial(jax.jit, static_argnums=0)
-def pressure_product(energy, parameters, top, X, state, loads, dp) -> State:
+def pressure_product(density, parameters, top, X, state, loads, dp) -> State:
     """(∂R/∂p)·dp for a change of the chamber pressures (C,)."""
     residual = jax.grad(potential, argnums=4)
     return jax.jvp(
-        lambda p: residual(energy, parameters, top, X, state, loads._replace(pressure=p)), (loads.pressure,), (dp,)
+        lambda p: residual(density, parameters, top, X, state, loads._replace(pressure=p)), (loads.pressure,), (dp,)
     )[1]
 
 
-@partial(jax.jit, static_argnums=0)
-def moduli(energy, parameters, top, X, state) -> tuple[Array, Array]:
-    """∂²ψ/∂F∂F times the quadrature weight (9, 9, 4, M) and ∂ξ/∂X (3, 3, 4, M) at the quadrature points."""
+def _points(top: Topology, X: Array, state: State) -> tuple[Array, Array, Array, Array]:
+    """F, π, ∂ξ/∂X and quadrature weights at the quadrature points."""
     jacobian = reference_gradients(X[top.tets])
     inverse_jacobian = inverse(jacobian)
     F = deformation_gradients(displacement(top, X, state)[top.tets], inverse_jacobian)
-    stress = jax.grad(lambda F: jnp.sum(energy(F, parameters)))
+    pressure = jnp.asarray(TET_CORNER_N) @ corner_pressures(top, state).T
+    return F, pressure, inverse_jacobian, TET_WEIGHT * determinant(jacobian) * top.weight
+
+
+@partial(jax.jit, static_argnums=0)
+def moduli(density, parameters, top, X, state) -> tuple[Array, Array]:
+    """∂²ψ/∂F∂F times the quadrature weight (9, 9, 4, M) and ∂ξ/∂X (3, 3, 4, M) at the quadrature points."""
+    F, pressure, inverse_jacobian, measure = _points(top, X, state)
+    stress = jax.grad(lambda F: jnp.sum(density(F, pressure, parameters)))
     units = jnp.broadcast_to(jnp.eye(9).reshape(9, 3, 3, 1, 1), (9, *F.shape))
     rows = jax.vmap(lambda unit: jax.jvp(stress, (F,), (unit,))[1])(units)
-    measure = TET_WEIGHT * determinant(jacobian) * top.weight
     return measure * rows.reshape(9, 9, *measure.shape), inverse_jacobian
+
+
+@partial(jax.jit, static_argnums=0)
+def couplings(density, parameters, top, X, state) -> tuple[Array, Array]:
+    """∂²ψ/∂F∂π (9, 4, M) and ∂²ψ/∂π² (4, M) times the quadrature weight."""
+    F, pressure, _, measure = _points(top, X, state)
+
+    def dilation(F, pressure):
+        return jnp.sum(jax.grad(lambda q: jnp.sum(density(F, q, parameters)))(pressure))
+
+    by_F, by_pressure = jax.grad(dilation, argnums=(0, 1))(F, pressure)
+    return measure * by_F.reshape(9, *measure.shape), measure * by_pressure
 
 
 @jax.jit
@@ -163,13 +190,13 @@ def volume_hessians(top: Topology, X: Array, state: State, pressure: Array) -> A
 
 
 @partial(jax.jit, static_argnums=0)
-def plate_columns(energy, parameters, near_tip, X, state, loads) -> State:
-    """∂R/∂plate: u (N, 3, 6) and plate (6, 6).
+def plate_columns(density, parameters, near_tip, X, state, loads) -> State:
+    """∂R/∂plate: u (N, 3, 6), plate (6, 6), and in mixed elements π (N, 6).
 
     `near_tip` holds just the elements that touch the tip; no other depends on the plate.
     """
     residual = jax.grad(potential, argnums=4)
-    return jax.jacfwd(lambda d: residual(energy, parameters, near_tip, X, state._replace(plate=d), loads))(state.plate)
+    return jax.jacfwd(lambda d: residual(density, parameters, near_tip, X, state._replace(plate=d), loads))(state.plate)
 
 
 @jax.jit

@@ -17,6 +17,14 @@ from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 
+MIXED_FROM = 50.0
+"""κ/μ from which on `mesh.element = "auto"` means mixed elements.
+
+A plane-strain tube of radii 4 and 8 mm at 0.1 MPa, two elements through its wall: plain elements lose 0.2 % of the
+motion at κ/μ = 10, 0.4 % at 50, 0.8 % at 1000 and 2.9 % at 10⁵, where they also take ten times the factorisations;
+mixed ones lose 0.04 % at every κ/μ, at a tenth more per factorisation.
+"""
+
 
 def rubber_of(material: Material) -> Rubber:
     """The rubber of a table [material].
@@ -52,7 +60,14 @@ def equibiaxial_stretch(first_invariant: float) -> float:
 
 def model_of(problem: Problem, mesh: TetMesh) -> Model:
     """The mechanical model of a meshed body: its rubber, clamped base, and plate or free tip."""
-    return model(mesh, rubber_of(problem.material), plate=problem.end_effector.kind == "plate")
+    solid = rubber_of(problem.material)
+    mixed = problem.mesh.element == "mixed" or (problem.mesh.element == "auto" and asks_for_mixed(solid))
+    return model(mesh, solid, plate=problem.end_effector.kind == "plate", mixed=mixed)
+
+
+def asks_for_mixed(rubber: Rubber) -> bool:
+    """Whether a rubber needs mixed elements: κ/μ from `MIXED_FROM` on."""
+    return rubber.bulk_modulus >= MIXED_FROM * rubber.shear_modulus
 
 
 def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loads:
@@ -63,7 +78,7 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
         model,
         pressures,
         acceleration=None if gravity is None else gravity.acceleration * np.asarray(gravity.direction),
-        spring=np.array([0.0, 0.0, spring.axial, spring.bending_x, spring.bending_y, spring.torsion]),
+        spring=np.array([getattr(spring, component) for component in COMPONENTS]),
         wrench=np.array([*effector.force, *effector.moment]),
     )
 

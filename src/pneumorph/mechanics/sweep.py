@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, solve
+from pneumorph.mechanics.path import explained
 from pneumorph.mechanics.potential import Loads, State
 from pneumorph.mechanics.tangent import Configuration, Tangent
 
@@ -15,8 +16,8 @@ from pneumorph.mechanics.tangent import Configuration, Tangent
 def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibrium | NoEquilibrium]:
     """The equilibrium of every configuration of a path, each sought from the one before.
 
-    All configurations share the nodes; what differs is their loads. Where one has no equilibrium the walk is over: the
-    rest of the path is answered with `NoEquilibrium` without being tried.
+    All configurations share the nodes; what differs is their loads. Where one has no equilibrium the walk is over: its
+    `NoEquilibrium` tells the limit that path following finds, and the rest of the path is answered without being tried.
 
     Parameters
     ----------
@@ -30,6 +31,8 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
         found = solve(at, tangent, _start(walked, at.loads))
+        if isinstance(found, NoEquilibrium):
+            found = explained(at, tangent, found)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:

@@ -45,7 +45,7 @@ class Tangent:
     solves : int
         How many back-solves.
     negative_pivots : int
-        Of the latest factorisation: 0 at a stable state.
+        Of the latest factorisation, beyond the one that every pressure of mixed elements has: 0 at a stable state.
     unit_seconds : float
         What the latest assembly with factorisation took: the yardstick that a design's cost is told in.
     """
@@ -53,6 +53,7 @@ class Tangent:
     def __init__(self, model: Model):
         self._model = model
         self._factor = factorisation(model.pattern.indptr, model.pattern.indices)
+        self._place: tuple[Configuration, State] | None = None
         self.ready = False
         self.factorisations = 0
         self.solves = 0
@@ -60,31 +61,42 @@ class Tangent:
 
     @property
     def negative_pivots(self) -> int:
-        return self._factor.negative_pivots
+        # Every pressure adds one to those of the tangent with them eliminated (Haynsworth 1968).
+        return self._factor.negative_pivots - self._model.pressures
 
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
         began = time.perf_counter()
         self._refactorise(tangent(self._model, at.X, state, at.loads, at.blocked))
         self.unit_seconds = time.perf_counter() - began
+        self._place = (at, state)
 
-    def factorise_convex(self, at: Configuration, state: State) -> bool:
-        """Factorise; an indefinite tangent with its diagonal raised until it is not. Returns whether it was raised."""
+    def move_to(self, at: Configuration, state: State) -> None:
+        """Factorise at a state, unless the factorisation at hand is that one."""
+        if self._place is None or self._place[0] is not at or self._place[1] is not state:
+            self.factorise(at, state)
+
+    def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3) -> float:
+        """Factorise; an unstable tangent with its diagonal raised until it is stable, by the part of it returned.
+
+        Tried are 0, `least`, and four times as much at a time. The diagonal of the pressures stays.
+        """
         data = tangent(self._model, at.X, state, at.loads, at.blocked)
         self._refactorise(data)
-        indefinite = self.negative_pivots > 0
-        diagonal, shift = np.abs(data[self._model.diagonal]), 1e-3
+        diagonal, shift = np.abs(data[self._model.diagonal]), 0.0
+        diagonal[self._model.pressure_unknowns] = 0.0
         while self.negative_pivots > 0 and shift < 10:
+            shift = 4 * shift or least
             raised = data.copy()
             raised[self._model.diagonal] += shift * diagonal
             self._refactorise(raised)
-            shift *= 4
-        return indefinite
+        return shift
 
     def _refactorise(self, data: np.ndarray) -> None:
         self._factor.refactorise(data)
         self.factorisations += 1
         self.ready = True
+        self._place = None
 
     def precondition(self, rhs: np.ndarray) -> np.ndarray:
         """One back-solve with the factorisation at hand."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
-from pneumorph.mesh.tets import TetMesh, tet_gradient, tet_shape
+from pneumorph.mesh.tets import TET_EDGES, TetMesh, tet_gradient, tet_shape
 
 _NEAREST = 24  # elements, by their centroids, that may hold a point
 _TRIES = 4  # of them, the most promising, in which the curved map is inverted
@@ -32,6 +32,13 @@ def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray
     """
     element, xi = locate(mesh, points)
     return np.einsum("pa,pam->pm", tet_shape(xi), field[mesh.tets[element]])
+
+
+def linear(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
+    """Values (N,) at all nodes of a field that is linear between its values at the corners."""
+    everywhere = values.copy()
+    everywhere[mesh.tets[:, 4:]] = values[mesh.tets[:, :4]][:, TET_EDGES].mean(axis=2)
+    return everywhere
 
 
 def locate(mesh: TetMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -16,6 +16,7 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
     configuration,
+    explained,
     held_of,
     loads_of,
     model_of,
@@ -25,7 +26,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.potential import State, displacement
 from pneumorph.mesh import Morph, mesh_body
-from pneumorph.mesh.transfer import transfer
+from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, features, maximize
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import gradient
@@ -99,8 +100,13 @@ def analyse(
     phi: np.ndarray,
     starts: Starts | None = None,
     tolerance: float = DESIGN_TOLERANCE,
+    explain: bool = False,
 ) -> Analysis | NoEquilibrium:
-    """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest."""
+    """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest.
+
+    With `explain` a missing equilibrium is answered with the limit pressure that path following finds, which takes
+    its time.
+    """
     points = space.control_points(phi)
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, value = {}, {}, 0.0
@@ -108,6 +114,8 @@ def analyse(
         at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), held_of(problem))
         start = starts[task.name] if starts else rest(disc.model)
         found = solve(at, disc.tangents[task.name], start, tolerance)
+        if explain and isinstance(found, NoEquilibrium):
+            found = explained(at, disc.tangents[task.name], found)
         if isinstance(found, NoEquilibrium):
             return found
         configurations[task.name], equilibria[task.name] = at, found
@@ -142,7 +150,12 @@ def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Di
     model, carried = new.model, {}
     for name, state in states.items():
         # The plate moves the tip's nodes: their rows of the state are empty.
-        u = displacement(old.model.top, old.model.pad(X_old), state)
-        moved = transfer(old.morph.mesh.at(X_old), np.asarray(u)[: old.model.nodes], new.morph.mesh.points)
-        carried[name] = State(model.pad(moved), state.plate)
+        u = np.asarray(displacement(old.model.top, old.model.pad(X_old), state))[: old.model.nodes]
+        mesh = old.morph.mesh.at(X_old)
+        if not model.mixed:
+            carried[name] = State(model.pad(transfer(mesh, u, new.morph.mesh.points)), state.plate)
+            continue
+        pressure = linear(mesh, np.asarray(state.pressure)[: old.model.nodes])
+        moved = transfer(mesh, np.column_stack([u, pressure]), new.morph.mesh.points)
+        carried[name] = State(model.pad(moved[:, :3]), state.plate, model.pad(moved[:, 3]))
     return carried

@@ -17,6 +17,7 @@ class Started:
     iterations: int
     variables: int
     elements: int
+    element: str
     dofs: int
 
 

@@ -95,9 +95,8 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     loop = _Loop(problem)
     clock = Clock()
     now = _first(loop, clock) if state is None else _resumed(loop, state)
-    yield Started(
-        now.iteration, problem.optimizer.iterations, loop.space.n, now.disc.model.elements, now.disc.model.size
-    )
+    model = now.disc.model
+    yield Started(now.iteration, problem.optimizer.iterations, loop.space.n, model.elements, model.element, model.size)
     if state is None:
         yield _accepted(loop, now, clock, now.disc.factorisations, False)
     reason = "the number of designs that was asked for is reached"
@@ -122,7 +121,7 @@ def _first(loop: _Loop, clock: Clock) -> _Standing:
     with clock.phase("geometry"):
         disc = discretise(problem, space.body(space.start))
     with clock.phase("equilibrium"):
-        analysis = analyse(problem, space, disc, space.start)
+        analysis = analyse(problem, space, disc, space.start, explain=True)
     if isinstance(analysis, NoEquilibrium):
         raise ComputationError(f"the starting design cannot be analysed: {analysis.reason}")
     return _Standing(0, analysis, disc, loop.stepper, problem.optimizer.step, (analysis.value,))

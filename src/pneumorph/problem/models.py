@@ -76,8 +76,10 @@ class BodySpec(Table):
 
 
 class Spring(Table):
-    """Springs between the end-effector and the ground: N/mm along z, N·mm/rad about x, y, z."""
+    """Springs between the end-effector and the ground: N/mm along x, y, z, N·mm/rad about x, y, z."""
 
+    shift_x: Stiffness = 0.0
+    shift_y: Stiffness = 0.0
     axial: Stiffness = 0.0
     bending_x: TurningStiffness = 0.0
     bending_y: TurningStiffness = 0.0
@@ -239,10 +241,14 @@ class Limits(Table):
 
 
 class MeshSpec(Table):
-    """Target edge length in mm and kind of the tetrahedra."""
+    """Target edge length in mm and kind of the tetrahedra.
+
+    Mixed ones have a pressure of their own and do not lock; "auto" takes them where the rubber hardly changes its
+    volume.
+    """
 
     size: PositiveLength = 2.0
-    element: Literal["quadratic"] = "quadratic"
+    element: Literal["auto", "quadratic", "mixed"] = "auto"
 
 
 class OptimizerSpec(Table):

@@ -42,13 +42,13 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
     shape = triangle_shape(TRIANGLE_RULE[0])
     for name, triangles in mesh.faces.items():
         pressure = pressures.get(name.removeprefix("chamber "), 0.0)
-        density = _integrand(at, mesh, equilibrium.u, w, triangles, float(pressure))
+        density = _integrand(at, mesh, equilibrium, w, triangles, float(pressure))
         _, normals = area_vectors(mesh.points, triangles)
         np.add.at(answer, triangles, -np.einsum("qa,fqi,fq->fai", shape, normals, density))
     return answer
 
 
-def _integrand(at: Configuration, mesh: TetMesh, u, w, triangles, pressure: float) -> np.ndarray:
+def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, triangles, pressure: float) -> np.ndarray:
     """P : ∇w + p J F⁻ᵀ : ∇w − ρ₀ g·w at the quadrature points (f, 6) of boundary triangles, each from its element."""
     owner, corners = _owners(mesh.tets, triangles)
     bary = np.column_stack([1 - TRIANGLE_RULE[0].sum(axis=1), TRIANGLE_RULE[0]])
@@ -57,10 +57,16 @@ def _integrand(at: Configuration, mesh: TetMesh, u, w, triangles, pressure: floa
     derivative, tets = tet_gradient(xi), mesh.tets[owner]
     jacobian = np.einsum("fai,fqaj->fqij", mesh.points[tets], derivative)
     gradients = derivative @ np.linalg.inv(jacobian)
-    F = np.eye(3) + np.einsum("fai,fqaj->fqij", u[tets], gradients)
+    F = np.eye(3) + np.einsum("fai,fqaj->fqij", equilibrium.u[tets], gradients)
     slope = np.einsum("fai,fqaj->fqij", w[tets], gradients)
-    energy, parameters = at.model.rubber_arguments
-    stress = jax.grad(lambda F: jnp.sum(energy(F, parameters)))(jnp.moveaxis(jnp.asarray(F), (2, 3), (0, 1)))
+    hydrostatic = jnp.zeros(F.shape[:2])
+    if at.model.mixed:
+        linear = np.concatenate([1 - xi.sum(axis=-1, keepdims=True), xi], axis=-1)
+        hydrostatic = jnp.einsum("fqc,fc->fq", linear, jnp.asarray(equilibrium.state.pressure)[tets[:, :4]])
+    density, parameters = at.model.rubber_arguments
+    stress = jax.grad(lambda F: jnp.sum(density(F, hydrostatic, parameters)))(
+        jnp.moveaxis(jnp.asarray(F), (2, 3), (0, 1))
+    )
     cofactor = np.linalg.det(F)[..., None, None] * np.swapaxes(np.linalg.inv(F), -1, -2)
     total = np.moveaxis(np.asarray(stress), (0, 1), (2, 3)) + pressure * cofactor
     weight = np.einsum("fqa,fai,i->fq", tet_shape(xi), w[tets], np.asarray(at.loads.body_force))

@@ -1,0 +1,69 @@
+"""Residuals and what is measured on a state: forces in balance, the volume ratios and stretches of the elements."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.potential import Loads, State
+from pneumorph.mechanics.tangent import Configuration
+
+RUNAWAY_STRETCH = 8.0
+
+
+def scaled(full: Loads, fraction: float) -> Loads:
+    """A part of the pressures, weights and plate loads; springs stay."""
+    return full._replace(
+        pressure=full.pressure * fraction, body_force=full.body_force * fraction, wrench=full.wrench * fraction
+    )
+
+
+def unloaded(at: Configuration) -> Configuration:
+    """The same body and springs without pressures, weights and plate loads."""
+    return Configuration(at.model, at.X, scaled(at.loads, 0.0), at.blocked)
+
+
+def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
+    """Π and R (n,); supports and blocks not taken out."""
+    model = at.model
+    value, residual = kernels.value_and_residual(*model.rubber_arguments, model.top, at.X, state, at.loads)
+    return float(value), model.vector(residual)
+
+
+def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """The unknowns (n,) with those that supports and blocks hold at zero."""
+    return np.where(at.held, 0.0, vector)
+
+
+def residual_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """R (n,) of the unknowns, supports and blocks taken out."""
+    return supported(at, evaluate(at, at.model.state(vector))[1])
+
+
+def length(at: Configuration, change: np.ndarray) -> float:
+    """Norm of a change of the unknowns: in mm and rad, and for pressures in shear moduli."""
+    pressures = change[at.model.pressure_unknowns]
+    squares = change @ change + (at.model.rubber.shear_modulus**-2 - 1.0) * (pressures @ pressures)
+    return float(np.sqrt(max(squares, 0.0)))
+
+
+def applied_force(at: Configuration, state: State) -> float:
+    """Norm of the applied nodal forces: the measure that residuals are held against, N."""
+    _, full = evaluate(at, state)
+    _, internal = evaluate(unloaded(at), state)
+    difference = full - internal
+    # Moments enter with the millimetre as lever; the floor keeps the unloaded body solvable.
+    return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
+
+
+def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
+    """The smallest volume ratio J at the quadrature points."""
+    _, ratio = kernels.stretches(at.model.top, at.X, at.model.state(vector))
+    return float(jnp.min(ratio))
+
+
+def largest_stretch(at: Configuration, vector: np.ndarray) -> float:
+    """The largest principal stretch at the quadrature points."""
+    stretch, _ = kernels.stretches(at.model.top, at.X, at.model.state(vector))
+    return float(jnp.max(stretch))

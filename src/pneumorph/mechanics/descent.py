@@ -1,0 +1,116 @@
+"""Equilibrium as a minimum of the potential, for elements without a pressure of their own.
+
+Newton with conjugate gradients on a reused factorisation, and a line search on the energy: descent of Π finds stable
+states only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.mechanics.balance import (
+    RUNAWAY_STRETCH,
+    applied_force,
+    evaluate,
+    largest_stretch,
+    smallest_ratio,
+    unloaded,
+)
+from pneumorph.mechanics.energies import SMALLEST_RATIO
+from pneumorph.mechanics.linear import SingularMatrix
+from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.tangent import Configuration, Tangent
+
+MOST_NEWTON_STEPS = 40
+MOST_PRODUCTS = 6
+"""Conjugate gradient steps that an old factorisation is given: a new one costs about as much as five."""
+
+MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED, SMOOTH = 3, 10, 0.9, 0.02
+"""Steps with the factorisation of an earlier configuration, or of the state of rest, before the first fresh one; what
+each has to leave of the residual at most; and the residual at which they have done their work: they even out what a
+prediction or an interpolation has left, which would make the tangent indefinite."""
+
+
+def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+    """Minimise Π from `start`; the state and its relative residual, or the reason why not."""
+    model, held = at.model, at.held
+    vector = model.vector(start)
+    vector[:-6][held[:-6]] = 0.0
+    vector[-6:][held[-6:]] = 0.0
+    energy, residual = evaluate(at, model.state(vector))
+    if not np.isfinite(energy) or not np.isfinite(residual).all():
+        return "the starting state is no finite one"
+    scale = applied_force(at, model.state(vector))
+    residual = np.where(held, 0.0, residual)
+    size = float(np.linalg.norm(residual)) / scale
+    relaxations = MOST_RELAXATIONS
+    if not tangent.ready and np.any(vector):
+        # A state carried over from another mesh is rough in detail; the tangent at rest is definite and evens it out.
+        tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
+        relaxations = MOST_RELAXATIONS_AT_REST
+    elif not tangent.ready:
+        relaxations = 0
+    exact = False
+    for _ in range(MOST_NEWTON_STEPS):
+        if size <= tolerance:
+            if smallest_ratio(at, vector) <= SMALLEST_RATIO:
+                return "an element is turned inside out"
+            return model.state(vector), size
+        state = model.state(vector)
+        relaxing = relaxations > 0
+        try:
+            if relaxing:
+                direction = np.where(held, 0.0, tangent.precondition(-residual))
+            else:
+                direction, exact = _direction(at, tangent, state, residual, size, exact)
+        except SingularMatrix:
+            return "the tangent is singular"
+        moved = _line_search(at, vector, energy, residual, direction, scale)
+        if moved is None and not relaxing:
+            return "the line search found no lower potential"
+        previous = size
+        if moved is not None:
+            vector, energy, residual = moved
+            size = float(np.linalg.norm(residual)) / scale
+        if relaxing:
+            relaxations = relaxations - 1 if size < RELAXED * previous and size > SMOOTH else 0
+        if size > 1e-2 and largest_stretch(at, vector) > RUNAWAY_STRETCH:
+            return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
+    return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+
+
+def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):
+    """A descent direction, and whether the factorisation behind it is that of a tangent, not of a raised one.
+
+    A factorisation of a tangent near by serves a few conjugate gradients; where it does not, a fresh one is made. Where
+    the fresh tangent is indefinite, conjugate gradients on it follow its negative curvature.
+    """
+    accuracy = float(np.clip(np.sqrt(size), 1e-3, 0.1))
+    if exact:
+        solution = tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS)
+        if solution.converged:
+            return solution.x, True
+    if tangent.factorise_convex(at, state):
+        return tangent.solve(at, state, -residual, 0.1, 2 * MOST_PRODUCTS).x, False
+    return tangent.precondition(-residual), True
+
+
+def _line_search(at: Configuration, vector, energy, residual, direction, scale):
+    """Backtrack on Π until it falls enough; None where it does not."""
+    slope = float(residual @ direction)
+    if not slope < 0:
+        return None
+    # Near the minimum Π changes by less than its rounding error; there the residual decides.
+    rounding = 1e-12 * (abs(energy) + abs(slope))
+    step = 1.0
+    for _ in range(12):
+        trial = vector + step * direction
+        value, gradient = evaluate(at, at.model.state(trial))
+        if np.isfinite(value) and np.isfinite(gradient).all():
+            gradient = np.where(at.held, 0.0, gradient)
+            enough = value <= energy + 1e-4 * step * slope
+            settled = value <= energy + rounding and np.linalg.norm(gradient) < np.linalg.norm(residual)
+            if enough or settled:
+                return trial, value, gradient
+        step *= 0.5
+    return None

@@ -1,0 +1,340 @@
+"""Equilibrium paths: the states of a body as the pressures grow together, through limit points and beyond.
+
+The pressures are λ p̂, all other loads stay. Past a limit point, where a chamber balloons, λ falls while the body goes
+on moving; so the distance along the path is what is given, and λ is found with the state: Newton's method on the
+bordered system (Riks 1979; Crisfield 1981; Keller 1977)
+
+    [ K   −f ] [dx]   [−R]
+    [ tᵀ   0 ] [dλ] = [ 0],   f = Σ p̂_c ∂V_c/∂x,
+
+by two back-solves with the factorised tangent K, so it serves plain and mixed elements alike. t is the path's tangent
+K⁻¹f at the point before, of unit length in the displacements.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.balance import RUNAWAY_STRETCH, applied_force, length, residual_at, smallest_ratio, supported
+from pneumorph.mechanics.energies import SMALLEST_RATIO
+from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, read_off, solve
+from pneumorph.mechanics.linear import SingularMatrix
+from pneumorph.mechanics.tangent import Configuration, Tangent
+
+TOLERANCE = 1e-8
+"""Residual norm over the norm of the applied forces at which a point counts as found."""
+
+MOST_POINTS, MOST_SECONDS = 100, 600.0
+"""A path ends after as many points, or when as much time has passed."""
+
+FIRST_RISE = 0.05
+"""Part of the pressures that the first step adds."""
+
+STRAIGHT, BENT = 0.97, 0.7
+"""Cosine of the angle between the tangents of neighbouring points above which steps grow, and below which a step is
+taken back: it may have gone astray to another path."""
+
+SHORTEST = 1e-3
+"""Shortest step over the first."""
+
+MOST_CORRECTIONS, CONTRACTION = 15, 0.3
+"""Corrections per point; and the ratio of two of them above which the tangent is factorised anew."""
+
+
+@dataclass(frozen=True)
+class PathPoint:
+    """An equilibrium on a path.
+
+    Attributes
+    ----------
+    load : λ, the pressures over those of the configuration.
+    pressures : dict by chamber, MPa.
+    equilibrium : Equilibrium
+        Its `negative_pivots` are those of the free tangent at constant pressures.
+    """
+
+    load: float
+    pressures: dict[str, float]
+    equilibrium: Equilibrium
+
+
+@dataclass(frozen=True)
+class Path:
+    """A path of equilibria from no pressure on.
+
+    Attributes
+    ----------
+    points : in their order along the path.
+    limits : the points where the pressures have an extremum, found by Newton's method on dλ/ds = 0.
+    reason : why it ends where it does, as a part of a sentence.
+    """
+
+    points: tuple[PathPoint, ...]
+    limits: tuple[PathPoint, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A point, where it is, and the path's tangent there: dx/ds (n,), of unit length in the displacements, and dλ/ds.
+
+    `across` is dx/ds without the pressures: what the distance along the path is measured with.
+    """
+
+    point: PathPoint
+    at: Configuration
+    vector: np.ndarray
+    direction: np.ndarray
+    across: np.ndarray
+    slope: float
+
+
+def follow(
+    at: Configuration,
+    tangent: Tangent,
+    volume: float | None = None,
+    load: float | None = None,
+    first_limit: bool = False,
+    most: int = MOST_POINTS,
+    seconds: float = MOST_SECONDS,
+) -> Path | NoEquilibrium:
+    """Follow the path of equilibria from no pressure on.
+
+    Parameters
+    ----------
+    at : with the pressures p̂ that are scaled; weights, springs and plate loads stay as they are.
+    tangent : the linear solver of its model; left factorised at the last point tried.
+    volume : mm³; the path ends when the work-conjugate volume Σ p̂_c V_c / max p̂ passes it.
+    load : the path ends when λ passes it, on the way up.
+    first_limit : whether it ends at its first limit point.
+    most, seconds : bounds on the points and the time.
+
+    Returns
+    -------
+    NoEquilibrium where there is no state without pressures to begin at, or no pressure to raise.
+    """
+    began = time.perf_counter()
+    if not np.any(np.asarray(at.loads.pressure)):
+        return NoEquilibrium("no chamber has a pressure that a path could follow", 0.0, None)
+    unloaded = _loaded(at, 0.0)
+    begin = solve(unloaded, tangent)
+    if isinstance(begin, NoEquilibrium):
+        return begin
+    try:
+        here = _place(at, unloaded, tangent, begin, 0.0, None)
+    except SingularMatrix:
+        return NoEquilibrium("the tangent without pressures is singular", 0.0, begin)
+    places, limits = [here], []
+    step = first = FIRST_RISE / here.slope
+    while True:
+        reason = _ended(at, here, volume, load)
+        if limits and first_limit:
+            reason = "the pressures have reached their limit"
+        elif len(places) >= most:
+            reason = f"{most} points were asked for at most"
+        elif time.perf_counter() - began > seconds:
+            reason = f"{seconds:g} s have passed"
+        if reason:
+            break
+        following = _advance(at, tangent, here, step)
+        if following is None:
+            step /= 2
+            if step < SHORTEST * first:
+                reason = "no step along it could be corrected any more"
+                break
+            continue
+        if here.slope * following.slope < 0:
+            limits.append(_limit(at, tangent, here, following, step).point)
+        straight = here.across @ following.across > STRAIGHT
+        here, step = following, step * (1.25 if straight else 0.8)
+        places.append(here)
+    return Path(tuple(place.point for place in places), tuple(limits), reason)
+
+
+def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equilibrium | NoEquilibrium:
+    """Why there is no stable state: the limit of the pressures that path following finds, told in a sentence.
+
+    Where the path leads to a stable state at the full pressures after all, that one.
+    """
+    found = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=120.0)
+    if isinstance(found, NoEquilibrium):
+        return failure
+    last = found.points[-1]
+    asked = f"{_in_words(at, 1.0)} has no stable state near"
+    if found.limits:
+        limit = found.limits[0]
+        volumes = ", ".join(f"{volume:.5g} mm³" for volume in limit.equilibrium.volumes.values())
+        return NoEquilibrium(
+            f"{asked}: pressure reaches its limit at {_in_words(at, limit.load)} (volume {volumes}), "
+            "beyond it the body moves on while the pressure falls",
+            limit.load,
+            last.equilibrium,
+        )
+    if last.load >= 1.0:
+        there = solve(at, tangent, last.equilibrium.state)
+        if isinstance(there, Equilibrium) and there.stable:
+            return there
+    lost = next((point for point in found.points if not point.equilibrium.stable), None)
+    if lost is not None:
+        return NoEquilibrium(
+            f"{asked}: the body buckles below {_in_words(at, lost.load)}",
+            lost.load,
+            last.equilibrium,
+        )
+    return NoEquilibrium(
+        f"{failure.reason}; equilibria were followed up to {_in_words(at, last.load)}, where {found.reason}",
+        last.load,
+        last.equilibrium,
+    )
+
+
+def _in_words(at: Configuration, load: float) -> str:
+    """The pressures λ p̂, with the chambers' names where there are several."""
+    names = at.model.chambers if len(at.model.chambers) > 1 else ("",)
+    parts = [f"{1e3 * load * float(pressure):.4g} kPa" for pressure in at.loads.pressure]
+    return ", ".join(f"{name} = {part}" if name else part for name, part in zip(names, parts, strict=True))
+
+
+def _loaded(at: Configuration, load: float) -> Configuration:
+    return Configuration(at.model, at.X, at.loads._replace(pressure=at.loads.pressure * load), at.blocked)
+
+
+def _ended(at: Configuration, here: _Place, volume: float | None, load: float | None) -> str:
+    """Why the path ends at a point; empty where it goes on."""
+    point = here.point
+    if volume is not None and _conjugate_volume(at, point.equilibrium) >= volume:
+        return "the volume that was asked for is reached"
+    if load is not None and point.load >= load:
+        return "the pressures that were asked for are reached"
+    if point.load < 0:
+        return "the pressures have fallen to nothing"
+    if point.equilibrium.max_stretch > RUNAWAY_STRETCH:
+        return f"the largest stretch has passed {RUNAWAY_STRETCH:g}"
+    return ""
+
+
+def _conjugate_volume(at: Configuration, equilibrium: Equilibrium) -> float:
+    pressure = np.asarray(at.loads.pressure)
+    volumes = np.array([equilibrium.volumes[name] for name in at.model.chambers])
+    return float(pressure @ volumes / np.abs(pressure).max())
+
+
+def _moving(at: Configuration) -> np.ndarray:
+    """1 for the unknowns whose motion measures the way along the path, 0 for pressures and held ones."""
+    moving = np.where(at.held, 0.0, 1.0)
+    moving[at.model.pressure_unknowns] = 0.0
+    return moving
+
+
+def _along(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
+    """dx/dλ = K⁻¹f with the factorisation at hand."""
+    model = at.model
+    arguments = (*model.rubber_arguments, model.top, at.X, model.state(vector), at.loads)
+    return tangent.precondition(supported(at, -model.vector(kernels.pressure_product(*arguments, at.loads.pressure))))
+
+
+def _place(
+    at: Configuration, here: Configuration, tangent: Tangent, found: Equilibrium, load: float, before: _Place | None
+) -> _Place:
+    """The point at an equilibrium of the configuration `here`, with the path's tangent."""
+    tangent.move_to(here, found.state)
+    vector, moving = at.model.vector(found.state), _moving(at)
+    along = _along(at, tangent, vector)
+    size = float(np.linalg.norm(moving * along))
+    if before is not None and before.across @ along < 0:
+        size = -size
+    pressures = dict(zip(at.model.chambers, map(float, load * np.asarray(at.loads.pressure)), strict=True))
+    direction = along / size
+    return _Place(PathPoint(load, pressures, found), here, vector, direction, moving * direction, 1.0 / size)
+
+
+def _advance(at: Configuration, tangent: Tangent, here: _Place, step: float) -> _Place | None:
+    """The point at a distance `step` along the tangent of another; None where it was not found."""
+    before = tangent.factorisations, tangent.solves
+    try:
+        tangent.move_to(here.at, here.point.equilibrium.state)
+        found = _corrected(at, tangent, here, step)
+        if found is None:
+            return None
+        vector, load, residual = found
+        there = _loaded(at, load)
+        equilibrium = read_off(there, tangent, at.model.state(vector), residual, before)
+        following = _place(at, there, tangent, equilibrium, load, here)
+    except SingularMatrix:
+        return None
+    return following if here.across @ following.across > BENT else None
+
+
+def _corrected(
+    at: Configuration, tangent: Tangent, here: _Place, step: float
+) -> tuple[np.ndarray, float, float] | None:
+    """Unknowns, λ and relative residual at the given distance, by Newton's method on the bordered system."""
+    vector, load = here.vector + step * here.direction, here.point.load + step * here.slope
+    along = here.direction / here.slope
+    scale = applied_force(_loaded(at, load), at.model.state(vector))
+    previous, fresh = np.inf, False
+    for _ in range(MOST_CORRECTIONS):
+        residual = residual_at(_loaded(at, load), vector)
+        size = float(np.linalg.norm(residual)) / scale
+        if not np.isfinite(size) or smallest_ratio(at, vector) <= SMALLEST_RATIO:
+            return None
+        if size <= TOLERANCE:
+            return vector, load, size
+        change, rise = _bordered(tangent, residual, along, here.across)
+        now = length(at, change)
+        if now > CONTRACTION * previous and not fresh:
+            tangent.factorise(_loaded(at, load), at.model.state(vector))
+            along = _along(at, tangent, vector)
+            change, rise = _bordered(tangent, residual, along, here.across)
+            fresh, now = True, length(at, change)
+        elif now > 2 * previous:
+            return None
+        else:
+            fresh = False
+        vector, load, previous = vector + change, load + rise, now
+    return None
+
+
+def _bordered(tangent: Tangent, residual, along, across) -> tuple[np.ndarray, float]:
+    """dx and dλ: the correction at constant λ, brought back to the given distance along the path."""
+    change = tangent.precondition(-residual)
+    rise = -float(across @ change) / float(across @ along)
+    return change + rise * along, rise
+
+
+def _limit(at: Configuration, tangent: Tangent, here: _Place, following: _Place, step: float) -> _Place:
+    """The limit point between two points: dλ/ds = 0 of the cubic through both with their slopes, twice over."""
+    low, high = (0.0, here), (step, following)
+    best = max(here, following, key=lambda place: abs(place.point.load))
+    for _ in range(3):
+        (a, left), (b, right) = low, high
+        # Slopes by the distance that is measured along the first point's tangent.
+        rises = [place.slope / float(here.across @ place.direction) for place in (left, right)]
+        at_limit = _stationary(b - a, left.point.load, right.point.load, *rises)
+        found = _advance(at, tangent, here, a + at_limit)
+        if found is None:
+            return best
+        best = found
+        if abs(found.slope) * (b - a) < 1e-6 * abs(found.point.load):
+            return best
+        if found.slope * left.slope > 0:
+            low = (a + at_limit, found)
+        else:
+            high = (a + at_limit, found)
+    return best
+
+
+def _stationary(width: float, left: float, right: float, left_slope: float, right_slope: float) -> float:
+    """Where in (0, width) the cubic with these values and slopes at the ends is stationary; the slopes differ in sign.
+
+    Its derivative is quadratic, c + b s + a s² with s in (0, 1).
+    """
+    c, d, rise = left_slope, right_slope, (right - left) / width
+    a, b = 3 * (c + d - 2 * rise), 2 * (3 * rise - 2 * c - d)
+    roots = np.roots([a, b, c]) if abs(a) > 1e-12 * (abs(b) + abs(c)) else np.array([-c / b])
+    inside = [float(root.real) for root in np.atleast_1d(roots) if abs(root.imag) < 1e-12 and 0 < root.real < 1]
+    return width * (inside[0] if inside else c / (c - d))

@@ -1,0 +1,166 @@
+"""Equilibrium as a stationary point, for mixed elements: a minimum in the displacements, a maximum in the pressures.
+
+Newton's method with the affine-invariant monotonicity test (Deuflhard 2011, Newton Methods for Nonlinear Problems,
+algorithm NLEQ-ERR): a step is right when the next correction by the same factorisation is smaller. No energy is
+compared, and eliminating the pressures to get one would make the path to it as narrow as κ/μ is large. A correction
+that is much smaller is taken itself as the next step, without a new factorisation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.mechanics.balance import (
+    RUNAWAY_STRETCH,
+    applied_force,
+    largest_stretch,
+    length,
+    residual_at,
+    smallest_ratio,
+    supported,
+    unloaded,
+)
+from pneumorph.mechanics.energies import SMALLEST_RATIO
+from pneumorph.mechanics.linear import SingularMatrix
+from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.tangent import Configuration, Tangent
+
+MOST_NEWTON_STEPS = 40
+SMALLEST_STEP = 1 / 64
+
+QUICK, SLOW = 0.2, 0.7
+"""Contraction below which an old factorisation goes on serving, and what is borne of it while it evens out a rough
+start: an assembly with factorisation costs some twelve back-solves."""
+
+SMOOTH = 0.02
+"""Relative residual below which no start counts as rough."""
+
+MOST_TANGENTS_DOWN, STEPS_PER_FACTORISATION, LEAST_SHIFT = 100, 2, 1e-7
+"""Tangents on the way down from an unstable state, steps with each of them, and the least part by which its diagonal is
+raised."""
+
+LARGEST_MOVE = 0.02
+"""Largest displacement in one step on the way down from an unstable state, in lengths of the body."""
+
+
+def settle(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+    """The stable state near `start` with its relative residual, or the reason why none was found.
+
+    Where Newton's method ends in an unstable state, the way goes on downhill; where that leads nowhere, the unstable
+    state is the answer, and its negative pivots say so.
+    """
+    try:
+        found = newton(at, tangent, start, tolerance)
+        if isinstance(found, str):
+            return found
+        tangent.move_to(at, found[0])
+        if tangent.negative_pivots == 0:
+            return found
+        below = _downhill(at, tangent, found[0], tolerance)
+        return below or found
+    except SingularMatrix:
+        return "the tangent is singular"
+
+
+def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+    """The equilibrium near `start`, stable or not, with its relative residual, or the reason why none was found."""
+    model = at.model
+    vector = supported(at, model.vector(start))
+    residual = residual_at(at, vector)
+    if not np.isfinite(residual).all():
+        return "the starting state is no finite one"
+    scale = applied_force(at, model.state(vector))
+    size = float(np.linalg.norm(residual)) / scale
+    if not tangent.ready and np.any(vector):
+        # A state carried over from another mesh is rough in detail; the tangent at rest evens it out.
+        tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
+    direction, fresh = None, True
+    if tangent.ready:
+        # The factorisation may be of a time when other components of the plate were held.
+        direction, fresh = supported(at, tangent.precondition(-residual)), False
+    for _ in range(MOST_NEWTON_STEPS):
+        if size <= tolerance:
+            if smallest_ratio(at, vector) <= SMALLEST_RATIO:
+                return "an element is turned inside out"
+            return model.state(vector), size
+        if direction is None:
+            tangent.factorise(at, model.state(vector))
+            direction, fresh = supported(at, tangent.precondition(-residual)), True
+        borne = QUICK if size < SMOOTH else SLOW
+        moved = _moved(at, tangent, vector, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
+        if moved is None and fresh:
+            return "Newton's method found no step that leads nearer"
+        if moved is None:
+            direction = None
+            continue
+        vector, residual, correction, contraction = moved
+        size = float(np.linalg.norm(residual)) / scale
+        kept = contraction < (QUICK if fresh else borne)
+        direction, fresh = (correction, False) if kept else (None, True)
+        if size > 1e-2 and largest_stretch(at, vector) > RUNAWAY_STRETCH:
+            return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
+    return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+
+
+def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: float, bound: float | None):
+    """The unknowns after a step that passes the test, their residual, the next correction and its relative size.
+
+    Steps are halved down to `smallest`; without a `bound` on the contraction the test's own 1 − step/4 is it.
+    """
+    before, step = length(at, direction), 1.0
+    least = min(SMALLEST_RATIO, smallest_ratio(at, vector))
+    while step >= smallest:
+        trial = vector + step * direction
+        residual = residual_at(at, trial)
+        if np.isfinite(residual).all() and smallest_ratio(at, trial) >= least:
+            correction = supported(at, tangent.precondition(-residual))
+            contraction = length(at, correction) / max(before, 1e-300)
+            if contraction <= (1 - step / 4 if bound is None else bound):
+                # Only after a whole step does the correction say how good the factorisation still is.
+                return trial, residual, correction, contraction if step == 1.0 else 1.0
+        step /= 2
+    return None
+
+
+def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | None:
+    """A stable state below an unstable one, at which the tangent is factorised; None where none was reached.
+
+    A push along the softest motions, then steps of Newton's method on a tangent whose diagonal is raised just as much
+    as makes it stable: they follow the gradient flow of the potential with the pressures eliminated, and no motion
+    that gains energy is slowed to less than a third more from step to step.
+    """
+    model = at.model
+    reach = LARGEST_MOVE * float(np.linalg.norm(np.ptp(np.asarray(at.X)[: model.nodes], axis=0)))
+    moving = np.where(at.held, 0.0, 1.0)
+    moving[model.pressure_unknowns] = 0.0
+    push = moving * np.random.default_rng(0).standard_normal(model.size)
+    for _ in range(4):
+        push = tangent.precondition(moving * push)
+        push /= np.abs(moving * push).max()
+    vector = model.vector(start) + 0.1 * reach * push
+    scale, raised = applied_force(at, start), LEAST_SHIFT
+    for _ in range(MOST_TANGENTS_DOWN):
+        residual = residual_at(at, vector)
+        if not np.isfinite(residual).all() or smallest_ratio(at, vector) <= SMALLEST_RATIO:
+            return None
+        if largest_stretch(at, vector) > RUNAWAY_STRETCH:
+            return None
+        raised = tangent.factorise_convex(at, model.state(vector), max(raised / 4, LEAST_SHIFT))
+        if not raised and np.linalg.norm(residual) < SMOOTH * scale:
+            found = newton(at, tangent, model.state(vector), tolerance)
+            if not isinstance(found, str):
+                tangent.move_to(at, found[0])
+                if tangent.negative_pivots == 0:
+                    return found
+        previous = np.inf
+        for _ in range(STEPS_PER_FACTORISATION):
+            # The first step goes along the soft motions, the next ones take out what it upset in the stiff ones.
+            direction = supported(at, tangent.precondition(-residual))
+            now = length(at, direction)
+            if now > 2 * previous:
+                break
+            vector = vector + min(1.0, reach / np.abs(moving * direction).max()) * direction
+            residual, previous = residual_at(at, vector), now
+            if not np.isfinite(residual).all():
+                return None
+    return None

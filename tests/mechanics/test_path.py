@@ -1,0 +1,118 @@
+"""Path following: spheres against closed forms through their limit points, and a tube that balloons."""
+
+import numpy as np
+import pytest
+from grids import octant, tube
+from incompressible import sphere_pressure
+
+from pneumorph.mechanics import (
+    Equilibrium,
+    NoEquilibrium,
+    Path,
+    Tangent,
+    configuration,
+    explained,
+    follow,
+    loads,
+    model,
+    rubber,
+    solve,
+)
+from pneumorph.mechanics import potential as kernels
+
+SHEAR = 0.49
+
+
+@pytest.mark.parametrize(("outer", "limit", "stretch"), [(20.0, 0.816424, 1.82815), (12.0, 0.225138, 1.47016)])
+def test_an_incompressible_sphere_through_its_limit_point(outer, limit, stretch):
+    mesh = octant(10, outer, (2, 4, 4))
+    built = model(
+        mesh, rubber(SHEAR, 1e5 * SHEAR, 1.1e-9), plate=False, supports=np.abs(mesh.points) < 1e-9, mixed=True
+    )
+    at = configuration(built, mesh.points, loads(built, {"A": 0.5 * SHEAR}))
+    rest = np.pi / 6 * 10**3
+    path = follow(at, Tangent(built), volume=15 * rest)
+    assert isinstance(path, Path)
+    radii = np.array([10 * np.cbrt(point.equilibrium.volumes["A"] / rest) for point in path.points])
+    found = np.array([0.5 * point.load for point in path.points])
+    assert np.abs(found - sphere_pressure(radii, 10, outer)).max() < 5e-4 * limit
+    (top,) = path.limits
+    assert 0.5 * top.load == pytest.approx(limit, rel=5e-4)
+    assert np.cbrt(top.equilibrium.volumes["A"] / rest) == pytest.approx(stretch, rel=5e-3)
+    # Stable at constant pressure before the limit point, unstable in one motion after it.
+    pivots = [point.equilibrium.negative_pivots for point in path.points]
+    assert pivots == [0 if radius < 10 * stretch else 1 for radius in radii]
+    assert 0 < pivots.count(1) < len(pivots)
+    assert found[-1] < 0.9 * limit
+    assert path.reason == "the volume that was asked for is reached"
+
+
+@pytest.fixture(scope="module")
+def balloon():
+    """A thin tube with clamped ends, and the path of its inflation to six times its volume."""
+    mesh = tube(11, 13, 40, (1, 12, 4))
+    built = model(mesh, rubber(SHEAR, 4.80, 1.1e-9))
+    at = configuration(built, mesh.points, loads(built, {"A": 0.3}))
+    path = follow(at, Tangent(built), volume=6 * 40 * np.pi * 11**2)
+    assert isinstance(path, Path)
+    return built, at, path
+
+
+def test_both_branches_of_a_ballooning_tube(balloon):
+    _, _, path = balloon
+    volumes = np.array([point.equilibrium.volumes["A"] for point in path.points])
+    pressures = np.array([point.pressures["A"] for point in path.points])
+    assert np.all(np.diff(volumes) > 0)
+    (limit,) = path.limits
+    top = limit.pressures["A"]
+    before = volumes < limit.equilibrium.volumes["A"]
+    assert np.all(np.diff(pressures[before]) > 0)
+    assert np.all(np.diff(pressures[~before]) < 0)
+    assert pressures.max() <= top * (1 + 1e-6)
+    assert pressures[-1] < 0.95 * top
+    assert all(point.equilibrium.stable == early for point, early in zip(path.points, before, strict=True))
+    assert all(np.isfinite(point.equilibrium.u).all() for point in path.points)
+
+
+def test_stored_energy_is_the_work_of_the_pressure_along_both_branches(balloon):
+    built, at, path = balloon
+    free = at.loads._replace(pressure=0 * at.loads.pressure)
+    volumes = np.array([point.equilibrium.volumes["A"] for point in path.points])
+    pressures = np.array([point.pressures["A"] for point in path.points])
+    state = path.points[-1].equilibrium.state
+    energy = float(kernels.potential(*built.rubber_arguments, built.top, at.X, state, free))
+    assert energy == pytest.approx(np.trapezoid(pressures, volumes), rel=0.01)
+
+
+def test_below_the_limit_there_is_a_stable_state_and_above_a_sentence(balloon):
+    built, at, path = balloon
+    (limit,) = path.limits
+    near = at.loads._replace(pressure=0.97 * limit.load * at.loads.pressure)
+    below = solve(configuration(built, np.asarray(at.X)[: built.nodes], near), Tangent(built))
+    assert isinstance(below, Equilibrium)
+    assert below.stable
+    solver = Tangent(built)
+    above = explained(at, solver, NoEquilibrium("none", 0.0, None))
+    assert isinstance(above, NoEquilibrium)
+    told = (
+        f"300 kPa has no stable state near: pressure reaches its limit at {1e3 * limit.pressures['A']:.4g} kPa (volume"
+    )
+    assert above.reason.startswith(told)
+    assert above.fraction == pytest.approx(limit.load, rel=1e-4)
+    # Where a stable state was only missed, it is found after all.
+    rescued = explained(
+        configuration(built, np.asarray(at.X)[: built.nodes], near), solver, NoEquilibrium("missed", 0.0, None)
+    )
+    assert isinstance(rescued, Equilibrium)
+    assert rescued.volumes["A"] == pytest.approx(below.volumes["A"], rel=1e-6)
+
+
+def test_a_path_is_bounded(balloon):
+    built, at, _ = balloon
+    short = follow(at, Tangent(built), most=3)
+    assert isinstance(short, Path)
+    assert len(short.points) == 3
+    assert short.reason == "3 points were asked for at most"
+    nothing = follow(configuration(built, np.asarray(at.X)[: built.nodes], loads(built, {})), Tangent(built))
+    assert isinstance(nothing, NoEquilibrium)
+    assert "no chamber has a pressure" in nothing.reason
