@@ -54,7 +54,7 @@ def test_spoiled_files(tally, command, no_mesh):
     def each(content):
         began = time.perf_counter()
         result = command("simulate", content)
-        tally.outcomes.append(outcome(result, began, content.decode(errors="backslashreplace")))
+        tally.add(outcome(result, began, content.decode(errors="backslashreplace")))
         assert not tally.outcomes[-1].broken, tally.outcomes[-1].broken
 
     each()
@@ -74,7 +74,7 @@ def test_pressures_that_are_none(tally, command, no_mesh):
     def each(text, options):
         began = time.perf_counter()
         result = command("simulate", text.encode(), *(f"--pressure={option}" for option in options))
-        tally.outcomes.append(outcome(result, began, repr(options)))
+        tally.add(outcome(result, began, repr(options)))
         assert not tally.outcomes[-1].broken, tally.outcomes[-1].broken
 
     each()

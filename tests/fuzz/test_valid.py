@@ -104,7 +104,7 @@ def test_valid_problems(tally, command, few_sizes, equilibria, tmp_path):
             with deadline(DEADLINE):
                 result = command("simulate", text.encode(), "--json", str(report))
         except TooLong as stopped:
-            tally.outcomes.append(Outcome("too long", "", time.process_time() - began, text, str(stopped)))
+            tally.add(Outcome("too long", "", time.process_time() - began, text, str(stopped)))
             return
         seconds = time.process_time() - began
         steps = json.loads(report.read_text())["steps"] if report.exists() else []
@@ -113,7 +113,7 @@ def test_valid_problems(tally, command, few_sizes, equilibria, tmp_path):
             broken = broken or f"it took {seconds:.0f} s"
         verdict = {0: "converged", 1: "failed" if steps else "not meshed", 2: "refused"}[result.exit_code]
         reason = result.stderr.strip().removeprefix("pneumorph: ")
-        tally.outcomes.append(Outcome(verdict, reason, seconds, text, broken))
+        tally.add(Outcome(verdict, reason, seconds, text, broken))
 
     each()
     assert not tally.broken, tally.complaint()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator
+from copy import deepcopy
 from typing import Any, get_args
 
 import tomli_w
@@ -71,7 +72,7 @@ def problems(draw: st.DrawFn) -> str:
             "curvature": "1e9 /mm^2",
         },
         "mesh": {
-            "size": quantity(draw(st.floats(0.5, 0.95)) * radius, "mm"),
+            "size": quantity(draw(st.floats(0.7, 0.99)) * radius, "mm"),
             "element": draw(st.sampled_from(ELEMENTS)),
         },
     }
@@ -166,6 +167,9 @@ JUNK: list[Any] = [
 ]  # fmt: skip
 
 
+MAGNITUDES = ["1e-300", "1e-29", "1e-9", "1e9", "1e29", "1e300"]
+
+
 @st.composite
 def spoiled(draw: st.DrawFn) -> bytes:
     """A problem file that was sound before something happened to it. Now and then it still is."""
@@ -203,7 +207,7 @@ def _places(table: Any) -> Iterator[Place]:
 
 def _junk(draw: st.DrawFn, content: dict[str, Any]) -> None:
     table, key = draw(st.sampled_from(list(_places(content))))
-    table[key] = draw(st.sampled_from(JUNK))
+    table[key] = draw(st.sampled_from(JUNK).map(deepcopy))
 
 
 def _rekey(draw: st.DrawFn, content: dict[str, Any]) -> None:
@@ -215,7 +219,9 @@ def _rekey(draw: st.DrawFn, content: dict[str, Any]) -> None:
         case 1:
             table[draw(st.sampled_from([key[:-1], key.upper(), key + key, f"{key} ", "ü", ""]))] = table.pop(key)
         case 2:
-            table[draw(st.sampled_from(["colour", "a.b", "", "name", "radius"]))] = draw(st.sampled_from(JUNK))
+            table[draw(st.sampled_from(["colour", "a.b", "", "name", "radius"]))] = draw(
+                st.sampled_from(JUNK).map(deepcopy)
+            )
 
 
 def _magnify(draw: st.DrawFn, content: dict[str, Any]) -> None:
@@ -226,9 +232,8 @@ def _magnify(draw: st.DrawFn, content: dict[str, Any]) -> None:
     if quantities:
         table, key = draw(st.sampled_from(quantities))
         number, unit = table[key].split(" ", 1)
-        table[key] = (
-            f"{draw(st.sampled_from(['-' + number.lstrip('-'), '0', '1e-300', '1e300', '1e-9', '1e9']))} {unit}"
-        )
+        other = draw(st.sampled_from(["-" + number.lstrip("-"), "0", *MAGNITUDES]))
+        table[key] = f"{other} {unit}"
 
 
 def _collide(draw: st.DrawFn, content: dict[str, Any]) -> None:

@@ -25,6 +25,14 @@ class Tally:
     name: str
     outcomes: list[Outcome] = field(default_factory=list)
 
+    def add(self, outcome: Outcome) -> None:
+        """Count an outcome, and say it: pytest -s shows a long run as it goes."""
+        self.outcomes.append(outcome)
+        words = f"{outcome.seconds:.1f} s, {outcome.verdict}: {outcome.reason}"
+        print(
+            f"{self.name} {len(self.outcomes)}: {words[:200]}{f' BROKEN: {outcome.broken}' if outcome.broken else ''}"
+        )
+
     @property
     def broken(self) -> list[Outcome]:
         return [outcome for outcome in self.outcomes if outcome.broken]
