@@ -23,12 +23,15 @@ def step(pressures, angle=0.5, force=None):
         "reaction": {} if force is None else {"axial": force * total, "torsion": -200 * total},
         "volume_mm3": {name: 4000.0 + 1e4 * pressure for name, pressure in pressures.items()},
         "max_stretch": 1.0 + total,
+        "beyond_validity": False,
         "converged": True,
     }
 
 
 def missing(pressures):
-    nothing = dict.fromkeys(("translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch"))
+    nothing = dict.fromkeys(
+        ("translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity")
+    )
     return {"task": "t", "pressure_MPa": pressures, **nothing, "converged": False, "reason": "it balloons, says A"}
 
 
@@ -41,7 +44,7 @@ def test_the_table_has_units_in_its_header_and_every_step():
     assert header == [
         "task", "swept", "pressure_A_kPa", "translation_x_mm", "translation_y_mm", "translation_z_mm", "rotation_x_deg",
         "rotation_y_deg", "rotation_z_deg", "reaction_axial_N", "reaction_torsion_N_mm", "volume_A_mm3", "max_stretch",
-        "converged", "reason",
+        "beyond_validity", "converged", "reason",
     ]  # fmt: skip
     assert all(len(row) == len(header) for row in rows)
     last = dict(zip(header, rows[3], strict=True))

@@ -12,7 +12,8 @@ import tomli_w
 from hypothesis import strategies as st
 
 from pneumorph.mechanics.plate import COMPONENTS
-from pneumorph.problem.models import RUBBERS, MeshSpec
+from pneumorph.problem.material import library
+from pneumorph.problem.models import MeshSpec
 
 ELEMENTS = get_args(MeshSpec.model_fields["element"].annotation)
 MOTIONS = ("extension", "bending_x", "-bending_y", "twist")
@@ -126,12 +127,25 @@ def loads(draw: st.DrawFn, low: float, high: float) -> float:
 
 
 @st.composite
-def materials(draw: st.DrawFn, shear: float) -> dict[str, str]:
-    """One of the library, or one of its own from nearly incompressible to cork."""
+def materials(draw: st.DrawFn, shear: float) -> dict[str, Any]:
+    """One of the library, or one of its own by any model, from nearly incompressible to cork."""
     if draw(st.integers(0, 9)) == 0:
-        return {"name": draw(st.sampled_from(sorted(RUBBERS)))}
+        return {"name": draw(st.sampled_from(sorted(library())))}
+    modulus, half = quantity(shear, "MPa"), quantity(shear / 2, "MPa")
+    model = draw(
+        st.sampled_from(
+            [
+                {"model": "neo-hookean", "shear_modulus": modulus},
+                {"model": "mooney-rivlin", "c10": half, "c01": quantity(shear / 20, "MPa")},
+                {"model": "yeoh", "coefficients": [half, quantity(shear / 100, "MPa"), quantity(shear / 1e4, "MPa")]},
+                {"model": "gent", "shear_modulus": modulus, "limit": 30.0},
+                {"model": "arruda-boyce", "shear_modulus": modulus, "locking_stretch": 3.0},
+                {"model": "ogden", "terms": [{"modulus": modulus, "exponent": 1.5}]},
+            ]
+        )
+    )
     return {
-        "shear_modulus": quantity(shear, "MPa"),
+        **model,
         "bulk_modulus": quantity(shear * draw(powers(0.0, 5.0)), "MPa"),
         "density": quantity(draw(powers(-0.3, 0.7)), "g/cm^3"),
     }

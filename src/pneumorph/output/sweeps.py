@@ -53,7 +53,7 @@ def csv_text(curves: Sequence[Curve], chambers: Sequence[str]) -> str:
     header += [f"rotation_{axis}_deg" for axis in AXES]
     header += [f"reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
     header += [f"volume_{name}_mm3" for name in chambers]
-    header += ["max_stretch", "converged", "reason"]
+    header += ["max_stretch", "beyond_validity", "converged", "reason"]
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(header)
@@ -74,6 +74,7 @@ def _cells(step: dict[str, Any], chambers: Sequence[str], blocked: Sequence[str]
             *(step["volume_mm3"][name] for name in chambers),
             step["max_stretch"],
         ]
-        return [*(f"{number:.12g}" for number in numbers), "true", ""]
-    nothing = [""] * (7 + len(blocked) + len(chambers))
+        beyond = str(step["beyond_validity"]).lower()
+        return [*(f"{number:.12g}" for number in numbers), beyond, "true", ""]
+    nothing = [""] * (8 + len(blocked) + len(chambers))
     return [*(f"{number:.12g}" for number in pressures), *nothing, "false", step["reason"]]
