@@ -4,7 +4,6 @@ Inside, everything is a float in mm, N, MPa, t, s, rad (N = t·mm/s², MPa = N/m
 else, and a float becomes text that reads back as the same float to the last bit: the arithmetic is decimal.
 """
 
-import math
 import re
 from dataclasses import dataclass
 from decimal import Context, Decimal
@@ -15,6 +14,9 @@ import pint
 
 # pint documents Decimal here; its annotation knows float alone.
 _registry = pint.UnitRegistry(non_int_type=cast(type[float], Decimal))
+
+LARGEST, SMALLEST = 1e30, 1e-30
+"""No quantity is larger, and none that has to be above zero is smaller: powers of it would overflow."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
@@ -71,7 +73,7 @@ def parse(text: str, kind: Kind) -> float:
     if not unit:
         raise ValueError(f'"{text}" has no unit; {mend}')
     value = float(Decimal(number) * _factor(unit, kind))
-    if not math.isfinite(value):
+    if not abs(value) <= LARGEST:
         raise ValueError(f'"{text}" is too large; {mend}')
     return value
 

@@ -1,5 +1,6 @@
 """The commands on a tiny body."""
 
+import csv
 import json
 
 import jsonschema
@@ -10,6 +11,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mechanics.sweep import sweep
 from pneumorph.output import Pictures
+from pneumorph.study import single
 
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 BY_NAME = {"type": "object", "additionalProperties": {"type": "number"}}
@@ -51,7 +53,8 @@ def steps_of(path):
 
 
 def test_a_sweep(run, tiny, tmp_path):
-    result = run("simulate", tiny, "--pressure", "A=0:60:20kPa", "--json", tmp_path / "steps.json")
+    files = ("--json", tmp_path / "steps.json", "--csv", tmp_path / "steps.csv", "--png", tmp_path / "steps.png")
+    result = run("simulate", tiny, "--pressure", "A=0:60:20kPa", *files)
     assert result.exit_code == 0, result.output
     steps = steps_of(tmp_path / "steps.json")
     assert [step["pressure_MPa"]["A"] for step in steps] == pytest.approx([0.0, 0.02, 0.04, 0.06])
@@ -60,6 +63,11 @@ def test_a_sweep(run, tiny, tmp_path):
     assert extension == sorted(extension) and extension[-1] > 0.03
     assert steps[-1]["reaction"]["axial"] == pytest.approx(4.0 * extension[-1])
     assert steps[-1]["volume_mm3"]["A"] > steps[0]["volume_mm3"]["A"]
+    with (tmp_path / "steps.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert [float(row["pressure_A_kPa"]) for row in table] == [0.0, 20.0, 40.0, 60.0]
+    assert [float(row["translation_z_mm"]) for row in table] == pytest.approx(extension, rel=1e-9)
+    assert (tmp_path / "steps.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_blocked_plate(run, tiny, tmp_path):
@@ -88,6 +96,26 @@ def test_a_step_without_equilibrium(run, tiny, tmp_path, monkeypatch):
     steps = json.loads((tmp_path / "steps.json").read_text())["steps"]
     assert [step["converged"] for step in steps] == [True, False, False]
     assert steps[1]["translation_mm"] is None and "balloons" in steps[1]["reason"]
+
+
+def test_an_interrupted_sweep(run, tiny, tmp_path, monkeypatch):
+    """What was found before is in every file."""
+
+    def interrupted(path, tangent):
+        first, second, *_ = path
+        yield from sweep([first, second], tangent)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(simulate, "sweep", interrupted)
+    files = [tmp_path / "steps.json", tmp_path / "steps.csv", tmp_path / "steps.png"]
+    options = [part for file in files for part in (f"--{file.suffix[1:]}", file)]
+    result = run("simulate", tiny, "--pressure", "A=0:60:20kPa", *options)
+    assert result.exit_code == 1
+    assert result.stderr.startswith("pneumorph: stopped after 2 of 4 steps; what was found is in ")
+    assert all(str(file) in result.stderr for file in files)
+    assert len(steps_of(files[0])) == 2
+    assert len(files[1].read_text().splitlines()) == 3
+    assert files[2].stat().st_size > 1000
 
 
 def test_check(run, tiny):
@@ -128,7 +156,7 @@ def test_a_failure_tells_what_is_saved(run, tiny, tmp_path, no_pictures, monkeyp
         raise ComputationError("the body could not be meshed")
         yield
 
-    monkeypatch.setattr(design, "loop", failing)
+    monkeypatch.setattr(single, "design", failing)
     result = run("design", tiny, "--out", tmp_path / "run")
     assert result.exit_code == 1
     assert result.stderr.startswith("pneumorph: the body could not be meshed; no design was finished")

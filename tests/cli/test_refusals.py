@@ -2,7 +2,7 @@
 
 import pytest
 
-from pneumorph.cli.pressures import path_of
+from pneumorph.cli.pressures import legs_of
 from pneumorph.errors import ProblemError
 
 
@@ -52,6 +52,9 @@ def test_a_run_is_not_written_over(run, tiny, tmp_path):
         (("--pressure", "B=60kPa"), 'no chamber "B"'),
         (("--pressure", "A=60"), "has no unit"),
         (("--design", "3"), "is no run directory"),
+        (("--one-by-one",), "no chamber is swept"),
+        (("--png", "curves.png"), "no sweep to draw"),
+        (("--csv", "."), "is a directory"),
     ],
 )
 def test_simulate_refuses(run, tiny, arguments, words):
@@ -72,14 +75,31 @@ def test_an_empty_run_cannot_be_simulated(run, tiny, tmp_path):
     assert result.exit_code == 2 and "no finished design" in result.stderr
 
 
+def path_of(*options, chambers=("A", "B")):
+    """The path of the one sweep that options ask for."""
+    (leg,) = legs_of(list(options), chambers)
+    return leg.path
+
+
 def test_pressures():
-    assert path_of([], ("A",)) == [{}]
-    assert path_of(["A=60kPa"], ("A",)) == [{"A": 0.06}]
-    path = path_of(["A=0:0.1:0.05 bar", "B = 10 kPa"], ("A", "B"))
+    assert path_of() == [{}]
+    assert path_of("A=60kPa") == [{"A": 0.06}]
+    path = path_of("A=0:0.1:0.05 bar", "B = 10 kPa")
     assert path == [{"B": 0.01, "A": pytest.approx(pressure)} for pressure in (0.0, 0.005, 0.01)]
-    assert [step["A"] for step in path_of(["A=60:-0:-20kPa"], ("A",))] == pytest.approx([0.06, 0.04, 0.02, 0.0])
-    together = path_of(["A=0:60:20kPa", "B=60:0:-20kPa"], ("A", "B"))
+    assert [step["A"] for step in path_of("A=60:-0:-20kPa")] == pytest.approx([0.06, 0.04, 0.02, 0.0])
+    together = path_of("A=0:60:20kPa", "B=60:0:-20kPa")
     assert together[1] == {"A": pytest.approx(0.02), "B": pytest.approx(0.04)}
+
+
+def test_one_by_one():
+    legs = legs_of(["A=0:60:20kPa", "B=10:20:10kPa", "C=5kPa"], ("A", "B", "C"), one_by_one=True)
+    assert [leg.swept for leg in legs] == [("A",), ("B",)]
+    assert [step["A"] for step in legs[0].path] == pytest.approx([0.0, 0.02, 0.04, 0.06])
+    assert all(step["B"] == pytest.approx(0.01) for step in legs[0].path)
+    assert [step["B"] for step in legs[1].path] == pytest.approx([0.01, 0.02])
+    assert all(step["A"] == 0.0 and step["C"] == 0.005 for step in legs[1].path)
+    with pytest.raises(ProblemError, match="--one-by-one: no chamber is swept"):
+        legs_of(["A=5kPa"], ("A",), one_by_one=True)
 
 
 @pytest.mark.parametrize(
@@ -87,9 +107,9 @@ def test_pressures():
 )
 def test_pressures_that_are_none(option):
     with pytest.raises(ProblemError, match="--pressure"):
-        path_of([option], ("A",))
+        legs_of([option], ("A",))
 
 
 def test_sweeps_of_different_lengths():
-    with pytest.raises(ProblemError, match="step together"):
-        path_of(["A=0:60:20kPa", "B=0:60:30kPa"], ("A", "B"))
+    with pytest.raises(ProblemError, match=r"step together.*--one-by-one"):
+        legs_of(["A=0:60:20kPa", "B=0:60:30kPa"], ("A", "B"))

@@ -61,6 +61,8 @@ WRONG = [
     ('length = "80 mm"', "length = 80", "body.length", "has no unit"),
     ('length = "80 mm"', 'length = "80"', "body.length", "has no unit"),
     ('length = "80 mm"', 'length = "long"', "body.length", "not a number with a unit"),
+    ('length = "80 mm"', 'length = "1e300 mm"', "body.length", "too large"),
+    ('size = "2 mm"', 'size = "1e-300 mm"', "mesh.size", "too small"),
     ('length = "80 mm"', 'length = "-80 mm"', "body.length", "not above zero"),
     ('length = "80 mm"', "", "body.length", 'is missing; add e.g. length = "80 mm"'),
     ('length = "80 mm"', 'lenght = "80 mm"', "body.lenght", 'did you mean "length"?'),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,10 +15,20 @@ _MEND = "write --pressure A=60kPa to hold it or --pressure A=0:60:5kPa to sweep 
 MOST_STEPS = 10_000
 
 
-def path_of(options: list[str], chambers: tuple[str, ...]) -> list[dict[str, float]]:
-    """The pressures (MPa) of the named chambers at every step of a sweep; one step where nothing is swept.
+@dataclass(frozen=True)
+class Leg:
+    """A sweep: the chambers swept in it, none where all are held, and the pressures given at every step in MPa."""
 
-    Swept chambers step together, so they need the same number of steps.
+    swept: tuple[str, ...]
+    path: list[dict[str, float]]
+
+
+def legs_of(options: list[str], chambers: tuple[str, ...], one_by_one: bool = False) -> list[Leg]:
+    """The sweeps that options ask for.
+
+    Swept chambers step together, so they need the same number of steps; or one by one, a leg for each, while the others
+    wait at the start of theirs. A path has the pressures of the chambers that the options name, and one step where
+    nothing is swept.
 
     Raises
     ------
@@ -36,12 +47,21 @@ def path_of(options: list[str], chambers: tuple[str, ...]) -> list[dict[str, flo
             held[name] = float(values[0])
         else:
             swept[name] = values
+    if one_by_one:
+        if not swept:
+            raise ProblemError(f"--one-by-one: no chamber is swept; {_MEND}")
+        waiting = held | {name: float(values[0]) for name, values in swept.items()}
+        return [Leg((name,), [waiting | {name: float(value)} for value in values]) for name, values in swept.items()]
     lengths = {name: len(values) for name, values in swept.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{name} {count}" for name, count in lengths.items())
-        raise ProblemError(f"--pressure: swept chambers step together but have different numbers of steps ({counts})")
+        raise ProblemError(
+            f"--pressure: swept chambers step together but have different numbers of steps ({counts}); "
+            "give them the same number, or add --one-by-one"
+        )
     steps = next(iter(lengths.values()), 1)
-    return [held | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
+    path = [held | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
+    return [Leg(tuple(swept), path)]
 
 
 def _read(option: str) -> tuple[str, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,9 +13,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
-from pneumorph.cli.pressures import path_of
+from pneumorph.cli.pressures import Leg, legs_of
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body, design_space, starting_body
 from pneumorph.mechanics import (
@@ -32,6 +34,8 @@ from pneumorph.mechanics.plate import COMPONENTS
 from pneumorph.mechanics.sweep import sweep
 from pneumorph.mesh import mesh_body
 from pneumorph.objective import features
+from pneumorph.output.curves import draw_curves
+from pneumorph.output.sweeps import Curve, csv_text
 from pneumorph.output.words import pressures as in_words
 from pneumorph.problem import Problem, load
 from pneumorph.run import atomic, open_run
@@ -48,37 +52,70 @@ BLOCKS = {
 def simulate(
     source: Annotated[Path, typer.Argument(metavar="PROBLEM_OR_RUN", help="A problem file, or a run directory.")],
     pressure: Annotated[
-        list[str] | None, typer.Option(metavar="A=0:60:5kPa", help="Hold or sweep a chamber's pressure; repeatable.")
+        list[str] | None,
+        typer.Option(
+            metavar="A=0:60:5kPa",
+            help="Sweep a chamber's pressure from start to stop by step, or hold it (A=60kPa); repeatable. "
+            "Chambers swept step together. A chamber without has the pressure of the task.",
+        ),
     ] = None,
+    one_by_one: Annotated[
+        bool,
+        typer.Option("--one-by-one", help="Sweep one chamber after the other; the others wait at the start of theirs."),
+    ] = False,
     block: Annotated[
-        list[str] | None, typer.Option(metavar="|".join(BLOCKS), help="Hold the plate against a motion; repeatable.")
+        list[str] | None,
+        typer.Option(
+            metavar="|".join(BLOCKS),
+            help="Hold the plate against a motion, and tell the force or torque on what holds it; repeatable.",
+        ),
     ] = None,
     report: Annotated[Path | None, typer.Option("--json", help="Write the steps to this file.")] = None,
+    table: Annotated[Path | None, typer.Option("--csv", help="Write them as a table to this file.")] = None,
+    picture: Annotated[Path | None, typer.Option("--png", help="Draw the curves of a sweep into this file.")] = None,
     design: Annotated[int | None, typer.Option(min=0, help="Of a run: this design instead of the last.")] = None,
 ) -> None:
-    """Simulate the starting body of a problem, or a design of a run."""
+    """Simulate the starting body of a problem, or a design of a run: at the tasks' pressures or along sweeps."""
     began = time.perf_counter()
     subject = _subject(source, design)
-    path = path_of(pressure or [], tuple(chamber.name for chamber in subject.problem.body.chamber))
+    legs = legs_of(pressure or [], tuple(chamber.name for chamber in subject.problem.body.chamber), one_by_one)
+    if picture is not None and not legs[0].swept:
+        raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     blocked = _blocked(subject.problem, block or [])
+    files = {"--json": report, "--csv": table, "--png": picture}
+    for option, path in files.items():
+        _check(option, path)
     mesh = mesh_body(subject.body, subject.problem.mesh.size).mesh
     model = model_of(subject.problem, mesh)
     console = Console()
     console.print(Text(f"{model.elements} {model.element} elements, {model.size} degrees of freedom"), soft_wrap=True)
-    steps, reason = [], ""
+    curves: list[Curve] = []
+    total = len(subject.pressures) * sum(len(leg.path) for leg in legs)
+    stopped = False
     try:
-        for step in _steps(subject, model, mesh.points, path, blocked):
-            steps.append(step)
-            console.print(_row(step), soft_wrap=True)
-            reason = reason or step.get("reason", "")
+        with _progress(console, total) as progress:
+            for step in _steps(subject, model, mesh.points, legs, blocked, curves):
+                console.print(_row(step), soft_wrap=True)
+                progress.advance(progress.task_ids[0])
+    except KeyboardInterrupt:
+        stopped = True
     finally:
+        steps = [step for curve in curves for step in curve.steps]
         seconds = time.perf_counter() - began
-        if report is not None:
-            _write(report, {"steps": steps, "elements": model.elements, "dofs": model.size, "seconds": seconds})
-    if reason:
-        found = sum(step["converged"] for step in steps)
-        kept = f"; the other steps are in {report}" if report and found else ""
-        raise ComputationError(f"{len(steps) - found} of {len(steps)} steps have no equilibrium: {reason}{kept}")
+        content = {"steps": steps, "elements": model.elements, "dofs": model.size, "seconds": seconds}
+        _write("--json", report, f"{json.dumps(content, indent=2, allow_nan=False)}\n")
+        _write("--csv", table, csv_text(curves, model.chambers))
+        if picture is not None and any(curve.found for curve in curves):
+            title = ", ".join(part for part in (subject.problem.title, _hold(block or [])) if part)
+            draw_curves(picture, curves, title)
+    found = sum(step["converged"] for step in steps)
+    written = ", ".join(str(path) for path in files.values() if path is not None and path.exists())
+    kept = f"; what was found is in {written}" if written and found else ""
+    if stopped:
+        raise ComputationError(f"stopped after {len(steps)} of {total} steps{kept}")
+    if found < total:
+        reason = next(step["reason"] for step in steps if not step["converged"])
+        raise ComputationError(f"{total - found} of {total} steps have no equilibrium: {reason}{kept}")
 
 
 @dataclass(frozen=True)
@@ -119,16 +156,34 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
     return np.array([component in held for component in COMPONENTS]) | held_of(problem)
 
 
+def _hold(names: list[str]) -> str:
+    """What `--block` holds, in words."""
+    return f"blocked: {' and '.join(name.replace('_', ' about ') for name in names)}" if names else ""
+
+
+def _progress(console: Console, total: int) -> Progress:
+    """A bar below the rows; none where the console is no terminal."""
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("steps,"), TimeElapsedColumn(), TextColumn("left"))
+    progress = Progress(*columns, TimeRemainingColumn(), console=console, transient=True)
+    progress.disable = not console.is_terminal
+    progress.add_task("", total=total)
+    return progress
+
+
 def _steps(
-    subject: Subject, model: Model, X: np.ndarray, path: list[dict[str, float]], blocked: np.ndarray
+    subject: Subject, model: Model, X: np.ndarray, legs: list[Leg], blocked: np.ndarray, curves: list[Curve]
 ) -> Iterator[dict[str, Any]]:
-    """The steps of every task, as the JSON has them."""
+    """Walk every leg of every task; each step goes to the last of `curves`, as the JSON has it, and out."""
     tangent = Tangent(model)
     for task, own in subject.pressures.items():
-        along = [own | given for given in path]
-        walk = [configuration(model, X, loads_of(subject.problem, model, each), blocked) for each in along]
-        for pressures, at, found in zip(along, walk, sweep(walk, tangent), strict=True):
-            yield _step(task, pressures, at, found)
+        for leg in legs:
+            curves.append(Curve(task, leg.swept, []))
+            along = [own | given for given in leg.path]
+            walk = [configuration(model, X, loads_of(subject.problem, model, each), blocked) for each in along]
+            for pressures, at, found in zip(along, walk, sweep(walk, tangent), strict=True):
+                step = _step(task, pressures, at, found)
+                curves[-1].steps.append(step)
+                yield step
 
 
 def _step(
@@ -176,9 +231,23 @@ def _row(step: dict[str, Any]) -> Text:
     return Text(head + ", ".join(parts), style="yellow" if beyond else "")
 
 
-def _write(path: Path, content: dict[str, Any]) -> None:
+def _check(option: str, path: Path | None) -> None:
+    """Refuse a file that cannot be written, before anything is computed for it."""
+    if path is None:
+        return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        atomic.write_bytes(path, f"{json.dumps(content, indent=2, allow_nan=False)}\n".encode())
     except OSError as error:
-        raise ProblemError(f"--json {path}: cannot be written ({error.strerror}); name another file") from None
+        raise ProblemError(f"{option} {path}: cannot be written ({error.strerror}); name another file") from None
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        wrong = "is a directory" if path.is_dir() else "its folder cannot be written to"
+        raise ProblemError(f"{option} {path}: {wrong}; name another file")
+
+
+def _write(option: str, path: Path | None, text: str) -> None:
+    if path is None:
+        return
+    try:
+        atomic.write_bytes(path, text.encode())
+    except OSError as error:
+        raise ProblemError(f"{option} {path}: cannot be written ({error.strerror}); name another file") from None

@@ -13,6 +13,9 @@ from pneumorph.output.view import Shape
 HALVINGS = 2
 """How often elements are halved for drawing; their curved sides then look smooth."""
 
+ASIDE = 1e-4
+"""Way in mm of the cut from the axis: symmetric meshes have edges in their plane, where a cut would find pieces twice."""
+
 CREASE = 50.0
 """Angle in degrees from which two facets meet in an edge that is drawn sharp."""
 
@@ -23,19 +26,19 @@ def cut_open(shape: Shape, normal: np.ndarray) -> tuple[pv.PolyData, pv.PolyData
     The plane goes through the axis of the body at rest, so the same rubber is cut whatever the motion. All have point
     data "field" where the shape has a field.
     """
-    mesh = shape.mesh
+    mesh, origin = shape.mesh, tuple(ASIDE * normal)
     triangles = np.concatenate(list(mesh.faces.values()))
     skin = pv.PolyData.from_regular_faces(*_flat(mesh.points, triangles, _TRIANGLES, triangle_shape))
     skin.point_data.update(_carried(shape, triangles, _TRIANGLES, triangle_shape))
-    rim = skin.slice(normal=tuple(normal), origin=(0.0, 0.0, 0.0))
-    skin = skin.clip(normal=tuple(-normal), origin=(0.0, 0.0, 0.0))
+    rim = skin.slice(normal=tuple(normal), origin=origin)
+    skin = skin.clip(normal=tuple(-normal), origin=origin)
 
-    side = mesh.points[mesh.tets] @ normal
+    side = mesh.points[mesh.tets] @ normal - ASIDE
     crossed = mesh.tets[(side.min(axis=1) <= 0.0) & (side.max(axis=1) >= 0.0)]
     points, cells = _flat(mesh.points, crossed, _TETRAHEDRA, tet_shape)
     solid = pv.UnstructuredGrid({pv.CellType.TETRA: cells}, points)
     solid.point_data.update(_carried(shape, crossed, _TETRAHEDRA, tet_shape))
-    face = solid.slice(normal=tuple(normal), origin=(0.0, 0.0, 0.0))
+    face = solid.slice(normal=tuple(normal), origin=origin)
     # Smooth shading between creases, for the skin alone: the cut has no use for normals.
     shaded = cast(
         pv.PolyData, _moved(skin).compute_normals(feature_angle=CREASE, split_vertices=True, consistent_normals=False)

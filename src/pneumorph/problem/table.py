@@ -33,6 +33,8 @@ class Quantity:
         value = units.parse(text, self.kind)
         if self.sign == "positive" and value <= 0:
             raise ValueError(f'"{text}" is not above zero; write e.g. "{self.kind.example}"')
+        if self.sign == "positive" and value < units.SMALLEST:
+            raise ValueError(f'"{text}" is too small; write e.g. "{self.kind.example}"')
         if self.sign == "not negative" and value < 0:
             raise ValueError(f'"{text}" is below zero; write e.g. "{self.kind.example}"')
         return value

@@ -1,8 +1,8 @@
 """Many designs at once: a study file's members, run on Dask, and what they came to."""
 
-from pneumorph.study.drive import Outcome, drive
 from pneumorph.study.file import Member, Study, load_study
 from pneumorph.study.members import run_member
+from pneumorph.study.single import Outcome, drive
 from pneumorph.study.summary import write_sheet, write_summary
 
 __all__ = ["Member", "Outcome", "Study", "drive", "load_study", "run_member", "write_sheet", "write_summary"]

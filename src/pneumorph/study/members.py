@@ -12,7 +12,7 @@ from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output import run_pictures
 from pneumorph.problem import Problem
 from pneumorph.run import open_run, resume
-from pneumorph.study.drive import drive
+from pneumorph.study.single import drive
 
 TOPIC = "pneumorph"
 

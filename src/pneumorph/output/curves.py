@@ -1,0 +1,140 @@
+"""What an actuator does along sweeps of pressure: its motion, what it exerts where it is held, volumes and stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from pneumorph.mechanics.plate import COMPONENTS
+from pneumorph.output.sweeps import AXES, Curve, reactions
+
+Step = dict[str, Any]
+DASHES = ("-", "--", ":", "-.")
+SHOWN = 0.02
+"""Components below this part of the largest beside them are left out: they are what the mesh lacks in symmetry."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One diagram: its title, the unit of its values, the lines in it by name, and what is too small to be shown."""
+
+    title: str
+    unit: str
+    lines: dict[str, Callable[[Step], float]]
+    least: float = 0.0
+
+
+def draw_curves(path: Path, curves: Sequence[Curve], title: str = "") -> None:
+    """Save the picture of all sweeps in which something was found."""
+    curves = [curve for curve in curves if curve.found]
+    panels = [panel for panel in _panels(curves) if _peak(panel, curves) > panel.least]
+    columns = len(panels) if len(panels) < 4 else -(-len(panels) // 2)
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(4.0 * columns, 3.4 * rows + 0.4), facecolor="white")
+    figure.set_layout_engine("constrained", h_pad=0.1, w_pad=0.08)
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, panel in zip(grid, panels, strict=False):
+        _draw(axes, panel, curves)
+        axes.set_xlabel(_pressure(curves), fontsize=9)
+    for axes in grid[len(panels) :]:
+        axes.set_axis_off()
+    _name_curves(figure, curves)
+    if title:
+        figure.suptitle(title, fontsize=11)
+    figure.savefig(path, dpi=200, format="png")
+
+
+def _panels(curves: Sequence[Curve]) -> list[Panel]:
+    def part(key: str, index: Any, factor: float = 1.0) -> Callable[[Step], float]:
+        return lambda step: factor * step[key][index]
+
+    def held(names: Sequence[str]) -> dict[str, Callable[[Step], float]]:
+        """Reactions by axis: "shift_x" and "bending_x" are along and about the first."""
+        return {axis: part("reaction", name) for axis, name in zip(AXES, names, strict=True) if name in blocked}
+
+    blocked = reactions(curves)
+    motion = {axis: part("translation_mm", number) for number, axis in enumerate(AXES)}
+    turning = {axis: part("rotation_rad", number, 180.0 / np.pi) for number, axis in enumerate(AXES)}
+    volumes = {name: part("volume_mm3", name) for name in curves[0].found[0]["volume_mm3"]}
+    return [
+        Panel("translation of the tip", "mm", _named("along", motion), 0.01),
+        Panel("rotation of the tip", "degrees", _named("about", turning), 0.1),
+        Panel("force on what holds the tip", "N", _named("along", held(COMPONENTS[:3])), 1e-3),
+        Panel("torque on what holds the tip", "N·mm", _named("about", held(COMPONENTS[3:])), 1e-2),
+        Panel("volume of the chambers", "mm³", volumes),
+        Panel("largest stretch", "stretch (1)", {"": lambda step: step["max_stretch"]}),
+    ]
+
+
+def _named(way: str, lines: dict[str, Callable[[Step], float]]) -> dict[str, Callable[[Step], float]]:
+    return {f"{way} {axis}": line for axis, line in lines.items()}
+
+
+def _peak(panel: Panel, curves: Sequence[Curve], only: str | None = None) -> float:
+    lines = [line for name, line in panel.lines.items() if only in (None, name)]
+    return max((abs(line(step)) for line in lines for curve in curves for step in curve.found), default=0.0)
+
+
+def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
+    """A line per curve and component: colours tell components apart where there is one curve, else the curves."""
+    peak = _peak(panel, curves)
+    shown = [name for name in panel.lines if _peak(panel, curves, name) > SHOWN * peak]
+    for number, curve in enumerate(curves):
+        at = [_along(curve, step) for step in curve.found]
+        for place, name in enumerate(shown):
+            values = [panel.lines[name](step) for step in curve.found]
+            colour, dashes = (f"C{place}", "-") if len(curves) == 1 else (f"C{number}", DASHES[place % 4])
+            axes.plot(at, values, dashes, color=colour, marker="o", markersize=3, linewidth=1.5)
+            if len(curve.found) < len(curve.steps):
+                axes.plot(at[-1], values[-1], "x", color=colour, markersize=8, markeredgewidth=1.8)
+    handles = [
+        Line2D([], [], color="#444444" if len(curves) > 1 else f"C{place}", linewidth=1.5, label=name,
+               linestyle=DASHES[place % 4] if len(curves) > 1 else "-")
+        for place, name in enumerate(shown) if name
+    ]  # fmt: skip
+    if any(len(curve.found) < len(curve.steps) for curve in curves):
+        handles.append(Line2D([], [], color="#444444", marker="x", linestyle="", label="no equilibrium beyond"))
+    if handles:
+        axes.legend(handles=handles, fontsize=8, frameon=False)
+    axes.set_title(panel.title, fontsize=10)
+    axes.set_ylabel(panel.unit, fontsize=9)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=8)
+    axes.margins(y=0.08)
+
+
+def _along(curve: Curve, step: Step) -> float:
+    """Pressure of the first swept chamber, kPa."""
+    return 1e3 * step["pressure_MPa"][curve.swept[0]]
+
+
+def _pressure(curves: Sequence[Curve]) -> str:
+    """What the pressure axis is called."""
+    swept = {curve.swept for curve in curves}
+    if len(swept) > 1:
+        return "pressure of the swept chamber, kPa"
+    first, *others = next(iter(swept))
+    alike = all(len({step["pressure_MPa"][n] for n in (first, *others)}) == 1 for c in curves for step in c.steps)
+    if alike:
+        return f"pressure in {' and '.join([first, *others])}, kPa"
+    return f"pressure in {first}, kPa ({', '.join(others)} swept with it)"
+
+
+def _name_curves(figure: Figure, curves: Sequence[Curve]) -> None:
+    """Below all, what tells the curves apart: tasks, swept chambers, or both."""
+    if len(curves) < 2:
+        return
+    tasks, swept = {curve.task for curve in curves}, {curve.swept for curve in curves}
+    handles = []
+    for number, curve in enumerate(curves):
+        words = [curve.task] if len(tasks) > 1 else []
+        words += [f"{'+'.join(curve.swept)} swept"] if len(swept) > 1 else []
+        handles.append(Line2D([], [], color=f"C{number}", marker="o", markersize=3, label=", ".join(words)))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), fontsize=9, frameon=False)

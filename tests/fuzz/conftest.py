@@ -1,0 +1,47 @@
+"""What the fuzzed properties share. A long run: pytest tests/fuzz --hypothesis-profile=nightly"""
+
+import math
+from importlib import import_module
+
+import pytest
+from tally import Tally
+from typer.testing import CliRunner
+
+from pneumorph.cli import app
+
+TALLIES: list[Tally] = []
+
+
+@pytest.fixture
+def tally(request):
+    """Counts the outcomes of a property; pytest shows the table at its end."""
+    found = Tally(request.node.name)
+    TALLIES.append(found)
+    return found
+
+
+@pytest.fixture
+def command(tmp_path):
+    """Run the command in this process on a file of this content, with further arguments."""
+
+    def run(name: str, content: bytes, *arguments: str):
+        path = tmp_path / "problem.toml"
+        path.write_bytes(content)
+        return CliRunner().invoke(app, [name, str(path), *arguments])
+
+    return run
+
+
+@pytest.fixture
+def few_sizes(monkeypatch):
+    """Pad meshes to few sizes: compiling for a new one takes longer than an example."""
+    # The package has a function of the module's name.
+    model = import_module("pneumorph.mechanics.model")
+    monkeypatch.setattr(model, "padded", lambda count, ratio=2.0: max(512, 2 ** math.ceil(math.log2(count))))
+
+
+def pytest_terminal_summary(terminalreporter):
+    for tally in TALLIES:
+        terminalreporter.section("fuzz")
+        for line in tally.table():
+            terminalreporter.write_line(line)
