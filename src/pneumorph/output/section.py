@@ -14,7 +14,7 @@ HALVINGS = 2
 """How often elements are halved for drawing; their curved sides then look smooth."""
 
 ASIDE = 1e-4
-"""Way in mm of the cut from the axis: symmetric meshes have edges in their plane, where a cut would find pieces twice."""
+"""Way in mm of the cut from the axis: in its plane a symmetric mesh has edges, where a cut would find pieces twice."""
 
 CREASE = 50.0
 """Angle in degrees from which two facets meet in an edge that is drawn sharp."""
