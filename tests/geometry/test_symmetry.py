@@ -22,7 +22,7 @@ THREE = [
 ]
 
 
-def problem(symmetry, chambers=ONE, radius=9.0):
+def problem(symmetry, chambers=ONE, radius=9.0, lobes=0, motion="extension"):
     named = [{"name": name} | chamber for name, chamber in zip("ABCD", chambers, strict=False)]
     return Problem.model_validate(
         {
@@ -31,7 +31,7 @@ def problem(symmetry, chambers=ONE, radius=9.0):
                 "length": "40 mm",
                 "radius": f"{radius} mm",
                 "control_density": "0.4 /mm",
-                "ripple": {"amplitude": "0.1 mm", "period": "10 mm"},
+                "ripple": {"amplitude": "0.1 mm", "period": "10 mm", "lobes": lobes},
                 "symmetry": symmetry,
                 "chamber": named,
             },
@@ -39,7 +39,7 @@ def problem(symmetry, chambers=ONE, radius=9.0):
                 {
                     "name": "one",
                     "pressure": {"A": "60 kPa"},
-                    "objective": {"kind": "maximize", "motion": "extension"},
+                    "objective": {"kind": "maximize", "motion": motion},
                 }
             ],
         }
@@ -97,6 +97,32 @@ def test_pullback_is_the_exact_transpose(symmetry, chambers, order):
     dphi, dP = rng.normal(size=space.n), rng.normal(size=(space.reference.n_points, 3))
     moved = space.control_points(space.start + dphi) - space.control_points(space.start)
     assert space.pullback(dP) @ dphi == pytest.approx(float(np.sum(dP * moved)), rel=1e-10)
+
+
+def test_a_helix_keeps_rotation_and_half_turn():
+    asked = problem({"rotation": 3, "half_turn": "x"}, lobes=3)
+    group = operations(asked.body.symmetry)
+    assert len(group) == 6
+    space = design_space(asked, starting_body(asked.body))
+    body = space.body(space.start)
+    np.testing.assert_allclose(body.control_points(), starting_body(asked.body).control_points(), atol=1e-9)
+    radius = np.hypot(*np.moveaxis(body.exterior.sample(np.arange(48) / 48, [0.5])[0, :, :2], -1, 0))
+    assert np.ptp(radius) == pytest.approx(0.2, rel=0.15)
+    assert np.argmax(radius) % 16 == 0
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "options", "key"),
+    [
+        ({"point": True}, {"motion": "twist"}, "task[0].objective.motion"),
+        ({"mirror": ["yz"]}, {"motion": "-twist"}, "task[0].objective.motion"),
+        ({"mirror": ["xz"]}, {"lobes": 3}, "body.ripple.lobes"),
+        ({"rotation": 3}, {"lobes": 4}, "body.ripple.lobes"),
+        ({"half_turn": "y"}, {"lobes": 3}, "body.ripple.lobes"),
+    ],
+)
+def test_symmetries_that_leave_nothing_to_find_are_refused(symmetry, options, key):
+    assert [found for found, _ in faults(problem(symmetry, **options))] == [key]
 
 
 def test_control_points_around_are_made_to_fit_and_it_is_said():

@@ -75,11 +75,12 @@ def starting_body(spec: BodySpec) -> Body:
         The problem's body: length, radius, control density, ripple and chambers.
     """
 
-    def ripple(z: Array) -> Array:
+    def ripple(z: Array, theta: Array) -> Array:
         if spec.ripple is None:
-            return np.zeros_like(z)
+            return np.zeros(np.broadcast(z, theta).shape)
         # z is the body's, not the surface's, so that all walls undulate in phase and alike on both sides of the middle.
-        return spec.ripple.amplitude * np.cos(2.0 * np.pi * (z - spec.length / 2.0) / spec.ripple.period)
+        phase = 2.0 * np.pi * (z - spec.length / 2.0) / spec.ripple.period
+        return spec.ripple.amplitude * np.cos(phase - spec.ripple.lobes * theta)
 
     def cavity(tube: TubeSurface) -> TubeSurface:
         # The first column stays and q runs the other way round, which turns the normal into the cavity.
@@ -125,26 +126,26 @@ def _tube(
     ends: Ends,
     density: float,
     n_q: int,
-    ripple: Callable[[Array], Array],
+    ripple: Callable[[Array, Array], Array],
 ) -> TubeSurface:
     """A round tube about a line parallel to z, q running counter-clockwise."""
     length = span[1] - span[0] if ends == "flat" else _Capsule(radius, *span).arc_length
     circumference = 2.0 * np.pi * radius
     spans = max(4, round(density * length))
     profile = _flat_profile if ends == "flat" else _pole_profile
-    rho, z = profile(radius, span, spans, ripple)
+    angle = 2.0 * np.pi * periodic(n_q).greville
+    rho, z = profile(radius, span, spans, lambda z: ripple(z[:, None], angle))
     # A periodic spline through control points on a circle runs inside it by this factor (its first Fourier eigenvalue).
     rho = rho / np.sinc(1.0 / n_q) ** 4
-    angle = 2.0 * np.pi * periodic(n_q).greville
     net = np.empty((len(z), n_q, 3))
-    net[..., 0] = center[0] + rho[:, None] * np.cos(angle)
-    net[..., 1] = center[1] + rho[:, None] * np.sin(angle)
+    net[..., 0] = center[0] + rho * np.cos(angle)
+    net[..., 1] = center[1] + rho * np.sin(angle)
     net[..., 2] = z[:, None]
     return TubeSurface(name, net, ends, (circumference, length), cavity=False)
 
 
 def _flat_profile(radius: float, span: tuple[float, float], spans: int, ripple: Callable) -> tuple[Array, Array]:
-    """Control values of radius and z along a straight tube: z exactly linear in r, the radius interpolated."""
+    """Control values of radius (n_r, n_q) and z (n_r,) of a straight tube: z linear in r, the radius interpolated."""
     basis = clamped(spans)
     z = span[0] + (span[1] - span[0]) * basis.greville
     rho = np.linalg.solve(basis.matrix(basis.greville), radius + ripple(z))
@@ -152,14 +153,14 @@ def _flat_profile(radius: float, span: tuple[float, float], spans: int, ripple: 
 
 
 def _pole_profile(radius: float, span: tuple[float, float], spans: int, ripple: Callable) -> tuple[Array, Array]:
-    """Control values of radius and z along a capsule, fitted by least squares poles and their tangents exact."""
+    """Control values of radius (n_r, n_q) and z (n_r,) of a capsule, by least squares; poles and tangents exact."""
     basis = clamped(spans)
     t = np.linspace(0.0, 1.0, 16 * spans + 1)
     capsule = _Capsule(radius, *span)
     rho, z = capsule.at(t)
-    rho = rho * (1.0 + ripple(z) / radius)
+    rho = rho[:, None] * (1.0 + ripple(z) / radius)
     values = basis.matrix(t)
-    fitted_rho, fitted_z = np.zeros(basis.count), np.repeat(span, [2, basis.count - 2])
+    fitted_rho, fitted_z = np.zeros((basis.count, len(rho[0]))), np.repeat(span, [2, basis.count - 2])
     fitted_z[-2:] = span[1]
     fitted_rho[1:-1] = np.linalg.lstsq(values[:, 1:-1], rho, rcond=None)[0]
     rest = z - values[:, [0, 1]].sum(axis=1) * span[0] - values[:, [-2, -1]].sum(axis=1) * span[1]

@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
+import numpy as np
+
 from pneumorph.problem.models import ChamberSpec, Problem
 from pneumorph.problem.symmetry import operations
 
@@ -67,10 +69,29 @@ def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
 
 
 def _symmetry(problem: Problem) -> Iterator[Fault]:
-    """Every chamber has its image under every symmetry."""
+    """Every chamber has its image under every symmetry, the ripple is symmetric, and no objective is zero for all."""
     body = problem.body
     middle = body.length / 2.0
-    for matrix in operations(body.symmetry):
+    group = operations(body.symmetry)
+    reflecting = any(np.linalg.det(matrix) < 0 for matrix in group)
+    for index, task in enumerate(problem.task):
+        if reflecting and task.objective.component == "twist":
+            yield (
+                f"task[{index}].objective.motion",
+                "a body that is its own mirror image, or point symmetric, does not twist; leave body.symmetry.mirror "
+                'and point out, half_turn = "x" keeps both halves alike',
+            )
+    if body.ripple and body.ripple.lobes:
+        if reflecting:
+            yield "body.ripple.lobes", "a helix is no mirror image of itself; take lobes = 0 or no mirror and no point"
+        if body.ripple.lobes % body.symmetry.rotation:
+            yield (
+                "body.ripple.lobes",
+                f"is no multiple of body.symmetry.rotation = {body.symmetry.rotation}; make it one",
+            )
+        if body.symmetry.half_turn == "y" and body.ripple.lobes % 2:
+            yield "body.ripple.lobes", 'is odd, which fits a half turn about x; take half_turn = "x"'
+    for matrix in group:
         for index, chamber in enumerate(body.chamber):
             x, y, _ = (float(part) for part in matrix @ [*chamber.center, 0.0])
             start, end = sorted(middle + matrix[2, 2] * (z - middle) for z in chamber.span)

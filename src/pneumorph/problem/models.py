@@ -36,22 +36,28 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]
 
 
 class Ripple(Table):
-    """Sinusoidal start-up perturbation of the radii along z."""
+    """Sinusoidal start-up perturbation of the radii along z; with lobes it winds round the axis as a helix.
+
+    A plain tube and rings on it are their own mirror images, so they twist neither way and no small change makes them:
+    a twisting actuator starts from a helix.
+    """
 
     amplitude: PositiveLength
     period: PositiveLength
+    lobes: Annotated[Whole, Field(ge=0, le=12)] = 0
 
 
 class Symmetry(Table):
     """Symmetries that the shape keeps.
 
     Mirror planes xz and yz hold the axis, xy cuts the body half-way up; rotation is the order about z; point symmetry
-    is about the body's centre.
+    and the half turn about an axis across are about the body's centre.
     """
 
     mirror: tuple[Literal["xz", "yz", "xy"], ...] = ()
     rotation: Annotated[Whole, Field(ge=1, le=24)] = 1
     point: Annotated[bool, Strict()] = False
+    half_turn: Literal["x", "y"] | None = None
 
 
 class ChamberSpec(Table):

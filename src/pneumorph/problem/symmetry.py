@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pneumorph.problem.models import Symmetry
 
 MIRRORS = {"xz": (1.0, -1.0, 1.0), "yz": (-1.0, 1.0, 1.0), "xy": (1.0, 1.0, -1.0)}
+HALF_TURNS = {"x": (1.0, -1.0, -1.0), "y": (-1.0, 1.0, -1.0)}
 
 
 def operations(symmetry: Symmetry) -> list[NDArray[np.float64]]:
@@ -24,6 +25,8 @@ def operations(symmetry: Symmetry) -> list[NDArray[np.float64]]:
         generators.append(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]))
     if symmetry.point:
         generators.append(-np.eye(3))
+    if symmetry.half_turn:
+        generators.append(np.diag(HALF_TURNS[symmetry.half_turn]))
     group = [np.eye(3)]
     for known in group:
         for generator in generators:
