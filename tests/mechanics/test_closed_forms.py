@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grids import octant, tube, with_lids
+from pneumorph.verify.solids import octant, tube, with_lids
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
 

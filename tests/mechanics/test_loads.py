@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grids import tube
+from pneumorph.verify.solids import tube
 
 from pneumorph.mechanics import Equilibrium, Tangent, configuration, loads, loads_of, model, rubber, solve
 from pneumorph.mechanics.balance import evaluate

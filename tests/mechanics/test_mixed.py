@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grids import octant, tube, with_lids
+from pneumorph.verify.solids import octant, tube, with_lids
 from incompressible import radius_at, sphere_pressure, tube_pressure
 from scipy import sparse
 from scipy.special import ellipe, ellipk

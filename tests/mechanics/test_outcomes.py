@@ -1,7 +1,7 @@
 """What the solver says when there is no equilibrium, and that both factorisations agree."""
 
 import numpy as np
-from grids import tube
+from pneumorph.verify.solids import tube
 
 from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve
 from pneumorph.mechanics.linear import SuperLU

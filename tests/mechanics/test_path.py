@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from grids import octant, tube
+from pneumorph.verify.solids import octant, tube
 from incompressible import sphere_pressure
 
 from pneumorph.mechanics import (

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from grids import tube, with_lids
+from pneumorph.verify.solids import tube, with_lids
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse

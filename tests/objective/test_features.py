@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from grids import tube
+from pneumorph.verify.solids import tube
 
 from pneumorph.mechanics import model, rubber
 from pneumorph.mechanics.plate import rotation

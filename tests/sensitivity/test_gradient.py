@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from grids import tube
+from pneumorph.verify.solids import tube
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
 from pneumorph.objective import features

@@ -1,15 +1,18 @@
-"""Structured quadratic tetrahedral meshes of simple solids, for tests with closed-form answers."""
+"""Structured quadratic tetrahedral meshes of simple solids, for cases with known answers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from itertools import permutations
 
 import numpy as np
 
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TRIANGLE_EDGES, TetMesh
 
+Mapping = Callable[[np.ndarray], np.ndarray]
 
-def block(counts, mapping, faces):
+
+def block(counts: Sequence[int], mapping: Mapping, faces: dict[str, Mapping]) -> TetMesh:
     """A unit cube cut into counts[i] cells, each into six tetrahedra, its nodes (mid-sides too) moved by `mapping`.
 
     `faces` maps a name to a predicate on reference coordinates that picks the nodes of that face.
@@ -53,7 +56,37 @@ def _edge(i, j):
     return next(k for k, pair in enumerate(TET_EDGES) if set(pair) == {i, j})
 
 
-def tube(inner, outer, length, counts):
+def bar(width: float, length: float, counts: Sequence[int]) -> TetMesh:
+    """Square bar about the z axis; faces base (z = 0) and tip (z = length)."""
+
+    def mapping(r: np.ndarray) -> np.ndarray:
+        return r * [width, width, length] - [width / 2, width / 2, 0]
+
+    return block(
+        counts,
+        mapping,
+        {
+            "base": lambda r: r[:, 2] == 0,
+            "tip": lambda r: r[:, 2] == 1,
+        },
+    )
+
+
+def distorted_cube(count: int, amount: float = 0.3) -> TetMesh:
+    """Unit cube of count³ cells whose inner corners are moved at random by up to `amount` cells; straight edges.
+
+    Edges are straight because only then the element's quadrature integrates the shape functions' gradients exactly,
+    and with them a linear displacement is in equilibrium to rounding.
+    """
+    mesh = block([count] * 3, lambda r: r, {})
+    points = mesh.points.copy()
+    inner = (np.abs(points - 0.5) < 0.5 - 1e-9).all(axis=1)
+    points[inner] += np.random.default_rng(0).uniform(-amount / count, amount / count, (inner.sum(), 3))
+    points[mesh.tets[:, 4:]] = points[mesh.tets[:, TET_EDGES]].mean(axis=2)
+    return mesh.at(points)
+
+
+def tube(inner: float, outer: float, length: float, counts: Sequence[int]) -> TetMesh:
     """Hollow cylinder of full turn, with counts of elements radially, around and along.
 
     Faces: base (z = 0), tip (z = length), chamber A (the bore), exterior.
@@ -75,7 +108,7 @@ def tube(inner, outer, length, counts):
     )
 
 
-def with_lids(mesh, length):
+def with_lids(mesh: TetMesh, length: float) -> tuple[TetMesh, np.ndarray]:
     """The tube with its bore closed by flat fans at z = 0 and z = length.
 
     Returned with which nodes were added for that: they belong to no solid.
@@ -98,7 +131,7 @@ def with_lids(mesh, length):
     return closed, np.arange(count) >= len(mesh.points)
 
 
-def octant(inner, outer, counts):
+def octant(inner: float, outer: float, counts: Sequence[int]) -> TetMesh:
     """One eighth of a hollow sphere in x, y, z > 0, of three gnomonic patches; faces chamber A and exterior."""
     third = [
         block(
