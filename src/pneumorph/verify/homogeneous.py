@@ -55,9 +55,7 @@ def tension(
         yield relative(f"nominal stress at stretch {stretch:g}, MPa", force, stress, 1e-9)
 
 
-def homogeneous(
-    bulk: float, slopes: Slopes, pulled: tuple[int, ...], stretch: float
-) -> tuple[np.ndarray, float]:
+def homogeneous(bulk: float, slopes: Slopes, pulled: tuple[int, ...], stretch: float) -> tuple[np.ndarray, float]:
     """Principal stretches (3,) and the nominal stress along the first axis (MPa), the sides not pulled being free.
 
     With s_i = λ̄_i ∂ψ_iso/∂λ̄_i the principal Cauchy stresses are (s_i − ⅓Σs)/J + κ(J − 1).
