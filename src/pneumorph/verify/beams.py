@@ -1,7 +1,7 @@
 """A slender bar bent far: by a moment into a circle, by a dead force into Euler's elastica.
 
 The reference is a line that bends but neither stretches nor shears, of linear moment and curvature. What a solid bar of
-length L and width w does besides is of second order in w/L and in the strain κw/2 at its sides; the tolerances are that.
+length L and width w does besides is of second order in w/L and in the strain κw/2 at its sides.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import roots_jacobi
@@ -68,13 +69,9 @@ def convergence(counts: tuple[int, ...] = (3, 4, 6)) -> Iterator[Verdict]:
     for count in counts:
         mesh = octant(5, 10, (count, count, count))
         errors.append(l2_error(mesh, inflate(mesh, sphere_supports(mesh), RUBBER, 0.1), exact))
-    for (coarse, fine), (much, less) in zip(_pairs(counts), _pairs(errors), strict=True):
+    for (coarse, fine), (much, less) in zip(pairwise(counts), pairwise(errors), strict=True):
         order = np.log(much / less) / np.log(fine / coarse)
         yield at_least(f"order of the L2 error from {coarse} to {fine} elements through the wall", order, 2.8)
-
-
-def _pairs(values):
-    return list(zip(values[:-1], values[1:], strict=True))
 
 
 def l2_error(mesh: TetMesh, u: np.ndarray, exact: Displacement) -> float:
