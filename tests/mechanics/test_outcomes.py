@@ -64,9 +64,9 @@ def test_superlu_serves_where_there_is_no_mkl():
 def test_a_tangent_of_the_free_plate_serves_the_blocked_one():
     mesh = tube(4, 8, 20, (1, 8, 4))
     built = model(mesh, RUBBER)
-    tangent, inflated = Tangent(built), loads(built, {"A": 0.05})
+    solver, inflated = Tangent(built), loads(built, {"A": 0.05})
     blocked = configuration(built, mesh.points, inflated, np.arange(6) == 2)
-    solve(configuration(built, mesh.points, inflated), tangent)
-    found, fresh = solve(blocked, tangent), solve(blocked, Tangent(built))
+    solve(configuration(built, mesh.points, inflated), solver)
+    found, fresh = solve(blocked, solver), solve(blocked, Tangent(built))
     assert found.plate[2] == 0.0
     assert found.reaction[2] == pytest.approx(fresh.reaction[2], rel=1e-6)
