@@ -18,22 +18,30 @@ from pneumorph.verify.verdict import Unavailable
 MOST_SECONDS = 900
 
 
-def calculix() -> str:
+def program() -> str:
     """The program's path, where it is installed."""
-    program = shutil.which("ccx")
-    if program is None:
+    found = shutil.which("ccx")
+    if found is None:
         raise Unavailable("CalculiX is not installed; apt-get install calculix-ccx")
-    return program
+    return found
+
+
+def version() -> str | None:
+    """Of the installed program; None where there is none."""
+    try:
+        said = subprocess.run([program(), "-v"], capture_output=True, text=True, check=False).stdout
+    except Unavailable:
+        return None
+    return said.split()[-1] if said.split() else None
 
 
 def equilibrium(mesh: TetMesh, at: Configuration) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them."""
-    program = calculix()
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "model.inp").write_text(abaqus_input(mesh, at), encoding="ascii")
         try:
             run = subprocess.run(
-                [program, "model"], cwd=folder, capture_output=True, text=True, timeout=MOST_SECONDS, check=False
+                [program(), "model"], cwd=folder, capture_output=True, text=True, timeout=MOST_SECONDS, check=False
             )
         except subprocess.TimeoutExpired:
             raise ComputationError(f"CalculiX took more than {MOST_SECONDS} s") from None

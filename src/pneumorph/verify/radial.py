@@ -2,7 +2,8 @@
 
 With r(R) the deformed radius the principal stretches are λ_r = r′ and λ_θ = r/R, and the nominal stresses
 P_i = ∂ψ/∂λ_i satisfy P_r′ + n (P_r − P_θ)/R = 0; n is 2 for a sphere and 1 for a tube, whose λ_z is 1. The
-Cauchy stress P_r/λ_θⁿ is −p inside and 0 outside. SciPy's collocation solves this to 1e-10, for any ψ and any thickness.
+Cauchy stress P_r/λ_θⁿ is −p inside and 0 outside. SciPy's collocation solves this to 1e-10, for any ψ and
+any thickness.
 """
 
 from __future__ import annotations

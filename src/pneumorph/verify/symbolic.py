@@ -91,7 +91,7 @@ def _edge_ends(mesh: TetMesh) -> np.ndarray:
 
 
 def _to_modes(mesh: TetMesh, bent: Any, corners: np.ndarray, number: np.ndarray) -> sparse.csr_array:
-    """Of every component: a vertex's coefficient is its value, an edge's what its middle is off the mean of its ends."""
+    """Of every component: a vertex's coefficient is its value, an edge's the middle's off the mean of the ends."""
     ends = _edge_ends(mesh)
     middle = {(number[a], number[b]): node for a, b, node in ends}
     edges = np.array([sorted(vertex.nr for vertex in edge.vertices) for edge in bent.edges])
