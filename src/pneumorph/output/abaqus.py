@@ -20,7 +20,7 @@ FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
 """Corners of the faces P1 to P4 of a C3D10 (Abaqus and CalculiX manuals), ascending."""
 
 
-def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2) -> str:
+def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 1e-6) -> str:
     """The input file of a mesh under the loads and blocked plate components of a configuration.
 
     Parameters
@@ -31,13 +31,15 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2) -> st
         Made of the mesh's model; supports other than the clamped base are not written.
     increment : float
         First part of the load to try.
+    tolerance : float
+        Largest residual over the mean force at which an increment counts as converged; CalculiX' own is 5e-3.
 
     Raises
     ------
     ProblemError
         If the rubber is none that the file can hold.
     """
-    return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment), ""])
+    return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment, tolerance), ""])
 
 
 def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
@@ -86,10 +88,12 @@ def _rubber(at: Configuration) -> Iterator[str]:
     yield "*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER"
 
 
-def _step(mesh: TetMesh, at: Configuration, increment: float) -> Iterator[str]:
+def _step(mesh: TetMesh, at: Configuration, increment: float, tolerance: float) -> Iterator[str]:
     yield "*STEP, NLGEOM, INC=1000"
     yield "*STATIC"
     yield f"{increment:g}, 1., 1e-4, 1."
+    yield "*CONTROLS, PARAMETERS=FIELD"
+    yield f"{tolerance:g}, 1e30"
     for name, pressure in zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True):
         if pressure:
             yield "*DLOAD"

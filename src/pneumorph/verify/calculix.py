@@ -35,10 +35,15 @@ def version() -> str | None:
     return said.split()[-1] if said.split() else None
 
 
-def equilibrium(mesh: TetMesh, at: Configuration) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them."""
+def equilibrium(
+    mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 1e-6
+) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them.
+
+    `increment` is the first part of the load to try, `tolerance` the residual over the mean force at which it is happy.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "model.inp").write_text(abaqus_input(mesh, at), encoding="ascii")
+        Path(folder, "model.inp").write_text(abaqus_input(mesh, at, increment, tolerance), encoding="ascii")
         try:
             run = subprocess.run(
                 [program(), "model"], cwd=folder, capture_output=True, text=True, timeout=MOST_SECONDS, check=False

@@ -21,9 +21,7 @@ def cases() -> tuple[Case, ...]:
         Case("thick sphere", inflation.thick_sphere, _RADIAL),
         Case("plane-strain tube", inflation.plane_strain_tube, _RADIAL),
         Case("small load", inflation.lame_limit, "Lamé's solutions (Timoshenko & Goodier 1970, arts. 28 and 142)"),
-        Case(
-            "order of convergence", inflation.convergence, f"order 3 of quadratic elements; field by {_RADIAL}"
-        ),
+        Case("order of convergence", inflation.convergence, f"order 3 of quadratic elements; field by {_RADIAL}"),
         Case("elastica references", beams.elastica_reference, "Mattiasson 1981, table I"),
         Case("cantilever under a moment", beams.moment, "Euler's elastica: an arc of a circle"),
         Case("cantilever under a force", beams.force, "Euler's elastica, by SciPy's collocation to 1e-9"),

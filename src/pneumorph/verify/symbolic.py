@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import spsolve
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.linear import factorisation
@@ -81,6 +82,11 @@ def twin(mesh: TetMesh) -> Twin:
     bend.vec.FV().NumPy()[:] = to_modes @ away.ravel()
     bent.SetDeformation(bend)
     return Twin(bent, space, to_modes)
+
+
+def nodal(body: Twin, modes: np.ndarray) -> np.ndarray:
+    """Nodal values (N, 3) of NGSolve's coefficients (n,)."""
+    return spsolve(body.to_modes.tocsc(), modes).reshape(-1, 3)
 
 
 def _edge_ends(mesh: TetMesh) -> np.ndarray:
