@@ -17,6 +17,7 @@ from scipy.integrate import solve_bvp
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Rubber
+from pneumorph.mechanics.material import SMALLEST_RATIO
 
 TUBE, SPHERE = 1, 2
 
@@ -32,7 +33,7 @@ def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved
     Raises
     ------
     ComputationError
-        If the collocation does not converge, as beyond a limit point.
+        If the collocation does not converge, or to no state that a body can take, as beyond a limit point.
     """
     slope, curvature = _principal(rubber, curved)
 
@@ -55,6 +56,11 @@ def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved
     found = solve_bvp(equations, ends, R, np.stack([R, np.ones_like(R)]), tol=TOLERANCE, max_nodes=100_000)
     if not found.success:
         raise ComputationError(f"the radial boundary-value problem at {pressure:g} MPa was not solved: {found.message}")
+    r, stretch = found.y
+    if np.min(stretch * (r / found.x) ** curved) <= SMALLEST_RATIO:
+        raise ComputationError(
+            f"the radial boundary-value problem at {pressure:g} MPa has no state that a body can take"
+        )
     return lambda radius: found.sol(radius)[0] - radius
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -62,4 +64,4 @@ def absolute(quantity: str, ours: float, reference: float, tolerance: float) -> 
 
 def at_least(quantity: str, ours: float, least: float) -> Verdict:
     """The error is what is missing to `least`, of which nothing may be."""
-    return Verdict(quantity, float(least), float(ours), float(max(0.0, least - ours)), 0.0)
+    return Verdict(quantity, float(least), float(ours), float(np.maximum(0.0, least - ours)), 0.0)
