@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from pneumorph.mechanics import Rubber, Tangent, configuration, loads, model, rubber
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual
@@ -67,6 +67,7 @@ def homogeneous(bulk: float, slopes: Slopes, pulled: tuple[int, ...], stretch: f
         s = slopes(principal * J ** (-1 / 3))
         return principal, (s - s.mean()) / J + bulk * (J - 1), J
 
-    side = brentq(lambda side: state(side)[1][2], 0.5 * stretch**-2, 2.0 * stretch**-0.25, xtol=1e-15)
+    bracket = (0.5 * stretch**-2, 2.0 * stretch**-0.25)
+    side = root_scalar(lambda side: state(side)[1][2], bracket=bracket, xtol=1e-15).root
     principal, cauchy, J = state(side)
     return principal, float(cauchy[0] * J / principal[0])

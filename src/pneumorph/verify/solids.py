@@ -17,9 +17,8 @@ def block(counts: Sequence[int], mapping: Mapping, faces: dict[str, Mapping]) ->
 
     `faces` maps a name to a predicate on reference coordinates that picks the nodes of that face.
     """
-    counts = np.asarray(counts)
     axes = [np.arange(2 * n + 1) for n in counts]
-    shape = tuple(2 * counts + 1)
+    shape = tuple(2 * n + 1 for n in counts)
     lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     cells = np.stack(np.meshgrid(*[np.arange(n) for n in counts], indexing="ij"), axis=-1).reshape(-1, 3) * 2
     tets = []
@@ -32,7 +31,7 @@ def block(counts: Sequence[int], mapping: Mapping, faces: dict[str, Mapping]) ->
         nodes = corners + [(corners[i] + corners[j]) // 2 for i, j in TET_EDGES]
         tets.append([np.ravel_multi_index(tuple((cells + node).T), shape) for node in nodes])
     tets = np.concatenate([np.array(t).T for t in tets])
-    reference = lattice / (2 * counts)
+    reference = lattice / (2 * np.asarray(counts))
     points = mapping(reference)
     _, index, inverse = np.unique(np.round(points, 8), axis=0, return_index=True, return_inverse=True)
     inverse = inverse.ravel()
@@ -119,7 +118,7 @@ def with_lids(mesh: TetMesh, length: float) -> tuple[TetMesh, np.ndarray]:
         corners, middles = mesh.faces["chamber A"][:, :3], mesh.faces["chamber A"][:, 3:]
         at = np.abs(mesh.points[:, 2] - z) < 1e-9
         rims = [
-            (corners[row, edge], middles[row, edge], corners[row, (edge + 1) % 3])
+            (int(corners[row, edge]), int(middles[row, edge]), int(corners[row, (edge + 1) % 3]))
             for row, edge in np.argwhere(at[corners] & at[np.roll(corners, -1, axis=1)])
         ]
         spokes = {node: count + 1 + k for k, node in enumerate(sorted({n for a, _, b in rims for n in (a, b)}))}

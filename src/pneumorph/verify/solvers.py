@@ -52,7 +52,7 @@ def calculix(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
 def compared(found: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: float) -> Iterator[Verdict]:
     """Our equilibrium beside displacements (N, 3) and a plate's motion (6,) of another solver."""
     yield relative("axial motion of the plate, mm", found.plate[2], plate[2], tolerance)
-    off = np.linalg.norm(found.plate[:3] - plate[:3]) / np.linalg.norm(plate[:3])
+    off = float(np.linalg.norm(found.plate[:3] - plate[:3]) / np.linalg.norm(plate[:3]))
     yield absolute("difference of the plate's translations / its length", off, 0.0, tolerance)
     off = np.abs(found.u - u).max() / np.abs(u).max()
     yield absolute("largest difference of a displacement / largest displacement", off, 0.0, tolerance)

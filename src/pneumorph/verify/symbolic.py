@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import splu
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.linear import factorisation
@@ -57,7 +58,7 @@ class Twin:
 def twin(mesh: TetMesh) -> Twin:
     """Take a mesh over to NGSolve; every named face of the solid keeps its name."""
     ng = ngsolve()
-    import netgen.meshing as netgen
+    netgen: Any = import_module("netgen.meshing")
 
     corners, tets = np.unique(mesh.tets[:, :4], return_inverse=True)
     number = np.full(len(mesh.points), -1)
@@ -86,7 +87,7 @@ def twin(mesh: TetMesh) -> Twin:
 
 def nodal(body: Twin, modes: np.ndarray) -> np.ndarray:
     """Nodal values (N, 3) of NGSolve's coefficients (n,)."""
-    return spsolve(body.to_modes.tocsc(), modes).reshape(-1, 3)
+    return splu(body.to_modes.tocsc()).solve(modes).reshape(-1, 3)
 
 
 def _edge_ends(mesh: TetMesh) -> np.ndarray:
