@@ -48,7 +48,7 @@ def tension(
     for stretch in stretches:
         start = X * (homogeneous(solid.parameters[-1], slopes, pulled, stretch)[0] - 1)
         # The free sides begin a little off, so that the solver has to find them.
-        found = equilibrium(at, tangent, prescribed(at, np.where(near | far, start, 0.97 * start)))
+        found = equilibrium(at, tangent, prescribed(at, np.where(near | far, start, 0.99 * start)))
         forces = np.asarray(built.state(residual(at, found)).u)[: len(X)]
         force = forces[far[:, 0], 0].sum()
         _, stress = homogeneous(solid.parameters[-1], slopes, pulled, stretch)
@@ -67,7 +67,9 @@ def homogeneous(bulk: float, slopes: Slopes, pulled: tuple[int, ...], stretch: f
         s = slopes(principal * J ** (-1 / 3))
         return principal, (s - s.mean()) / J + bulk * (J - 1), J
 
-    bracket = (0.5 * stretch**-2, 2.0 * stretch**-0.25)
+    # About the side of an incompressible body.
+    side = stretch ** (-len(pulled) / (3 - len(pulled)))
+    bracket = (0.75 * side, 1.3 * side)
     side = root_scalar(lambda side: state(side)[1][2], bracket=bracket, xtol=1e-15).root
     principal, cauchy, J = state(side)
     return principal, float(cauchy[0] * J / principal[0])

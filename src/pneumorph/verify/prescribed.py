@@ -26,12 +26,14 @@ def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.n
     """The unknowns (n,) in equilibrium, supported ones kept as they are in `vector`."""
     for _ in range(MOST_STEPS):
         forces = residual(at, vector)
+        if not np.isfinite(forces).all():
+            break
         free = np.where(at.held, 0.0, forces)
         if np.linalg.norm(free) <= 1e-12 * np.linalg.norm(forces):
             return vector
         tangent.factorise(at, at.model.state(vector))
         vector = vector - tangent.precondition(free)
-    raise ComputationError(f"Newton's method did not settle in {MOST_STEPS} steps under prescribed displacements")
+    raise ComputationError("Newton's method did not settle under prescribed displacements")
 
 
 def prescribed(at: Configuration, u: np.ndarray) -> np.ndarray:
