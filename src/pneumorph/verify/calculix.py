@@ -36,7 +36,7 @@ def version() -> str | None:
 
 
 def equilibrium(
-    mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 1e-6
+    mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3
 ) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them.
 
