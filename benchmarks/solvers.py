@@ -21,12 +21,12 @@ from statistics import median
 
 import numpy as np
 
-from pneumorph.cli.cache import use_compilation_cache
 from pneumorph.geometry import starting_body
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
 from pneumorph.mechanics.model import tangent
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, TRIANGLE_RULE, TetMesh
+from pneumorph.run.cache import use_compilation_cache
 from pneumorph.verify import calculix, symbolic
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 

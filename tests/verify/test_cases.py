@@ -15,6 +15,8 @@ from pneumorph.verify.verdict import absolute, at_least, relative
         element.patch_test,
         element.rigid_rotation,
         *(case.verdicts for case in homogeneous.cases()),
+        inflation.incompressible,
+        inflation.limit_points,
         inflation.radial_references,
         lambda: inflation.thick_sphere((2, 4, 4), 2e-3),
         lambda: inflation.plane_strain_tube((2, 12, 1), 5e-3),

@@ -13,7 +13,7 @@ import numpy as np
 
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Configuration
-from pneumorph.mechanics.material import neo_hookean
+from pneumorph.mechanics.energies import neo_hookean
 from pneumorph.mesh.tets import TetMesh, area_vectors
 
 FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
@@ -77,7 +77,7 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
 
 def _rubber(at: Configuration) -> Iterator[str]:
     rubber = at.model.rubber
-    if rubber.energy is not neo_hookean:
+    if rubber.isochoric is not neo_hookean:
         raise ProblemError("an input file for CalculiX is written for neo-Hookean rubbers only")
     shear, bulk = rubber.parameters
     # Its energy is C10 (Ī₁ − 3) + (J − 1)²/D1.

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.mechanics import Rubber, Tangent, configuration, loads, model, rubber
+from pneumorph.mechanics import Rubber, Tangent, configuration, energies, loads, model
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual
 from pneumorph.verify.solids import distorted_cube
 from pneumorph.verify.verdict import Case, Verdict, relative
@@ -24,12 +24,57 @@ def neo_hookean(shear: float) -> Slopes:
     return lambda stretch: shear * stretch**2
 
 
+def mooney_rivlin(c10: float, c01: float) -> Slopes:
+    """Of ψ_iso = c₁₀ (Ī₁ − 3) + c₀₁ (Ī₂ − 3)."""
+    return lambda stretch: 2 * c10 * stretch**2 - 2 * c01 * stretch**-2
+
+
+def yeoh(c1: float, c2: float, c3: float) -> Slopes:
+    """Of ψ_iso = Σ cᵢ (Ī₁ − 3)ⁱ."""
+
+    def slopes(stretch: np.ndarray) -> np.ndarray:
+        excess = np.sum(stretch**2) - 3
+        return 2 * (c1 + 2 * c2 * excess + 3 * c3 * excess**2) * stretch**2
+
+    return slopes
+
+
+def gent(shear: float, limit: float) -> Slopes:
+    """Of ψ_iso = −μ J_m/2 ln(1 − (Ī₁ − 3)/J_m)."""
+    return lambda stretch: shear * limit / (limit - np.sum(stretch**2) + 3) * stretch**2
+
+
+def arruda_boyce(shear: float, locking: float) -> Slopes:
+    """Of Arruda and Boyce's (18), the eight-chain model to the fifth order."""
+
+    def slopes(stretch: np.ndarray) -> np.ndarray:
+        chain = np.sum(stretch**2) / locking**2
+        series = 1 / 2 + chain / 10 + 11 * chain**2 / 350 + 19 * chain**3 / 1750 + 519 * chain**4 / 134750
+        return 2 * shear * series * stretch**2
+
+    return slopes
+
+
+def ogden(*terms: tuple[float, float]) -> Slopes:
+    """Of ψ_iso = Σ 2μᵢ/αᵢ² (Σ_k λ̄_k^αᵢ − 3), terms (μᵢ, αᵢ)."""
+    return lambda stretch: sum((2 * modulus / power * stretch**power for modulus, power in terms), 0 * stretch)
+
+
 def cases() -> tuple[Case, ...]:
     """Both tests for every rubber."""
+    bulk, density = 4.80, 1.1e-9
+    rubbers = (
+        ("neo-Hookean", energies.neo_hookean, (0.49,), neo_hookean(0.49)),
+        ("Mooney–Rivlin", energies.mooney_rivlin, (0.2, 0.05), mooney_rivlin(0.2, 0.05)),
+        ("Yeoh", energies.yeoh, (0.24, 0.01, 0.001), yeoh(0.24, 0.01, 0.001)),
+        ("Gent", energies.gent, (0.49, 12.0), gent(0.49, 12.0)),
+        ("Arruda–Boyce", energies.arruda_boyce, (0.45, 2.5), arruda_boyce(0.45, 2.5)),
+        ("Ogden", energies.ogden, (0.6, 1.3, -0.02, -2.0), ogden((0.6, 1.3), (-0.02, -2.0))),
+    )
     source = "principal stresses of an isotropic hyperelastic solid (Holzapfel 2000, ch. 6), derived by hand"
     return tuple(
-        Case(f"{word} {name}", partial(tension, solid, slopes, pulled), source)
-        for name, solid, slopes in (("neo-hookean", rubber(0.49, 4.80, 1.1e-9), neo_hookean(0.49)),)
+        Case(f"{word} {name}", partial(tension, Rubber(energy, (*own, bulk), density), slopes, pulled), source)
+        for name, energy, own, slopes in rubbers
         for word, pulled in (("uniaxial", UNIAXIAL), ("equibiaxial", EQUIBIAXIAL))
     )
 

@@ -10,6 +10,8 @@ from pneumorph.verify.verdict import Case
 
 _RADIAL = "radial boundary-value problem, by SciPy's collocation to 1e-10 (verify/radial.py)"
 
+_INCOMPRESSIBLE = "closed form of the incompressible neo-Hookean solid (Ogden 1984, ch. 5)"
+
 
 def cases() -> tuple[Case, ...]:
     """All cases."""
@@ -20,6 +22,8 @@ def cases() -> tuple[Case, ...]:
         Case("radial references", inflation.radial_references, "the same problem solved to 1e-8 apart from this code"),
         Case("thick sphere", inflation.thick_sphere, _RADIAL),
         Case("plane-strain tube", inflation.plane_strain_tube, _RADIAL),
+        Case("incompressible sphere and tube", inflation.incompressible, _INCOMPRESSIBLE),
+        Case("limit points of spheres", inflation.limit_points, f"maximum of the {_INCOMPRESSIBLE}"),
         Case("small load", inflation.lame_limit, "Lamé's solutions (Timoshenko & Goodier 1970, arts. 28 and 142)"),
         Case("order of convergence", inflation.convergence, f"order 3 of quadratic elements; field by {_RADIAL}"),
         Case("elastica references", beams.elastica_reference, "Mattiasson 1981, table I"),

@@ -21,7 +21,7 @@ from pneumorph.mechanics import (
     solve,
 )
 from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.equilibrium import unloaded
+from pneumorph.mechanics.balance import unloaded
 from pneumorph.mesh import mesh_body
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 from pneumorph.verify.verdict import Verdict, relative
