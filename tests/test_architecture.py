@@ -20,6 +20,7 @@ PACKAGES = [
     "run",
     "output",
     "study",
+    "verify",
     "cli",
 ]
 # What a package must not know although it stands above.

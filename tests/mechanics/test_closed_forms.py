@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from grids import octant, tube, with_lids
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.verify.solids import octant, tube, with_lids
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from grids import tube
 
 from pneumorph.mechanics import Equilibrium, Tangent, configuration, loads, loads_of, model, rubber, solve
 from pneumorph.mechanics.balance import evaluate
 from pneumorph.mechanics.plate import COMPONENTS
 from pneumorph.problem import load
+from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
 EVERYTHING = {"acceleration": np.array([9810.0, -4000.0, 2000.0]), "wrench": np.array([0.02, 0.01, 0.1, 0.2, 0.4, 0.5])}

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from grids import octant, tube, with_lids
-from incompressible import radius_at, sphere_pressure, tube_pressure
 from scipy import sparse
 from scipy.special import ellipe, ellipk
 
@@ -12,6 +10,8 @@ from pneumorph.mechanics import potential as kernels
 from pneumorph.mechanics.linear import SuperLU
 from pneumorph.mechanics.model import tangent
 from pneumorph.mechanics.setup import MIXED_FROM, asks_for_mixed
+from pneumorph.verify.incompressible import radius_at, sphere_pressure, tube_pressure
+from pneumorph.verify.solids import octant, tube, with_lids
 
 SHEAR = 0.49
 

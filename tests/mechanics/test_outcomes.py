@@ -1,11 +1,12 @@
 """What the solver says when there is no equilibrium, and that both factorisations agree."""
 
 import numpy as np
-from grids import tube
+import pytest
 
 from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve
 from pneumorph.mechanics.linear import SuperLU
 from pneumorph.mechanics.model import tangent
+from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
 
@@ -58,3 +59,14 @@ def test_superlu_serves_where_there_is_no_mkl():
     raised[built.diagonal[100]] -= 1e3
     plain.refactorise(raised)
     assert plain.negative_pivots == best.negative_pivots + 1
+
+
+def test_a_tangent_of_the_free_plate_serves_the_blocked_one():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    solver, inflated = Tangent(built), loads(built, {"A": 0.05})
+    blocked = configuration(built, mesh.points, inflated, np.arange(6) == 2)
+    solve(configuration(built, mesh.points, inflated), solver)
+    found, fresh = solve(blocked, solver), solve(blocked, Tangent(built))
+    assert found.plate[2] == 0.0
+    assert found.reaction[2] == pytest.approx(fresh.reaction[2], rel=1e-6)

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from grids import octant, tube
-from incompressible import sphere_pressure
 
 from pneumorph.mechanics import (
     Equilibrium,
@@ -19,6 +17,8 @@ from pneumorph.mechanics import (
     solve,
 )
 from pneumorph.mechanics import potential as kernels
+from pneumorph.verify.incompressible import sphere_pressure
+from pneumorph.verify.solids import octant, tube
 
 SHEAR = 0.49
 

@@ -4,7 +4,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from grids import tube, with_lids
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
@@ -13,6 +12,7 @@ from pneumorph.mechanics import Tangent, configuration, loads, model, rest, rubb
 from pneumorph.mechanics import potential as kernels
 from pneumorph.mechanics.model import tangent
 from pneumorph.mechanics.plate import rotation, rotation_vector
+from pneumorph.verify.solids import tube, with_lids
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
 

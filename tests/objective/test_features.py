@@ -3,13 +3,13 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from grids import tube
 
 from pneumorph.mechanics import model, rubber
 from pneumorph.mechanics.plate import rotation
 from pneumorph.mechanics.potential import State
 from pneumorph.objective import features, maximize
 from pneumorph.objective.motion import MOTIONS
+from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
 

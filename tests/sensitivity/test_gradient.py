@@ -3,11 +3,11 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from grids import tube
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
 from pneumorph.objective import features
 from pneumorph.sensitivity import boundary_gradient, gradient, taylor_test
+from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
 SILICONE = rubber(0.49, 4.9e3, 1.1e-9)

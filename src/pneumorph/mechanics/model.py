@@ -228,6 +228,8 @@ def _pad(connectivity, weight, ratio):
 
 def _chamber_places(sparsity: Pattern, triangles: np.ndarray) -> np.ndarray:
     """For every entry of the (S, 18, 18) chamber Hessians its place in the tangent's values, −1 for none; flat."""
+    if not len(triangles):
+        return np.zeros(0, int)
     number = sparsity.number[triangles]
     dofs = np.where(number[:, :, None] >= 0, 3 * number[:, :, None] + np.arange(3), -1).reshape(len(triangles), 18)
     rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])

@@ -1,22 +1,24 @@
-"""Structured quadratic tetrahedral meshes of simple solids, for tests with closed-form answers."""
+"""Structured quadratic tetrahedral meshes of simple solids, for cases with known answers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from itertools import permutations
 
 import numpy as np
 
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TRIANGLE_EDGES, TetMesh
 
+Mapping = Callable[[np.ndarray], np.ndarray]
 
-def block(counts, mapping, faces):
+
+def block(counts: Sequence[int], mapping: Mapping, faces: dict[str, Mapping]) -> TetMesh:
     """A unit cube cut into counts[i] cells, each into six tetrahedra, its nodes (mid-sides too) moved by `mapping`.
 
     `faces` maps a name to a predicate on reference coordinates that picks the nodes of that face.
     """
-    counts = np.asarray(counts)
     axes = [np.arange(2 * n + 1) for n in counts]
-    shape = tuple(2 * counts + 1)
+    shape = tuple(2 * n + 1 for n in counts)
     lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     cells = np.stack(np.meshgrid(*[np.arange(n) for n in counts], indexing="ij"), axis=-1).reshape(-1, 3) * 2
     tets = []
@@ -29,7 +31,7 @@ def block(counts, mapping, faces):
         nodes = corners + [(corners[i] + corners[j]) // 2 for i, j in TET_EDGES]
         tets.append([np.ravel_multi_index(tuple((cells + node).T), shape) for node in nodes])
     tets = np.concatenate([np.array(t).T for t in tets])
-    reference = lattice / (2 * counts)
+    reference = lattice / (2 * np.asarray(counts))
     points = mapping(reference)
     _, index, inverse = np.unique(np.round(points, 8), axis=0, return_index=True, return_inverse=True)
     inverse = inverse.ravel()
@@ -53,7 +55,37 @@ def _edge(i, j):
     return next(k for k, pair in enumerate(TET_EDGES) if set(pair) == {i, j})
 
 
-def tube(inner, outer, length, counts):
+def bar(width: float, length: float, counts: Sequence[int]) -> TetMesh:
+    """Square bar about the z axis; faces base (z = 0) and tip (z = length)."""
+
+    def mapping(r: np.ndarray) -> np.ndarray:
+        return r * [width, width, length] - [width / 2, width / 2, 0]
+
+    return block(
+        counts,
+        mapping,
+        {
+            "base": lambda r: r[:, 2] == 0,
+            "tip": lambda r: r[:, 2] == 1,
+        },
+    )
+
+
+def distorted_cube(count: int, amount: float = 0.3) -> TetMesh:
+    """Unit cube of count³ cells whose inner corners are moved at random by up to `amount` cells; straight edges.
+
+    Edges are straight because only then the element's quadrature integrates the shape functions' gradients exactly,
+    and with them a linear displacement is in equilibrium to rounding.
+    """
+    mesh = block([count] * 3, lambda r: r, {})
+    points = mesh.points.copy()
+    inner = (np.abs(points - 0.5) < 0.5 - 1e-9).all(axis=1)
+    points[inner] += np.random.default_rng(0).uniform(-amount / count, amount / count, (inner.sum(), 3))
+    points[mesh.tets[:, 4:]] = points[mesh.tets[:, TET_EDGES]].mean(axis=2)
+    return mesh.at(points)
+
+
+def tube(inner: float, outer: float, length: float, counts: Sequence[int]) -> TetMesh:
     """Hollow cylinder of full turn, with counts of elements radially, around and along.
 
     Faces: base (z = 0), tip (z = length), chamber A (the bore), exterior.
@@ -75,7 +107,7 @@ def tube(inner, outer, length, counts):
     )
 
 
-def with_lids(mesh, length):
+def with_lids(mesh: TetMesh, length: float) -> tuple[TetMesh, np.ndarray]:
     """The tube with its bore closed by flat fans at z = 0 and z = length.
 
     Returned with which nodes were added for that: they belong to no solid.
@@ -86,7 +118,7 @@ def with_lids(mesh, length):
         corners, middles = mesh.faces["chamber A"][:, :3], mesh.faces["chamber A"][:, 3:]
         at = np.abs(mesh.points[:, 2] - z) < 1e-9
         rims = [
-            (corners[row, edge], middles[row, edge], corners[row, (edge + 1) % 3])
+            (int(corners[row, edge]), int(middles[row, edge]), int(corners[row, (edge + 1) % 3]))
             for row, edge in np.argwhere(at[corners] & at[np.roll(corners, -1, axis=1)])
         ]
         spokes = {node: count + 1 + k for k, node in enumerate(sorted({n for a, _, b in rims for n in (a, b)}))}
@@ -98,7 +130,7 @@ def with_lids(mesh, length):
     return closed, np.arange(count) >= len(mesh.points)
 
 
-def octant(inner, outer, counts):
+def octant(inner: float, outer: float, counts: Sequence[int]) -> TetMesh:
     """One eighth of a hollow sphere in x, y, z > 0, of three gnomonic patches; faces chamber A and exterior."""
     third = [
         block(

@@ -1,0 +1,227 @@
+"""One equilibrium by four solvers: time, memory, and the tip's displacement, on the same mesh and load.
+
+    python benchmarks/solvers.py [8000 30000]
+
+The linear actuator's starting tube at 60 kPa with a free tip, from rest, meshed with about as many quadratic tetrahedra
+as each argument says. Everybody gets the same ten-node elements, the rule of four points where one can be chosen, both
+cores, one load step, and the relative residual 1e-9 to reach. What is timed is the way from a mesh and loads in memory
+to displacements; compilation of kernels by JAX, which is kept between runs, and imports are not. CalculiX reads its
+file and writes its answer within its time. Every solver runs in a process of its own, whose peak memory is reported.
+"""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from pneumorph.geometry import starting_body
+from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.mechanics.model import tangent
+from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, TRIANGLE_RULE, TetMesh
+from pneumorph.run.cache import use_compilation_cache
+from pneumorph.verify import calculix, symbolic
+from pneumorph.verify.actuator import PRESSURE, linear_actuator
+
+TOLERANCE = 1e-9
+SHEAR, BULK = 0.49, 4.80
+
+
+def ours(mesh: TetMesh) -> dict:
+    def whole():
+        built = model(mesh, rubber(SHEAR, BULK, 1.1e-9), plate=False)
+        at = configuration(built, mesh.points, loads(built, {"A": PRESSURE}))
+        solver = Tangent(built)
+        return built, at, solver, solve(at, solver, tolerance=TOLERANCE)
+
+    whole()
+    (built, at, solver, found), seconds = timed(whole)
+    assembly, factor = [], []
+    for _ in range(5):
+        data, took = timed(lambda: tangent(built, at.X, found.state, at.loads, at.blocked))
+        assembly.append(took)
+        factor.append(timed(lambda: solver._factor.refactorise(data))[1])  # noqa: B023
+    return {
+        "seconds": seconds,
+        "u": found.u,
+        "note": f"{found.factorisations} factorisations, {found.solves} back-solves; "
+        f"assembly {median(assembly):.3f} s, factorisation {median(factor):.3f} s, "
+        f"{100 * median(assembly) / median(factor):.0f} %",
+    }
+
+
+def ngsolve(mesh: TetMesh) -> dict:
+    import ngsolve as ng
+
+    def whole():
+        body = symbolic.twin(mesh)
+        space = ng.VectorH1(body.mesh, order=2, dirichlet="base")
+        u = space.TrialFunction()
+        in_tets = {ng.TET: ng.IntegrationRule([tuple(point) for point in TET_RULE.tolist()], [1 / 24] * 4)}
+        places, weights = TRIANGLE_RULE
+        on_walls = {ng.TRIG: ng.IntegrationRule([tuple(place) for place in places.tolist()], weights.tolist())}
+        # By the chamber's volume instead of tractions, so that the tangent is symmetric and half of it suffices.
+        work = ng.BilinearForm(space, symmetric=True)
+        work += ng.Variation(symbolic.neo_hookean(ng.Id(3) + ng.Grad(u), SHEAR, BULK) * ng.dx(intrules=in_tets))
+        area = ng.Cof(ng.Id(3) + ng.Grad(u).Trace()) * ng.specialcf.normal(3)
+        outward = ng.CF((ng.x, ng.y, ng.z)) + u.Trace()
+        work += ng.Variation(PRESSURE / 3 * outward * area * ng.ds("chamber A", intrules=on_walls))
+        state = ng.GridFunction(space)
+        residual, step = state.vec.CreateVector(), state.vec.CreateVector()
+        free = np.fromiter(space.FreeDofs(), bool)
+        scale, count = None, 0
+        while True:
+            work.Apply(state.vec, residual)
+            size = np.linalg.norm(residual.FV().NumPy()[free])
+            scale = scale or size
+            if size <= TOLERANCE * scale:
+                return body, state, count
+            work.AssembleLinearization(state.vec)
+            step.data = work.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky") * residual
+            state.vec.data -= step
+            count += 1
+
+    with ng.TaskManager():
+        (body, state, count), seconds = timed(whole)
+    return {"seconds": seconds, "u": symbolic.nodal(body, state.vec.FV().NumPy()), "note": f"{count} Newton steps"}
+
+
+def felupe(mesh: TetMesh) -> dict:
+    import felupe as fem
+    from pypardiso import spsolve
+
+    behind = with_first_face(mesh, mesh.faces["chamber A"])
+
+    def whole():
+        solid = fem.Mesh(mesh.points, mesh.tets, "tetra10")
+        region = fem.RegionQuadraticTetra(solid, quadrature=fem.quadrature.Scheme(TET_RULE, np.full(4, 1 / 24)))
+        field = fem.FieldContainer([fem.Field(region, dim=3)])
+        wall = wall_region(fem, fem.Mesh(mesh.points, behind, "tetra10"))
+        body = fem.SolidBody(umat=fem.NeoHooke(mu=SHEAR, bulk=BULK), field=field)
+        pressure = fem.SolidBodyPressure(fem.FieldContainer([fem.Field(wall, dim=3)]), pressure=PRESSURE)
+        base = np.isin(np.arange(len(mesh.points)), np.unique(mesh.faces["base"]))
+        held = {"base": fem.Boundary(field[0], mask=base)}
+        fixed, free = fem.dof.partition(field, held)
+        found = fem.newtonraphson(
+            items=[body, pressure],
+            dof0=fixed,
+            dof1=free,
+            ext0=fem.dof.apply(field, held, fixed),
+            solver=spsolve,
+            tol=TOLERANCE,
+            verbose=0,
+        )
+        return found, field
+
+    (found, field), seconds = timed(whole)
+    return {"seconds": seconds, "u": field[0].values, "note": f"{found.iterations} Newton steps, linear solver PARDISO"}
+
+
+def with_first_face(mesh: TetMesh, triangles: np.ndarray) -> np.ndarray:
+    """The tetrahedra behind triangles, renumbered so that the triangle is their face of corners 0, 1, 2."""
+    keys = {tuple(sorted(triangle)) for triangle in triangles[:, :3].tolist()}
+    edge = {frozenset(pair): 4 + k for k, pair in enumerate(TET_EDGES.tolist())}
+    rows = []
+    for corners in TET_FACES:
+        (last,) = set(range(4)) - set(corners.tolist())
+        # Corners of a face run outwards; turned round, the opposite corner completes a positive tetrahedron.
+        order = [*corners[::-1].tolist(), last]
+        local = order + [edge[frozenset((order[i], order[j]))] for i, j in TET_EDGES]
+        chosen = [tuple(sorted(face)) in keys for face in mesh.tets[:, corners].tolist()]
+        rows.append(mesh.tets[chosen][:, local])
+    return np.concatenate(rows)
+
+
+def wall_region(fem, solid):
+    """FElupe's boundary region of the faces ζ = 0 of quadratic tetrahedra, which the library itself lacks."""
+    places, weights = TRIANGLE_RULE
+    scheme = fem.quadrature.Scheme(np.column_stack([places, np.zeros(len(places))]), weights)
+    region = fem.Region(solid, fem.QuadraticTetra(), scheme, grad=True)
+    slope = np.einsum("caI,aJgc->IJgc", solid.points[solid.cells], region.dhdr)
+    area = np.cross(slope[:, 1], slope[:, 0], axis=0)
+    region.dA = area * weights[:, None]
+    region.dV = np.linalg.norm(region.dA, axis=0)
+    region.normals = region.dA / region.dV
+    return region
+
+
+def ccx(mesh: TetMesh) -> dict:
+    built = model(mesh, rubber(SHEAR, BULK, 1.1e-9), plate=False)
+    at = configuration(built, mesh.points, loads(built, {"A": PRESSURE}))
+    os.environ |= {"OMP_NUM_THREADS": "2", "CCX_NPROC_STIFFNESS": "2", "CCX_NPROC_RESULTS": "2"}
+    (u, _), seconds = timed(lambda: calculix.equilibrium(mesh, at, increment=1.0, tolerance=TOLERANCE))
+    return {"seconds": seconds, "u": u, "note": "SPOOLES"}
+
+
+SOLVERS = {"pneumorph": ours, "NGSolve": ngsolve, "FElupe": felupe, "CalculiX": ccx}
+
+
+def timed(function):
+    began = time.perf_counter()
+    answer = function()
+    return answer, time.perf_counter() - began
+
+
+def alone(name: str, path: str) -> None:
+    """Run one solver on a stored mesh and print what it took as JSON."""
+    use_compilation_cache()
+    with np.load(path) as stored:
+        faces = {key: stored[key] for key in stored.files if key not in ("points", "tets")}
+        mesh = TetMesh(stored["points"], stored["tets"], faces)
+    found = SOLVERS[name](mesh)
+    tip = np.unique(mesh.faces["tip"])
+    who = resource.RUSAGE_CHILDREN if name == "CalculiX" else resource.RUSAGE_SELF
+    print(
+        json.dumps(
+            {
+                "seconds": found["seconds"],
+                "megabytes": resource.getrusage(who).ru_maxrss / 1024,
+                "tip_mm": float(found["u"][tip, 2].mean()),
+                "note": found["note"],
+            }
+        )
+    )
+
+
+def table(count: int) -> None:
+    body, size = starting_body(linear_actuator().body), 2.0
+    mesh = mesh_body(body, size).mesh
+    # The number of elements jumps with their size, where a ring of the surface gains a row.
+    while not 0.8 * count < len(mesh.tets) < 1.25 * count:
+        size *= (len(mesh.tets) / count) ** (1 / 3.5)
+        mesh = mesh_body(body, size).mesh
+    print(f"\n{len(mesh.tets)} quadratic tetrahedra, {3 * len(mesh.points)} displacements")
+    print(f"{'solver':10s} {'s':>8s} {'ratio':>6s} {'MB':>6s} {'tip, mm':>12s}")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "mesh.npz")
+        np.savez(path, points=mesh.points, tets=mesh.tets, **mesh.faces)
+        first = None
+        for name in SOLVERS:
+            run = subprocess.run(
+                [sys.executable, __file__, "--alone", name, str(path)], capture_output=True, text=True, check=False
+            )
+            if run.returncode:
+                print(f"{name:10s} {run.stderr.strip().splitlines()[-1]}")
+                continue
+            found = json.loads(run.stdout.splitlines()[-1])
+            first = first or found["seconds"]
+            print(
+                f"{name:10s} {found['seconds']:8.2f} {found['seconds'] / first:6.1f} {found['megabytes']:6.0f} "
+                f"{found['tip_mm']:12.8f}  {found['note']}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--alone"]:
+        alone(*sys.argv[2:])
+    else:
+        for argument in sys.argv[1:] or ["8000", "30000"]:
+            table(int(argument))

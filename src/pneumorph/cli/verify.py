@@ -1,0 +1,147 @@
+"""`pneumorph verify`: the mechanics against closed forms, balances and other solvers."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress
+from rich.table import Table
+from rich.text import Text
+
+from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.run import atomic
+from pneumorph.verify import Case, Unavailable, Verdict, calculix, cases
+
+PACKAGES = ("pneumorph", "jax", "numpy", "scipy", "netgen-mesher", "ngsolve")
+
+HEADINGS = ("case", "quantity", "reference", "ours", "error", "allowed", "verdict")
+
+WIDTH = 160
+"""Of the table in a file, characters."""
+
+Outcome = Verdict | Unavailable | ComputationError
+
+
+def verify(
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Run the cases with this in their name; repeatable.")
+    ] = None,
+    write: Annotated[Path | None, typer.Option(metavar="FILE.md", help="Write the table to this file.")] = None,
+) -> None:
+    """Verify the mechanics: what each case should give, what it gives, the error, and the verdict."""
+    chosen = _chosen(cases(), only or [])
+    console = Console()
+    if not console.is_terminal:
+        console.width = WIDTH
+    outcomes: dict[str, list[Outcome]] = {}
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("", total=len(chosen))
+        for case in chosen:
+            progress.update(task, description=case.name)
+            outcomes[case.name] = list(_outcomes(case))
+            progress.advance(task)
+    console.print(_table(outcomes))
+    if write is not None:
+        _write(write, markdown(chosen, outcomes))
+    failed = [name for name, found in outcomes.items() if any(_verdict(outcome) == "FAILED" for outcome in found)]
+    if failed:
+        raise ComputationError(f"{len(failed)} of {len(chosen)} cases failed: {', '.join(failed)}")
+
+
+def _chosen(known: tuple[Case, ...], names: list[str]) -> tuple[Case, ...]:
+    for name in names:
+        if not any(name.lower() in case.name.lower() for case in known):
+            every = "; ".join(case.name for case in known)
+            raise ProblemError(f'--only: no case has "{name}" in its name; there are {every}')
+    return tuple(case for case in known if not names or any(name.lower() in case.name.lower() for name in names))
+
+
+def _outcomes(case: Case) -> Iterator[Outcome]:
+    try:
+        yield from case.verdicts()
+    except (Unavailable, ComputationError) as reason:
+        yield reason
+
+
+def _verdict(outcome: Outcome) -> str:
+    match outcome:
+        case Verdict():
+            return "passed" if outcome.passed else "FAILED"
+        case Unavailable():
+            return "skipped"
+        case _:
+            return "FAILED"
+
+
+def _cells(outcome: Outcome) -> list[str]:
+    """Quantity, reference, ours, error, allowed error, verdict."""
+    if not isinstance(outcome, Verdict):
+        return [str(outcome), "", "", "", "", _verdict(outcome)]
+    return [
+        outcome.quantity,
+        f"{outcome.reference:.8g}",
+        f"{outcome.ours:.8g}",
+        f"{outcome.error:.1e}",
+        f"{outcome.tolerance:.0e}",
+        _verdict(outcome),
+    ]
+
+
+def _table(outcomes: Mapping[str, list[Outcome]]) -> Table:
+    table = Table(*HEADINGS)
+    styles = {"passed": "green", "skipped": "yellow", "FAILED": "bold red"}
+    for name, found in outcomes.items():
+        for index, outcome in enumerate(found):
+            *cells, verdict = _cells(outcome)
+            table.add_row("" if index else name, *map(escape, cells), Text(verdict, style=styles[verdict]))
+        table.add_section()
+    return table
+
+
+def markdown(chosen: tuple[Case, ...], outcomes: Mapping[str, list[Outcome]]) -> str:
+    """The page: the table, where every reference comes from, and the versions that made it."""
+    lines = [
+        "# Verification",
+        "",
+        "Written by `pneumorph verify --write docs/verification.md`. An error is relative where the quantity has no",
+        "natural zero, and absolute elsewhere; [the theory page](theory/verification.md) says why each case is here.",
+        "",
+        f"| {' | '.join(HEADINGS)} |",
+        f"|{' --- |' * len(HEADINGS)}",
+    ]
+    for name, found in outcomes.items():
+        for index, outcome in enumerate(found):
+            lines.append(f"| {' | '.join(['' if index else name, *_cells(outcome)])} |")
+    lines += ["", "## References", ""]
+    lines += [f"- {case.name}: {case.source}." for case in chosen]
+    lines += ["", "## Versions", ""]
+    lines += [f"- {name} {number}" for name, number in versions().items()]
+    return "\n".join([*lines, ""])
+
+
+def versions() -> dict[str, str]:
+    """Of everything that had a part in the numbers and is installed."""
+    found = {"Python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    if number := calculix.version():
+        found["CalculiX"] = number
+    return found
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        atomic.write_bytes(path, text.encode())
+    except OSError as error:
+        raise ProblemError(f"--write {path}: cannot be written ({error.strerror}); name another file") from None

@@ -1,0 +1,154 @@
+"""A model as an input file for CalculiX, in Abaqus' language.
+
+The file is complete: ten-node tetrahedra (C3D10), the neo-Hookean rubber, clamped base, rigid plate, springs, dead and
+follower loads, gravity. Its only word that Abaqus does not know is ``ROT NODE`` of the rigid plate (a node whose
+displacements are CalculiX's rotations); there, strike it and use degrees of freedom 4 to 6 of the reference node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from pneumorph.errors import ProblemError
+from pneumorph.mechanics import Configuration
+from pneumorph.mechanics.energies import neo_hookean
+from pneumorph.mesh.tets import TetMesh, area_vectors
+
+FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
+"""Corners of the faces P1 to P4 of a C3D10 (Abaqus and CalculiX manuals), ascending."""
+
+
+def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3) -> str:
+    """The input file of a mesh under the loads and blocked plate components of a configuration.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Faces "base", "tip" and "chamber <name>". Node and element k of the mesh are k + 1 in the file.
+    at : Configuration
+        Made of the mesh's model; supports other than the clamped base are not written.
+    increment : float
+        First part of the load to try.
+    tolerance : float
+        Largest residual over the mean force at which an increment counts as converged. By default CalculiX' own: asked
+        for a millionth, it cuts its steps to three thousandths of the load.
+
+    Raises
+    ------
+    ProblemError
+        If the rubber is none that the file can hold.
+    """
+    return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment, tolerance), ""])
+
+
+def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
+    yield "*HEADING"
+    yield "pneumorph: units mm, N, MPa, t, s"
+    yield "*NODE, NSET=ALL"
+    yield from (f"{k}, {x:.12e}, {y:.12e}, {z:.12e}" for k, (x, y, z) in enumerate(mesh.points, 1))
+    yield "*ELEMENT, TYPE=C3D10, ELSET=BODY"
+    yield from (", ".join(map(str, [k, *(tet + 1)])) for k, tet in enumerate(mesh.tets, 1))
+    yield "*NSET, NSET=BASE"
+    yield from _rows(np.unique(mesh.faces["base"]) + 1)
+    if "tip" in mesh.faces:
+        yield "*NSET, NSET=TIP"
+        yield from _rows(np.unique(mesh.faces["tip"]) + 1)
+    if at.model.plate:
+        centre, turn = plate_nodes(mesh)
+        where = ", ".join(f"{x:.12e}" for x in tip_centre(mesh))
+        yield "*NODE, NSET=PLATE"
+        yield f"{centre}, {where}"
+        yield f"{turn}, {where}"
+        yield f"*RIGID BODY, NSET=TIP, REF NODE={centre}, ROT NODE={turn}"
+        for element, (component, stiffness) in enumerate(_nonzero(np.asarray(at.loads.spring)), len(mesh.tets) + 1):
+            node, freedom = (centre, turn)[component // 3], component % 3 + 1
+            yield f"*ELEMENT, TYPE=SPRING1, ELSET=SPRING{component + 1}"
+            yield f"{element}, {node}"
+            yield f"*SPRING, ELSET=SPRING{component + 1}"
+            yield f"{freedom}"
+            yield f"{stiffness:.12e}"
+    yield "*BOUNDARY"
+    yield "BASE, 1, 3"
+    for component in np.flatnonzero(at.blocked) if at.model.plate else ():
+        yield f"{(centre, turn)[component // 3]}, {component % 3 + 1}, {component % 3 + 1}"
+
+
+def _rubber(at: Configuration) -> Iterator[str]:
+    rubber = at.model.rubber
+    if rubber.isochoric is not neo_hookean:
+        raise ProblemError("an input file for CalculiX is written for neo-Hookean rubbers only")
+    shear, bulk = rubber.parameters
+    # Its energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
+    yield "*MATERIAL, NAME=RUBBER"
+    yield "*HYPERELASTIC, NEO HOOKE"
+    yield f"{shear / 2:.12e}, {2 / bulk:.12e}"
+    yield "*DENSITY"
+    yield f"{rubber.density:.12e}"
+    yield "*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER"
+
+
+def _step(mesh: TetMesh, at: Configuration, increment: float, tolerance: float) -> Iterator[str]:
+    yield "*STEP, NLGEOM, INC=1000"
+    yield "*STATIC"
+    yield f"{increment:g}, 1., 1e-4, 1."
+    yield "*CONTROLS, PARAMETERS=FIELD"
+    yield f"{tolerance:g}, 1e30"
+    for name, pressure in zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True):
+        if pressure:
+            yield "*DLOAD"
+            elements, faces = element_faces(mesh, mesh.faces[f"chamber {name}"])
+            yield from (f"{e + 1}, P{f + 1}, {pressure:.12e}" for e, f in zip(elements, faces, strict=True))
+    weight = np.asarray(at.loads.body_force)
+    if weight.any():
+        size = float(np.linalg.norm(weight))
+        direction = ", ".join(f"{part:.12e}" for part in weight / size)
+        yield "*DLOAD"
+        yield f"BODY, GRAV, {size / at.model.rubber.density:.12e}, {direction}"
+    if at.model.plate and np.any(at.loads.wrench):
+        yield "*CLOAD"
+        for component, load in _nonzero(np.asarray(at.loads.wrench)):
+            yield f"{plate_nodes(mesh)[component // 3]}, {component % 3 + 1}, {load:.12e}"
+    for part in ("ALL", "PLATE") if at.model.plate else ("ALL",):
+        yield f"*NODE PRINT, NSET={part}"
+        yield "U"
+    yield "*END STEP"
+
+
+def plate_nodes(mesh: TetMesh) -> tuple[int, int]:
+    """Numbers in the file of the plate's reference node and of the node that holds its rotation."""
+    return len(mesh.points) + 1, len(mesh.points) + 2
+
+
+def tip_centre(mesh: TetMesh) -> np.ndarray:
+    """Centroid (3,) of the tip face, mm."""
+    places, normals = area_vectors(mesh.points, mesh.faces["tip"])
+    area = np.linalg.norm(normals, axis=-1)
+    return np.einsum("fg,fgd->d", area, places) / area.sum()
+
+
+def element_faces(mesh: TetMesh, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Element and face (0…3 of `FACES`) of triangles (nf, 6); triangles that belong to no element are left out."""
+    count = len(mesh.points)
+
+    def keys(corners: np.ndarray) -> np.ndarray:
+        a, b, c = np.moveaxis(np.sort(corners.astype(np.int64), axis=-1), -1, 0)
+        return (a * count + b) * count + c
+
+    of_elements = keys(mesh.tets[:, FACES]).ravel()
+    order = np.argsort(of_elements)
+    wanted = keys(triangles[:, :3])
+    place = np.searchsorted(of_elements, wanted, sorter=order).clip(max=len(order) - 1)
+    found = order[place][of_elements[order[place]] == wanted]
+    return found // 4, found % 4
+
+
+def _rows(numbers: np.ndarray) -> Iterator[str]:
+    """Numbers, sixteen to a line as the format allows."""
+    for start in range(0, len(numbers), 16):
+        yield ", ".join(map(str, numbers[start : start + 16]))
+
+
+def _nonzero(components: np.ndarray) -> Iterable[tuple[int, float]]:
+    return [(index, float(value)) for index, value in enumerate(components) if value]

@@ -1,0 +1,97 @@
+"""A slender bar bent far: by a moment into a circle, by a dead force into Euler's elastica.
+
+The reference is a line that bends but neither stretches nor shears, of linear moment and curvature. What a solid bar of
+length L and width w does besides is of second order in w/L and in the strain κw/2 at its sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy.integrate import solve_bvp
+
+from pneumorph.errors import ComputationError
+from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rubber
+from pneumorph.mechanics.sweep import sweep
+from pneumorph.verify.solids import bar
+from pneumorph.verify.verdict import Verdict, absolute, relative
+
+YOUNG = 1.0
+RUBBER = rubber(YOUNG / 2, YOUNG / 3, 1e-9)
+"""Of Poisson's ratio 0: the clamped ends then hinder no contraction, which would stiffen the bar by half its width."""
+
+WIDTH, LENGTH = 1.0, 40.0
+STIFFNESS = YOUNG * WIDTH**4 / 12
+"""E I of the square section, N·mm²."""
+
+COUNTS = (2, 2, 32)
+
+MATTIASSON = {1.0: (0.30172, 0.05643, 0.46135), 5.0: (0.71379, 0.38763, 1.21537)}
+"""P L²/EI: sideways and axial motion of the tip over L, and its angle (Mattiasson 1981, table I)."""
+
+
+def moment(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Iterator[Verdict]:
+    """Tip moments that bend the bar to an eighth, a quarter and half of a circle."""
+    turns = np.pi * np.arange(1, 17) / 16
+    path = bend(counts, [np.array([0, 0, 0, 0, STIFFNESS * turn / LENGTH, 0]) for turn in turns])
+    for turn, found in zip(turns, path, strict=True):
+        if turn not in (turns[3], turns[7], turns[15]):
+            continue
+        radius, part = LENGTH / turn, f"{turn / np.pi:g}π rad"
+        sideways, axial = radius * (1 - np.cos(turn)) / LENGTH, radius * np.sin(turn) / LENGTH - 1
+        yield relative(f"rotation at {part}, rad", found.plate[4], turn, tolerance)
+        yield absolute(f"sideways motion / length at {part}", found.plate[0] / LENGTH, sideways, tolerance)
+        yield absolute(f"axial motion / length at {part}", found.plate[2] / LENGTH, axial, tolerance)
+
+
+def force(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Iterator[Verdict]:
+    """Dead tip forces across the bar, P L²/EI = 1 and 5."""
+    steps = np.arange(1, 11) / 2
+    path = bend(counts, [np.array([load * STIFFNESS / LENGTH**2, 0, 0, 0, 0, 0]) for load in steps])
+    for load, found in zip(steps, path, strict=True):
+        if load not in MATTIASSON:
+            continue
+        sideways, axial, turn = elastica(load)
+        yield absolute(f"sideways motion / length at PL²/EI = {load:g}", found.plate[0] / LENGTH, sideways, tolerance)
+        yield absolute(f"axial motion / length at PL²/EI = {load:g}", found.plate[2] / LENGTH, -axial, tolerance)
+        yield relative(f"rotation at PL²/EI = {load:g}, rad", found.plate[4], turn, tolerance)
+
+
+def elastica_reference() -> Iterator[Verdict]:
+    """The elastica's solver itself against a published table."""
+    for load, known in MATTIASSON.items():
+        for word, ours, table in zip(("sideways / L", "axial / L", "angle, rad"), elastica(load), known, strict=True):
+            yield absolute(f"{word} at PL²/EI = {load:g}", ours, table, 6e-6)
+
+
+def elastica(load: float) -> tuple[float, float, float]:
+    """Sideways and axial motion of the tip over the length, and its angle, under a dead force P across; P L²/EI given.
+
+    θ″ = −(P L²/EI) cos θ over the unit length, clamped at 0 and free of moment at 1.
+    """
+
+    def equations(_, y: np.ndarray) -> np.ndarray:
+        angle, curvature = y[0], y[1]
+        return np.stack([curvature, -load * np.cos(angle), np.sin(angle), np.cos(angle)])
+
+    def ends(root: np.ndarray, tip: np.ndarray) -> np.ndarray:
+        return np.array([root[0], tip[1], root[2], root[3]])
+
+    s = np.linspace(0, 1, 21)
+    found = solve_bvp(equations, ends, s, np.stack([s, 1 - s, 0 * s, s]), tol=1e-9)
+    if not found.success:
+        raise ComputationError(f"the elastica at PL²/EI = {load:g} was not solved: {found.message}")
+    angle, _, sideways, along = found.y[:, -1]
+    return float(sideways), float(1 - along), float(angle)
+
+
+def bend(counts: tuple[int, int, int], wrenches: Sequence[np.ndarray]) -> Iterator[Equilibrium]:
+    """The bar under ever larger wrenches (6,) on its tip plate."""
+    mesh = bar(WIDTH, LENGTH, counts)
+    built = model(mesh, RUBBER)
+    at = [configuration(built, mesh.points, loads(built, {}, wrench=wrench)) for wrench in wrenches]
+    for found in sweep(at, Tangent(built)):
+        if isinstance(found, NoEquilibrium):
+            raise ComputationError(found.reason)
+        yield found

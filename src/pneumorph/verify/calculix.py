@@ -1,0 +1,71 @@
+"""The same equations by CalculiX: the exported input file, its own elements, quadrature and solver."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.errors import ComputationError
+from pneumorph.mechanics import Configuration
+from pneumorph.mesh.tets import TetMesh
+from pneumorph.output.abaqus import abaqus_input, plate_nodes
+from pneumorph.verify.verdict import Unavailable
+
+MOST_SECONDS = 900
+
+
+def program() -> str:
+    """The program's path, where it is installed."""
+    found = shutil.which("ccx")
+    if found is None:
+        raise Unavailable("CalculiX is not installed; apt-get install calculix-ccx")
+    return found
+
+
+def version() -> str | None:
+    """Of the installed program; None where there is none."""
+    try:
+        said = subprocess.run([program(), "-v"], capture_output=True, text=True, check=False).stdout
+    except Unavailable:
+        return None
+    return said.split()[-1] if said.split() else None
+
+
+def equilibrium(
+    mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3
+) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them.
+
+    `increment` is the first part of the load to try, `tolerance` the residual over the mean force at which it is happy.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "model.inp").write_text(abaqus_input(mesh, at, increment, tolerance), encoding="ascii")
+        try:
+            run = subprocess.run(
+                [program(), "model"], cwd=folder, capture_output=True, text=True, timeout=MOST_SECONDS, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise ComputationError(f"CalculiX took more than {MOST_SECONDS} s") from None
+        printed = Path(folder, "model.dat")
+        rows = last_table(printed.read_text(encoding="ascii")) if printed.exists() else {}
+    if "Job finished" not in run.stdout or len(rows) < len(mesh.points):
+        said = [line.strip() for line in run.stdout.splitlines() if "*ERROR" in line]
+        raise ComputationError(f"CalculiX did not finish: {said[0] if said else 'it did not say why'}")
+    u = np.array([rows[node] for node in range(1, len(mesh.points) + 1)])
+    if not at.model.plate:
+        return u, np.zeros(6)
+    return u, np.concatenate([rows[node] for node in plate_nodes(mesh)])
+
+
+def last_table(text: str) -> dict[int, np.ndarray]:
+    """Displacements (3,) by node of a .dat file, each as printed last, that is in the last increment."""
+    rows = {}
+    for line in text.splitlines():
+        words = line.split()
+        if len(words) == 4 and words[0].isdigit():
+            rows[int(words[0])] = np.array([float(word) for word in words[1:]])
+    return rows

@@ -1,0 +1,77 @@
+"""What an element must do whatever its shape: carry constant strain exactly, and not feel a rigid rotation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.mechanics import Configuration, Tangent, configuration, loads, model, rubber
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.element import deformation_gradients, inverse, reference_gradients
+from pneumorph.mechanics.plate import rotation
+from pneumorph.verify.prescribed import equilibrium, prescribed, residual
+from pneumorph.verify.solids import distorted_cube
+from pneumorph.verify.verdict import Verdict, absolute
+
+RUBBER = rubber(0.49, 4.80, 1.1e-9)
+"""Hei-Cast 8400, the paper's."""
+
+DEFORMATION = np.array([[1.3, 0.2, -0.1], [0.05, 0.9, 0.15], [0.1, -0.2, 1.1]])
+"""A gradient with everything in it: stretch, shear and rotation."""
+
+
+def patch_test() -> Iterator[Verdict]:
+    """A linear displacement of the boundary of a distorted mesh: the inside must follow, and the stress be constant."""
+    mesh = distorted_cube(3)
+    supports = np.repeat((np.abs(mesh.points - 0.5) > 0.5 - 1e-9).any(axis=1, keepdims=True), 3, axis=1)
+    built = model(mesh, RUBBER, plate=False, supports=supports)
+    at = configuration(built, mesh.points, loads(built, {}))
+    linear = mesh.points @ (DEFORMATION - np.eye(3)).T
+    start = prescribed(at, np.where(supports, linear, 0.9 * linear))
+    found = equilibrium(at, Tangent(built), start)
+    yield absolute(
+        "largest deviation from the linear displacement / largest displacement",
+        np.abs(found - prescribed(at, linear)).max() / np.abs(linear).max(),
+        0.0,
+        1e-10,
+    )
+    expected = np.asarray(_stress(jnp.asarray(DEFORMATION)[:, :, None]))[:, :, 0]
+    stress = stresses(at, found)
+    yield absolute(
+        "largest deviation from the constant stress / largest stress",
+        np.abs(stress - expected[:, :, None, None]).max() / np.abs(expected).max(),
+        0.0,
+        1e-10,
+    )
+
+
+def rigid_rotation() -> Iterator[Verdict]:
+    """A body turned by 2 rad about an oblique axis and moved: no stress, no force on any node."""
+    mesh = distorted_cube(2)
+    built = model(mesh, RUBBER, plate=False, supports=np.zeros((len(mesh.points), 3), bool))
+    at = configuration(built, mesh.points, loads(built, {}))
+    axis = np.array([1.0, 2.0, -2.0]) / 3
+    turn = np.asarray(rotation(jnp.asarray(2.0 * axis)))
+    moved = prescribed(at, mesh.points @ (turn - np.eye(3)).T + [5.0, -3.0, 1.0])
+    shear = RUBBER.parameters[0]
+    yield absolute("largest stress / shear modulus", np.abs(stresses(at, moved)).max() / shear, 0.0, 1e-12)
+    yield absolute(
+        "largest nodal force / (shear modulus × 1 mm²)", np.abs(residual(at, moved)).max() / shear, 0.0, 1e-12
+    )
+
+
+def stresses(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """First Piola–Kirchhoff stress (3, 3, 4, M) at the quadrature points, MPa."""
+    built = at.model
+    tets = built.top.tets[: built.elements]
+    u = kernels.displacement(built.top, at.X, built.state(vector))
+    F = deformation_gradients(u[tets], inverse(reference_gradients(at.X[tets])))
+    return np.asarray(_stress(F))
+
+
+def _stress(F: jnp.ndarray) -> jnp.ndarray:
+    energy, parameters = RUBBER.energy, jnp.asarray(RUBBER.parameters)
+    return jax.grad(lambda F: jnp.sum(energy(F, parameters)))(F)

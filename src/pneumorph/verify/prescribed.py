@@ -1,0 +1,42 @@
+"""Equilibria under prescribed displacements, by Newton's method as it stands in textbooks.
+
+The package's own solver has supports at zero only, which is all that actuators need. Here the residual and the tangent
+under test are the package's, and nothing else of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.errors import ComputationError
+from pneumorph.mechanics import Configuration, Tangent
+from pneumorph.mechanics import potential as kernels
+
+MOST_STEPS = 25
+
+
+def residual(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """∂Π over all unknowns (n,), those with supports too: there it is the reaction, N."""
+    model = at.model
+    _, gradient = kernels.value_and_residual(*model.rubber_arguments, model.top, at.X, model.state(vector), at.loads)
+    return model.vector(gradient)
+
+
+def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
+    """The unknowns (n,) in equilibrium, supported ones kept as they are in `vector`."""
+    for _ in range(MOST_STEPS):
+        forces = residual(at, vector)
+        if not np.isfinite(forces).all():
+            break
+        free = np.where(at.held, 0.0, forces)
+        if np.linalg.norm(free) <= 1e-12 * np.linalg.norm(forces):
+            return vector
+        tangent.factorise(at, at.model.state(vector))
+        vector = vector - tangent.precondition(free)
+    raise ComputationError("Newton's method did not settle under prescribed displacements")
+
+
+def prescribed(at: Configuration, u: np.ndarray) -> np.ndarray:
+    """The unknowns (n,) of displacements u (N, 3) of a body without plate."""
+    model = at.model
+    return model.vector(model.state(np.zeros(model.size))._replace(u=model.pad(u)))

@@ -1,0 +1,102 @@
+"""Reference: thick spheres and plane-strain tubes under internal pressure, as radial boundary-value problems.
+
+With r(R) the deformed radius the principal stretches are λ_r = r′ and λ_θ = r/R, and the nominal stresses
+P_i = ∂ψ/∂λ_i satisfy P_r′ + n (P_r − P_θ)/R = 0; n is 2 for a sphere and 1 for a tube, whose λ_z is 1. The
+Cauchy stress P_r/λ_θⁿ is −p inside and 0 outside. SciPy's collocation solves this to 1e-10, for any ψ and
+any thickness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.integrate import solve_bvp
+
+from pneumorph.errors import ComputationError
+from pneumorph.mechanics import Rubber
+from pneumorph.mechanics.energies import SMALLEST_RATIO
+
+TUBE, SPHERE = 1, 2
+
+TOLERANCE = 1e-10
+
+Displacement = Callable[[np.ndarray], np.ndarray]
+"""Radial displacement in mm at undeformed radii in mm."""
+
+
+def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved: int) -> Displacement:
+    """The radial displacement of a sphere or tube (`curved` is `SPHERE` or `TUBE`) under pressure (MPa) inside.
+
+    Raises
+    ------
+    ComputationError
+        If the collocation does not converge, or to no state that a body can take, as beyond a limit point.
+    """
+    slope, curvature = _principal(rubber, curved)
+
+    def equations(R: np.ndarray, y: np.ndarray) -> np.ndarray:
+        r, stretch = y
+        P, dP = slope(stretch, r / R), curvature(stretch, r / R)
+        along = dP[0, 1] * (stretch / R - r / R**2) + curved * (P[0] - P[1] / curved) / R
+        return np.stack([stretch, -along / dP[0, 0]])
+
+    def ends(inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
+        hoop = inside[0] / inner
+        return np.array(
+            [
+                slope(inside[1], hoop)[0] / hoop**curved + pressure,
+                slope(outside[1], outside[0] / outer)[0],
+            ]
+        )
+
+    R = np.linspace(inner, outer, 41)
+    found = solve_bvp(equations, ends, R, np.stack([R, np.ones_like(R)]), tol=TOLERANCE, max_nodes=100_000)
+    if not found.success:
+        raise ComputationError(f"the radial boundary-value problem at {pressure:g} MPa was not solved: {found.message}")
+    r, stretch = found.y
+    if np.min(stretch * (r / found.x) ** curved) <= SMALLEST_RATIO:
+        raise ComputationError(
+            f"the radial boundary-value problem at {pressure:g} MPa has no state that a body can take"
+        )
+    return lambda radius: found.sol(radius)[0] - radius
+
+
+def _principal(rubber: Rubber, curved: int):
+    """First and second derivatives of ψ by (λ_r, λ_θ), as functions of stretches of any shape.
+
+    λ_θ stands for `curved` equal stretches, so ∂ψ/∂λ_θ is P_θ times their number.
+    """
+    parameters = jnp.asarray(rubber.parameters)
+
+    def density(stretches: jnp.ndarray) -> jnp.ndarray:
+        radial, hoop = stretches
+        third = hoop if curved == SPHERE else 1.0
+        return rubber.energy(jnp.diag(jnp.stack([radial, hoop, jnp.asarray(third)])), parameters)
+
+    slope, curvature = jax.jit(jax.vmap(jax.grad(density))), jax.jit(jax.vmap(jax.hessian(density)))
+    return (
+        lambda radial, hoop: np.moveaxis(_evaluated(slope, radial, hoop), -1, 0),
+        lambda radial, hoop: np.moveaxis(_evaluated(curvature, radial, hoop), (-2, -1), (0, 1)),
+    )
+
+
+def _evaluated(function, radial, hoop) -> np.ndarray:
+    """A function of (λ_r, λ_θ) at many points; padded, because the collocation asks for ever other numbers of them."""
+    points = np.stack(np.broadcast_arrays(radial, hoop), axis=-1)
+    flat = points.reshape(-1, 2)
+    padded = np.ones((max(64, 2 ** int(np.ceil(np.log2(len(flat))))), 2))
+    padded[: len(flat)] = flat
+    found = np.asarray(function(padded))[: len(flat)]
+    return found.reshape(*points.shape[:-1], *found.shape[1:])
+
+
+def lame(young: float, poisson: float, inner: float, outer: float, pressure: float, curved: int) -> Displacement:
+    """Linear elasticity's radial displacement (Timoshenko & Goodier 1970, arts. 28 and 142)."""
+    if curved == SPHERE:
+        scale = pressure * inner**3 / (young * (outer**3 - inner**3))
+        return lambda R: scale * ((1 - 2 * poisson) * R + (1 + poisson) * outer**3 / (2 * R**2))
+    scale = pressure * inner**2 * (1 + poisson) / (young * (outer**2 - inner**2))
+    return lambda R: scale * ((1 - 2 * poisson) * R + outer**2 / R)

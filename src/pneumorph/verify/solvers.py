@@ -1,0 +1,76 @@
+"""The same actuator by other solvers: NGSolve to the last digits, CalculiX to what its own quadrature leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cache
+
+import numpy as np
+
+from pneumorph.errors import ComputationError
+from pneumorph.geometry import Body, starting_body
+from pneumorph.mechanics import (
+    Configuration,
+    Equilibrium,
+    NoEquilibrium,
+    Tangent,
+    configuration,
+    loads_of,
+    model_of,
+    solve,
+)
+from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tets import TetMesh
+from pneumorph.verify import calculix as ccx
+from pneumorph.verify import symbolic
+from pneumorph.verify.actuator import PRESSURE, linear_actuator
+from pneumorph.verify.verdict import Verdict, absolute, relative
+
+SIZE = 4.0
+"""Edge length of the meshes, mm. The solvers share them, so it need not be fine."""
+
+
+def ngsolve(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
+    """A body at 60 kPa with a rigid plate, by NGSolve's symbolic forms."""
+    symbolic.ngsolve()
+    mesh, at, found = inflated(body, size)
+    shear, bulk = at.model.rubber.parameters
+    # Newton begins 1 % away from our answer, so that it has to find its own.
+    u, plate = symbolic.equilibrium(
+        mesh, lambda F: symbolic.neo_hookean(F, shear, bulk), {"A": PRESSURE}, 0.99 * found.u, 0.99 * found.plate
+    )
+    yield from compared(found, u, plate, 1e-6)
+
+
+def calculix(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
+    """A body at 60 kPa with a rigid plate, by CalculiX from rest."""
+    ccx.program()
+    mesh, at, found = inflated(body, size)
+    yield from compared(found, *ccx.equilibrium(mesh, at), 5e-3)
+
+
+def compared(found: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: float) -> Iterator[Verdict]:
+    """Our equilibrium beside displacements (N, 3) and a plate's motion (6,) of another solver."""
+    yield relative("axial motion of the plate, mm", found.plate[2], plate[2], tolerance)
+    off = float(np.linalg.norm(found.plate[:3] - plate[:3]) / np.linalg.norm(plate[:3]))
+    yield absolute("difference of the plate's translations / its length", off, 0.0, tolerance)
+    off = np.abs(found.u - u).max() / np.abs(u).max()
+    yield absolute("largest difference of a displacement / largest displacement", off, 0.0, tolerance)
+
+
+def start() -> Body:
+    """The linear actuator's starting body."""
+    return starting_body(linear_actuator().body)
+
+
+@cache
+def inflated(body: Callable[[], Body], size: float) -> tuple[TetMesh, Configuration, Equilibrium]:
+    """A body of the linear actuator's problem meshed at `size` mm, and its equilibrium at 60 kPa."""
+    problem = linear_actuator()
+    mesh = mesh_body(body(), size).mesh
+    built = model_of(problem, mesh)
+    at = configuration(built, mesh.points, loads_of(problem, built, {"A": PRESSURE}))
+    found = solve(at, Tangent(built))
+    if isinstance(found, NoEquilibrium):
+        raise ComputationError(found.reason)
+    return mesh, at, found

@@ -1,0 +1,42 @@
+"""The verification cases, in the order of their table."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from pneumorph.verify import beams, element, homogeneous, inflation, solvers, work
+from pneumorph.verify.actuator import bellows
+from pneumorph.verify.verdict import Case
+
+_RADIAL = "radial boundary-value problem, by SciPy's collocation to 1e-10 (verify/radial.py)"
+
+_INCOMPRESSIBLE = "closed form of the incompressible neo-Hookean solid (Ogden 1984, ch. 5)"
+
+
+def cases() -> tuple[Case, ...]:
+    """All cases."""
+    return (
+        Case("patch test", element.patch_test, "exact for any sound element (Irons & Razzaque 1972)"),
+        Case("rigid rotation", element.rigid_rotation, "frame indifference: exactly zero"),
+        *homogeneous.cases(),
+        Case("radial references", inflation.radial_references, "the same problem solved to 1e-8 apart from this code"),
+        Case("thick sphere", inflation.thick_sphere, _RADIAL),
+        Case("plane-strain tube", inflation.plane_strain_tube, _RADIAL),
+        Case("incompressible sphere and tube", inflation.incompressible, _INCOMPRESSIBLE),
+        Case("limit points of spheres", inflation.limit_points, f"maximum of the {_INCOMPRESSIBLE}"),
+        Case("small load", inflation.lame_limit, "Lamé's solutions (Timoshenko & Goodier 1970, arts. 28 and 142)"),
+        Case("order of convergence", inflation.convergence, f"order 3 of quadratic elements; field by {_RADIAL}"),
+        Case("elastica references", beams.elastica_reference, "Mattiasson 1981, table I"),
+        Case("cantilever under a moment", beams.moment, "Euler's elastica: an arc of a circle"),
+        Case("cantilever under a force", beams.force, "Euler's elastica, by SciPy's collocation to 1e-9"),
+        Case("energy balance", work.energy_balance, "first law: ∫p dV by Gauss's rule of six points"),
+        Case("blocked force and springs", work.blocked_force, "first law: ∫d dF by Gauss's rule of six points"),
+        *(
+            Case(f"{solver}, {word}", partial(compare, body), source)
+            for word, body in (("starting tube", solvers.start), ("bellows", bellows))
+            for solver, compare, source in (
+                ("NGSolve", solvers.ngsolve, "NGSolve's symbolic forms on the same curved elements and points"),
+                ("CalculiX", solvers.calculix, "CalculiX's C3D10 on the same nodes, with its own quadrature"),
+            )
+        ),
+    )

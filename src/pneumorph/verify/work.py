@@ -1,0 +1,102 @@
+"""Work and energy of an actuator: what the pressure puts in is stored in the rubber, or done on springs and forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.errors import ComputationError
+from pneumorph.geometry import starting_body
+from pneumorph.mechanics import (
+    Configuration,
+    Equilibrium,
+    Model,
+    NoEquilibrium,
+    Tangent,
+    configuration,
+    loads,
+    model_of,
+    solve,
+)
+from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.balance import unloaded
+from pneumorph.mesh import mesh_body
+from pneumorph.verify.actuator import PRESSURE, linear_actuator
+from pneumorph.verify.verdict import Verdict, relative
+
+SIZE = 5.0
+"""Edge length of the mesh, mm: the balances hold for the discrete actuator, whatever its mesh."""
+
+AXIAL = np.arange(6) == 2
+
+
+def energy_balance(size: float = SIZE) -> Iterator[Verdict]:
+    """The linear actuator's start inflated to 60 kPa: ∫p dV against the stored energy, with a free tip and a spring."""
+    actuator = start(size)
+    for word, spring in (("free tip", 0.0), ("spring of 4 N/mm", 4.0)):
+        full = actuator.equilibrium(PRESSURE, spring=spring)
+        # ∫p dV = pV − ∫V dp, and V is a smooth function of p.
+        within = integral(lambda p: actuator.equilibrium(p, spring=spring).volumes["A"], PRESSURE)  # noqa: B023
+        done = PRESSURE * full.volumes["A"] - within
+        stored = actuator.potential(unloaded(actuator.at(PRESSURE, spring=spring)), full)
+        yield relative(f"{word}: stored energy, N·mm", stored, done, 1e-6)
+
+
+def blocked_force(size: float = SIZE) -> Iterator[Verdict]:
+    """The linear actuator at 60 kPa: what it can do from blocked to free, and what it does on springs."""
+    actuator = start(size)
+    free, blocked = actuator.equilibrium(PRESSURE), actuator.equilibrium(PRESSURE, blocked=AXIAL)
+    force = float(blocked.reaction[2])
+    at = actuator.at(PRESSURE)
+    drop = actuator.potential(at, blocked) - actuator.potential(at, free)
+    # A plate that pushes against the dead force f stands at d(f); the area below that curve is the work.
+    work = integral(lambda f: float(actuator.equilibrium(PRESSURE, force=-f).plate[2]), force)
+    yield relative("fall of Π from blocked to free, N·mm", drop, work, 1e-6)
+    spring = 0.5 * force / float(actuator.equilibrium(PRESSURE, force=-0.5 * force).plate[2])
+    pushed = spring * float(actuator.equilibrium(PRESSURE, spring=spring).plate[2])
+    yield relative("force on the spring that meets half the blocked force, N", pushed, 0.5 * force, 1e-7)
+    pushed = 1e6 * float(actuator.equilibrium(PRESSURE, spring=1e6).plate[2])
+    yield relative("force on a spring of 10⁶ N/mm, N", pushed, force, 1e-5)
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A meshed actuator with one chamber."""
+
+    model: Model
+    X: np.ndarray
+    tangent: Tangent
+
+    def at(
+        self, pressure: float, spring: float = 0.0, force: float = 0.0, blocked: np.ndarray | None = None
+    ) -> Configuration:
+        """Under pressure (MPa), an axial spring (N/mm) and an axial dead force (N)."""
+        acting = loads(self.model, {"A": pressure}, spring=spring * AXIAL, wrench=force * AXIAL)
+        return configuration(self.model, self.X, acting, blocked)
+
+    def equilibrium(self, pressure: float, **rest) -> Equilibrium:
+        """As `at`; raises ComputationError where there is none."""
+        found = solve(self.at(pressure, **rest), self.tangent)
+        if isinstance(found, NoEquilibrium):
+            raise ComputationError(found.reason)
+        return found
+
+    def potential(self, at: Configuration, found: Equilibrium) -> float:
+        """Π of a state under the loads of `at`, N·mm."""
+        return float(kernels.potential(*self.model.rubber_arguments, self.model.top, at.X, found.state, at.loads))
+
+
+def start(size: float) -> Actuator:
+    """The linear actuator's starting body, meshed."""
+    problem = linear_actuator()
+    mesh = mesh_body(starting_body(problem.body), size).mesh
+    built = model_of(problem, mesh)
+    return Actuator(built, mesh.points, Tangent(built))
+
+
+def integral(function: Callable[[float], float], end: float) -> float:
+    """∫ from 0 to `end` by Gauss's rule of six points."""
+    x, weights = np.polynomial.legendre.leggauss(6)
+    return 0.5 * end * sum(w * function(0.5 * end * (1 + t)) for t, w in zip(x, weights, strict=True))

@@ -1,0 +1,115 @@
+"""The CalculiX input file: its structure, and its answer where the program is installed."""
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry import starting_body
+from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tets import TET_FACES
+from pneumorph.output.abaqus import FACES, abaqus_input, element_faces, plate_nodes
+from pneumorph.verify import Unavailable, calculix
+from pneumorph.verify.actuator import linear_actuator
+from pneumorph.verify.solids import tube, with_lids
+
+RUBBER = rubber(0.49, 4.80, 1.1e-9)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    # A closed chamber: on an open one −pV also pulls at the rims, which tractions do not.
+    mesh = mesh_body(starting_body(linear_actuator().body), 8.0).mesh
+    built = model(mesh, RUBBER)
+    acting = loads(
+        built,
+        {"A": 0.04},
+        acceleration=np.array([9810.0, 0, 0]),
+        spring=np.array([0, 0, 0.5, 0, 20, 0]),
+        wrench=np.array([0.01, 0, 0.1, 0, 0.3, 0.5]),
+    )
+    return mesh, configuration(built, mesh.points, acting)
+
+
+def blocks(text):
+    """Data lines by keyword line, those of the same keyword after each other."""
+    found = {}
+    for line in text.splitlines():
+        if line.startswith("*"):
+            found[line] = found.get(line, [])
+            latest = found[line]
+        else:
+            latest.append(line)
+    return found
+
+
+def test_faces_are_numbered_as_the_manual_says():
+    assert {tuple(sorted(face)) for face in TET_FACES.tolist()} == {tuple(face) for face in FACES.tolist()}
+    # P2 of the manual is 1-4-2, P3 is 2-4-3, P4 is 3-4-1.
+    assert FACES.tolist() == [[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]]
+
+
+def test_every_wall_triangle_is_a_face_of_its_element(loaded):
+    mesh, _ = loaded
+    wall = mesh.faces["chamber A"]
+    elements, faces = element_faces(mesh, wall)
+    assert len(elements) == len(wall)
+    of_elements = np.take_along_axis(mesh.tets[elements], FACES[faces], axis=1)
+    assert (np.sort(of_elements, axis=1) == np.sort(wall[:, :3], axis=1)).all()
+
+
+def test_lids_without_elements_carry_no_load():
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    closed, _ = with_lids(mesh, 20)
+    assert len(element_faces(closed, closed.faces["chamber A"])[0]) == len(mesh.faces["chamber A"])
+
+
+def test_the_file_holds_the_whole_model(loaded):
+    mesh, at = loaded
+    found = blocks(abaqus_input(mesh, at))
+    nodes = np.array([line.split(",") for line in found["*NODE, NSET=ALL"]], float)
+    assert np.abs(nodes[:, 1:] - mesh.points).max() < 1e-10
+    elements = np.array([line.split(",") for line in found["*ELEMENT, TYPE=C3D10, ELSET=BODY"]], int)
+    assert (elements[:, 1:] == mesh.tets + 1).all()
+    c10, d1 = map(float, found["*HYPERELASTIC, NEO HOOKE"][0].split(","))
+    assert (2 * c10, 2 / d1) == pytest.approx((0.49, 4.80))
+    centre, turn = plate_nodes(mesh)
+    assert f"*RIGID BODY, NSET=TIP, REF NODE={centre}, ROT NODE={turn}" in found
+    assert float(found["*SPRING, ELSET=SPRING3"][1]) == 0.5
+    assert found["*SPRING, ELSET=SPRING5"][0] == "2"
+    pulled = [line.split(",") for line in found["*CLOAD"]]
+    assert [(int(node), int(freedom)) for node, freedom, _ in pulled] == [
+        (centre, 1),
+        (centre, 3),
+        (turn, 2),
+        (turn, 3),
+    ]
+    pressed = [line for line in found["*DLOAD"] if "GRAV" not in line]
+    assert len(pressed) == len(mesh.faces["chamber A"])
+    gravity = next(line.split(",") for line in found["*DLOAD"] if "GRAV" in line)
+    assert float(gravity[2]) == pytest.approx(9810)
+    assert all(len(line) < 132 for line in abaqus_input(mesh, at).splitlines())
+
+
+def test_calculix_gives_the_same_answer(loaded):
+    try:
+        calculix.program()
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+    mesh, at = loaded
+    u, plate = calculix.equilibrium(mesh, at)
+    found = solve(at, Tangent(at.model))
+    assert np.abs(u - found.u).max() < 5e-3 * np.abs(u).max()
+    assert np.abs(plate - found.plate).max() < 5e-3 * np.abs(plate).max()
+
+
+def test_calculix_blocks_components(loaded):
+    try:
+        calculix.program()
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+    mesh, at = loaded
+    blocked = configuration(at.model, mesh.points, at.loads, np.isin(range(6), (2, 4)))
+    u, plate = calculix.equilibrium(mesh, blocked)
+    found = solve(blocked, Tangent(at.model))
+    assert plate[2] == plate[4] == 0.0
+    assert np.abs(u - found.u).max() < 5e-3 * np.abs(u).max()

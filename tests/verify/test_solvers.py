@@ -1,0 +1,51 @@
+"""Other solvers on a coarse body, and the maps between their nodal values and ours."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pneumorph.verify import Unavailable, solvers, symbolic
+from pneumorph.verify.solids import octant
+
+
+def needs(available):
+    try:
+        available()
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+
+
+def test_ngsolve_has_the_curved_volume():
+    needs(symbolic.ngsolve)
+    ng = symbolic.ngsolve()
+    mesh = octant(4, 8, (1, 2, 2))
+    body = symbolic.twin(mesh)
+    # The wall and the outside see all of a body whose other faces lie in planes through the origin.
+    assert ng.Integrate(ng.CF(1) * ng.dx, body.mesh) == pytest.approx(mesh.volume(), rel=1e-12)
+
+
+def test_ngsolve_coefficients_and_nodal_values_are_one_to_one():
+    needs(symbolic.ngsolve)
+    mesh = octant(4, 8, (1, 2, 2))
+    body = symbolic.twin(mesh)
+    u = np.random.default_rng(0).standard_normal(mesh.points.shape)
+    assert np.abs(symbolic.nodal(body, body.to_modes @ u.ravel()) - u).max() < 1e-12
+
+
+@pytest.mark.parametrize("solver", [solvers.ngsolve, solvers.calculix])
+def test_a_solver_agrees_on_a_coarse_tube(solver):
+    try:
+        verdicts = list(solver(solvers.start, 8.0))
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+    assert len(verdicts) == 3
+    for verdict in verdicts:
+        assert verdict.passed, verdict
+
+
+def test_another_answer_fails():
+    _, _, found = solvers.inflated(solvers.start, 8.0)
+    assert all(verdict.passed for verdict in solvers.compared(found, found.u, found.plate, 1e-6))
+    other = replace(found, u=1.01 * found.u, plate=1.01 * found.plate)
+    assert not any(verdict.passed for verdict in solvers.compared(other, found.u, found.plate, 5e-3))
