@@ -5,6 +5,7 @@ import json
 import matplotlib.image
 import numpy as np
 import pytest
+from tiny import tiny
 
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mesh import mesh_body
@@ -19,30 +20,10 @@ from pneumorph.output.words import duration, motion_of, pressures
 from pneumorph.problem import loads
 from pneumorph.run import Design, create
 
-TINY = """
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "24 mm"
-radius = "8 mm"
-control_density = "0.3 /mm"
-[[body.chamber]]
-name = "A"
-radius = "4 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "21 mm"]
-[[task]]
-name = "bend"
-pressure = { A = "60 kPa" }
-objective = { kind = "maximize", motion = "-bending_y" }
-[mesh]
-size = "6 mm"
-"""
-
 
 @pytest.fixture(scope="module")
 def problem():
-    return loads(TINY)
+    return loads(tiny(title='""', objective='{ kind = "maximize", motion = "-bending_y" }').replace("extend", "bend"))
 
 
 @pytest.fixture(scope="module")

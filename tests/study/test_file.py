@@ -1,32 +1,13 @@
 """Study files: grids, lists and what is wrong with them."""
 
 import pytest
+from tiny import tiny
 
 from pneumorph.errors import ProblemError
 from pneumorph.study import load_study
 
-BASE = """
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "24 mm"
-radius = "8 mm"
-control_density = "0.4 /mm"
-ripple = { amplitude = "0.2 mm", period = "10 mm" }
-[[body.chamber]]
-name = "A"
-radius = "4 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "21 mm"]
-[[task]]
-name = "extend"
-pressure = { A = "20 kPa" }
-objective = { kind = "maximize", motion = "extension" }
-[mesh]
-size = "5 mm"
-[optimizer]
-iterations = 1
-"""
+RIPPLE = '{ amplitude = "0.2 mm", period = "10 mm" }'
+BASE = tiny(control_density=f'"0.4 /mm"\nripple = {RIPPLE}', pressure='{ A = "20 kPa" }', size='"5 mm"')
 
 
 @pytest.fixture
@@ -79,7 +60,7 @@ def test_members_have_bases_and_changes_of_their_own(study):
         ('base = "base.toml"\n[grid]\n"mesh.sizes" = ["4 mm"]', "sizes-4-mm: mesh.sizes: "),
         ('base = "base.toml"\n[grid]\n"mesh.size" = ["4 kPa"]', "mesh.size"),
         ('base = "base.toml"\n[grid]\n"task[3].weight" = [2.0]', '"task[3].weight": there is no entry [3], only 1'),
-        ('base = "base.toml"\n[grid]\n"title.x" = [1]\n', "x-1: title: a dict is not text"),
+        ('base = "base.toml"\n[grid]\n"title.x" = [1]\n', 'there is no table to hold "x"'),
         ('base = "base.toml"\nbases = 1\n[[member]]', "bases: is no key of a study"),
         ('base = "base.toml"\n[[member]]\nname = "a"\n[[member]]\nname = "a"', 'two members are called "a"'),
         ('base = "base.toml"\n[[member]]\nchange = 1', "member[0].change: is no key of a member"),

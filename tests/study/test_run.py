@@ -6,6 +6,8 @@ import signal
 import threading
 
 import pytest
+from tiny import tiny
+from typer.testing import CliRunner
 
 from pneumorph.cli import app
 from pneumorph.run import open_run
@@ -13,27 +15,7 @@ from pneumorph.study import load_study, write_summary
 from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import finished
 
-BASE = """
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "24 mm"
-radius = "8 mm"
-control_density = "0.4 /mm"
-[[body.chamber]]
-name = "A"
-radius = "4 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "21 mm"]
-[[task]]
-name = "extend"
-pressure = { A = "20 kPa" }
-objective = { kind = "maximize", motion = "extension" }
-[mesh]
-size = "5 mm"
-[optimizer]
-iterations = 2
-"""
+BASE = tiny(control_density='"0.4 /mm"', pressure='{ A = "20 kPa" }', size='"5 mm"')
 
 
 @pytest.mark.slow
@@ -72,8 +54,6 @@ def test_a_killed_workers_member_goes_on_and_a_finished_one_is_not_run_again(tmp
 
 
 def test_no_scheduler_is_said_in_one_line(tmp_path):
-    from typer.testing import CliRunner
-
     (tmp_path / "base.toml").write_text(BASE)
     path = tmp_path / "study.toml"
     path.write_text('base = "base.toml"\n[[member]]\n')
