@@ -1,0 +1,43 @@
+"""Every example goes through for a few designs on a coarse mesh, and gains by them."""
+
+from pathlib import Path
+
+import pytest
+
+from pneumorph.optimize import DesignAccepted, Finished, design
+from pneumorph.problem import load
+from pneumorph.study import load_study
+
+FOLDER = Path(__file__).parents[1] / "examples"
+PROBLEMS = sorted(FOLDER.glob("*.toml"))
+STUDIES = sorted((FOLDER / "studies").glob("*.toml"))
+
+
+def coarse(path):
+    problem = load(path)
+    return problem.model_copy(
+        update={
+            "mesh": problem.mesh.model_copy(update={"size": 4.0}),
+            "body": problem.body.model_copy(update={"control_density": 0.35}),
+            "optimizer": problem.optimizer.model_copy(update={"iterations": 2}),
+        }
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
+def test_an_example_goes_through(path):
+    events = list(design(coarse(path)))
+    accepted = [event for event in events if isinstance(event, DesignAccepted)]
+    values = [event.line["objective"] for event in accepted]
+    assert len(values) >= 3
+    assert values[2] < values[1] < values[0]
+    assert isinstance(events[-1], Finished)
+    assert events[-1].held
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_a_study_is_sound(path):
+    found = load_study(path)
+    assert len(found.members) >= 5
+    assert len({member.problem.to_toml() for member in found.members}) == len(found.members)
