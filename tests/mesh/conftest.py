@@ -9,6 +9,7 @@ import pytest
 
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.mesh import Morph, mesh_body
+from pneumorph.problem import Symmetry
 
 LENGTH = 40.0
 PERIOD = 10.0
@@ -22,6 +23,7 @@ def plain(*chambers: tuple[str, float, tuple[float, float], tuple[float, float]]
         radius=8.0,
         control_density=0.6,
         ripple=None,
+        symmetry=Symmetry(),
         chamber=tuple(
             SimpleNamespace(name=name, radius=radius, center=center, span=span, ends=ends)
             for name, radius, center, span in chambers
