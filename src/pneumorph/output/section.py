@@ -13,7 +13,7 @@ from pneumorph.output.view import Shape
 HALVINGS = 2
 """How often elements are halved for drawing; their curved sides then look smooth."""
 
-ASIDE = 1e-4
+ASIDE = 1e-3
 """Way in mm of the cut from the axis: in its plane a symmetric mesh has edges, where a cut would find pieces twice."""
 
 CREASE = 50.0
