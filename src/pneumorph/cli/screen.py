@@ -84,6 +84,7 @@ class Screen:
     def _started(self, event: Started) -> None:
         self.say(
             f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
+            + ("" if event.mirror is None else f", half the body on one side of the plane {event.mirror}")
         )
         heading = Text(style="bold")
         for title, width in self._columns:

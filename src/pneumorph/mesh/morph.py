@@ -58,7 +58,7 @@ class Morph:
     reference: np.ndarray
     size: float
     param: dict[str, np.ndarray]
-    extensions: tuple[tuple[list[int], Extension], ...]
+    extensions: tuple[tuple[np.ndarray, Extension], ...]
 
     @property
     def n_surface(self) -> int:
@@ -113,12 +113,12 @@ def morph(straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, pa
     n_surface = len(B.indptr) - 1
     inner = np.arange(n_surface, len(straight.points))
     if straight.mirror is None:
-        extensions = (([0, 1, 2], _extension(stiffness, n_surface, inner)),)
+        extensions = ((np.arange(3), _extension(stiffness, n_surface, inner)),)
     else:
         normal = NORMALS[straight.mirror]
         extensions = (
-            ([axis for axis in range(3) if axis != normal], _extension(stiffness, n_surface, inner)),
-            ([normal], _extension(stiffness, n_surface, np.setdiff1d(inner, straight.mirror_nodes))),
+            (np.delete(np.arange(3), normal), _extension(stiffness, n_surface, inner)),
+            (np.array([normal]), _extension(stiffness, n_surface, np.setdiff1d(inner, straight.mirror_nodes))),
         )
     unplaced = Morph(straight, B, straight.points, size, param, extensions)
     return replace(unplaced, mesh=unplaced.at(P))

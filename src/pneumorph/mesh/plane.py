@@ -178,7 +178,7 @@ class _Plane:
         for vertex, ring in around.items():
             before, place = min(self.quality(a, b, vertex) for a, b in ring), self.points[vertex].copy()
             kept = self._quality
-            self._quality = {key: value for key, value in kept.items() if vertex not in key} 
+            self._quality = {key: value for key, value in kept.items() if vertex not in key}
             self.points[vertex] = self.points[[a for a, _ in ring]].mean(axis=0)
             if min(self.quality(a, b, vertex) for a, b in ring) > before + 1e-3:
                 moved = True

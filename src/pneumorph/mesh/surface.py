@@ -14,7 +14,7 @@ from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 _SAMPLES_PER_SPAN = 4
 _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to the mirror plane is cut by it
-_STARTS = {"xz": (0.0, 0.5), "yz": (0.75, 0.75)}  # where the kept half begins in q, of the exterior and of a chamber
+_SEAMS = {"xz": (0.0, 0.5), "yz": (0.75, 0.75)}  # where the kept half begins in q, of the exterior and of a chamber
 _GRADATION = 0.4  # how much longer an edge may be per mm of way from its neighbour
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot rules the whole line
 
@@ -127,20 +127,20 @@ def _kept(surface: TubeSurface, size: float, turn: float, mirror: str | None) ->
         columns = surface.net.shape[0] * surface.net.shape[1]
         nothing = np.zeros((0, 6), int)
         return _Patch(sparse.csr_array((0, columns)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)))
-    start = _STARTS[mirror][int(surface.cavity)]
-    whole = _patch(surface, size, turn, start)
-    half = whole.param[:, :3, 0].mean(axis=1) < start + 0.5
+    seam = _SEAMS[mirror][int(surface.cavity)]
+    whole = _patch(surface, size, turn, seam)
+    half = whole.param[:, :3, 0].mean(axis=1) < seam + 0.5
     used, triangles = np.unique(whole.triangles[half], return_inverse=True)
     n_vertices = int(np.searchsorted(used, whole.n_vertices))
     return _Patch(whole.B[used], n_vertices, triangles.reshape(-1, 6), whole.part[half], whole.param[half])
 
 
-def _patch(surface: TubeSurface, size: float, turn: float, start: float | None = None) -> _Patch:
+def _patch(surface: TubeSurface, size: float, turn: float, seam: float | None = None) -> _Patch:
     """Stack rings from the base's centre (or pole) up to the tip's, and fill the strips between neighbours.
 
-    With a `start` q runs from there, and the triangles meet in the mirror plane through start and start + ½.
+    With a `seam` q runs from there, and the triangles meet in the mirror plane through seam and seam + ½.
     """
-    tube = _tube_rings(surface, size, turn, start)
+    tube = _tube_rings(surface, size, turn, seam)
     base, tip = (_disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1]))
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
@@ -202,12 +202,12 @@ def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> 
     return sparse.csr_array((blocks.data, (rows, cols)), (len(q), n_r * n_q))
 
 
-def _tube_rings(surface: TubeSurface, size: float, turn: float, start: float | None) -> list[_Ring]:
+def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float | None) -> list[_Ring]:
     """Rows of the tube; near a pole they hold fewer vertices, as their circumference asks."""
-    q = _lines(surface, "q", size, turn, start or 0.0)
-    if start is not None:
+    q = _lines(surface, "q", size, turn, seam or 0.0)
+    if seam is not None:
         # On both sides of the plane alike, to the last digit.
-        q[1:] = (q[1:] + (2 * start + 1) - q[:0:-1]) / 2
+        q[1:] = (q[1:] + (2 * seam + 1) - q[:0:-1]) / 2
     r = _lines(surface, "r", size, turn)
     count = np.full(len(r), len(q))
     if surface.ends == "pole":
