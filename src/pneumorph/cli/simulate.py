@@ -39,6 +39,7 @@ from pneumorph.mesh import TetMesh, mesh_body
 from pneumorph.objective import features
 from pneumorph.output.curves import draw_curves
 from pneumorph.output.sweeps import Curve, csv_text
+from pneumorph.output.words import analysed
 from pneumorph.output.words import pressures as in_words
 from pneumorph.problem import Problem, load
 from pneumorph.run import atomic, open_run
@@ -92,8 +93,7 @@ def simulate(
     mesh = mesh_body(subject.body, subject.problem.mesh.size, mirror_of(subject.problem, applied)).mesh
     model = model_of(subject.problem, mesh)
     console = Console()
-    part = "" if model.mirror is None else f", half the body on one side of the plane {model.mirror}"
-    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{part}"
+    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{analysed(model.mirror)}"
     console.print(Text(size), soft_wrap=True)
     curves: list[Curve] = []
     total = len(subject.pressures) * sum(len(leg.path) for leg in legs)
@@ -110,7 +110,7 @@ def simulate(
         seconds = time.perf_counter() - began
         content = {"steps": steps, "elements": model.elements, "dofs": model.size, "seconds": seconds}
         _write("--json", report, f"{json.dumps(content, indent=2, allow_nan=False)}\n")
-        _write("--csv", table, csv_text(curves, model.chambers))
+        _write("--csv", table, csv_text(curves, [chamber.name for chamber in subject.problem.body.chamber]))
         if picture is not None and any(curve.found for curve in curves):
             title = ", ".join(part for part in (subject.problem.title, _hold(block or [])) if part)
             draw_curves(picture, curves, title)
