@@ -44,7 +44,7 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module", params=CASES.values(), ids=CASES)
+@pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
 def case(request: pytest.FixtureRequest):
     asked, names = request.param
     space = design_space(asked, starting_body(asked.body))

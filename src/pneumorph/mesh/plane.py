@@ -61,7 +61,7 @@ def triangulate(
         moved |= plane.smooth(len(points))
         if not moved:
             break
-    return plane.points[len(points) :], plane.triangles()
+    return plane.points[len(points) : len(everything)], plane.triangles()
 
 
 def _lattice(points: np.ndarray, edges: np.ndarray, size: float) -> np.ndarray:
@@ -87,16 +87,15 @@ class _Plane:
     """A triangulation: `apex` tells for every directed edge the third corner of the triangle on its left."""
 
     def __init__(self, points: np.ndarray, edges: np.ndarray, middles: np.ndarray):
-        self.points = points
-        self._curved = {tuple(sorted(edge)): middle for edge, middle in zip(edges.tolist(), middles, strict=True)}
-        self._quality: dict[tuple[int, ...], float] = {}
-        self.apex: dict[Edge, int] = {}
         # Corners of a large frame keep rows of points in line off the hull, where they might be left out.
         middle, reach = points.mean(axis=0), 10 * np.ptp(points, axis=0).max()
         frame = middle + reach * np.array([[-1.0, -0.9], [1.1, -1], [1, 1.2], [-1.2, 1]])
-        for triangle in Delaunay(np.concatenate([points, frame])).simplices.tolist():
-            if max(triangle) < len(points):
-                self._add(*triangle)
+        self.points = np.concatenate([points, frame])
+        self._curved = {tuple(sorted(edge)): middle for edge, middle in zip(edges.tolist(), middles, strict=True)}
+        self._quality: dict[tuple[int, ...], float] = {}
+        self.apex: dict[Edge, int] = {}
+        for triangle in Delaunay(self.points).simplices.tolist():
+            self._add(*triangle)
 
     def _add(self, a: int, b: int, c: int) -> None:
         self.apex |= {(a, b): c, (b, c): a, (c, a): b}
@@ -114,6 +113,8 @@ class _Plane:
 
     def recover(self, p: int, q: int) -> None:
         """Make p to q an edge."""
+        if (p, q) in self.apex or (q, p) in self.apex:
+            return
         crossing = deque(edge for edge in self.apex if edge[0] < edge[1] and self._cross(p, q, *edge))
         for _ in range(50 * len(crossing) + 1):
             if not crossing:
@@ -137,7 +138,7 @@ class _Plane:
         """Drop all triangles that cannot be reached from the left of the edges without crossing them."""
         fixed = set(map(tuple, edges.tolist()))
         fixed |= {(b, a) for a, b in fixed}
-        reached, waiting = {}, [edge for edge in map(tuple, edges.tolist())]
+        reached, waiting = {}, list(map(tuple, edges.tolist()))
         while waiting:
             a, b = waiting.pop()
             if (a, b) in reached:
@@ -161,15 +162,14 @@ class _Plane:
                 continue
             c, d = self.apex[a, b], self.apex[b, a]
             now = min(self.quality(a, b, c), self.quality(b, a, d))
-            if min(self.quality(a, d, c), self.quality(d, b, c)) > now + 1e-9:
+            if min(self.quality(a, d, c), self.quality(d, b, c)) > max(now, 0.0) + 1e-9:
                 self._swap(a, b)
                 waiting += [(a, d), (d, b), (b, c), (c, a)]
                 swapped = True
         return swapped
 
     def smooth(self, first: int) -> bool:
-        """Move vertices from number `first` on to the mean of their neighbours where that makes the worst triangle
-        around them better; whether any was."""
+        """Move vertices from number `first` on amidst their neighbours where that is better; whether any was."""
         around: dict[int, list[Edge]] = {}
         for (a, b), c in self.apex.items():
             if c >= first:
