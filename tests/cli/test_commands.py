@@ -25,7 +25,7 @@ STEPS = {
                 "type": "object",
                 "required": [
                     "task", "pressure_MPa", "translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch",
-                    "converged",
+                    "stable", "converged",
                 ],
                 "properties": {
                     "task": {"type": "string"},
@@ -35,6 +35,7 @@ STEPS = {
                     "reaction": BY_NAME,
                     "volume_mm3": BY_NAME,
                     "max_stretch": {"type": "number"},
+                    "stable": {"type": "boolean"},
                     "converged": {"type": "boolean"},
                 },
             },
@@ -161,3 +162,30 @@ def test_a_failure_tells_what_is_saved(run, tiny, tmp_path, no_pictures, monkeyp
     assert result.exit_code == 1
     assert result.stderr.startswith("pneumorph: the body could not be meshed; no design was finished")
     assert result.stderr.count("\n") == 1
+
+
+def test_half_a_body_is_simulated_where_all_is_symmetric(run, tiny, tmp_path):
+    pair = """
+    symmetry = { mirror = ["xz"] }
+    [[body.chamber]]
+    name = "B"
+    radius = "1.5 mm"
+    center = ["0 mm", "-4 mm"]
+    span = ["3 mm", "21 mm"]
+    [[body.chamber]]
+    """
+    text = tiny.read_text().replace("[[body.chamber]]", pair).replace('["0 mm", "0 mm"]', '["0 mm", "4 mm"]')
+    tiny.write_text(text.replace('radius = "4 mm"', 'radius = "1.5 mm"').replace("{ A =", '{ B = "60 kPa", A ='))
+    report = tmp_path / "steps.json"
+    result = run("simulate", tiny, "--json", report)
+    assert result.exit_code == 0, result.output
+    assert "half the body on one side of the plane xz" in result.output
+    (step,) = steps_of(report)
+    assert step["volume_mm3"]["A"] == step["volume_mm3"]["B"]
+    assert step["stable"]
+    result = run("simulate", tiny, "--pressure", "B=30kPa", "--json", report)
+    assert result.exit_code == 0, result.output
+    assert "half the body" not in result.output
+    (step,) = steps_of(report)
+    assert step["volume_mm3"]["A"] > step["volume_mm3"]["B"]
+    assert step["rotation_rad"][0] > 1e-3

@@ -16,7 +16,7 @@ from pneumorph.geometry import DesignSpace, adjusted_columns, design_space, star
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mechanics.equilibrium import TOLERANCE
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, design_gradient, discretise
-from pneumorph.output.words import motion_of
+from pneumorph.output.words import analysed, motion_of
 from pneumorph.output.words import pressures as in_words
 from pneumorph.problem import Pressure, Problem, load
 from pneumorph.run import open_run
@@ -94,7 +94,8 @@ def _description(problem: Problem, space: DesignSpace, disc: Discretisation) -> 
         f"problem   {problem.title or 'without a title'}",
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} of the shape, {free} of the pressures",
-        f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom",
+        f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
+        + analysed(model.mirror),
         f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
         f"bulk modulus {rubber['bulk_modulus']}, {reach}",
         f"tip       {', '.join([effector.kind, *held, *pulled])}",

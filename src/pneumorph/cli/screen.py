@@ -15,7 +15,7 @@ from rich.text import Text
 
 from pneumorph.optimize import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
 from pneumorph.output.limits import bounds
-from pneumorph.output.words import duration, motion_of
+from pneumorph.output.words import analysed, duration, motion_of
 from pneumorph.problem import Problem
 
 PHASES = {"geometry": "mesh", "equilibrium": "equilibrium", "gradient": "gradient", "subproblem": "sub-problem"}
@@ -84,6 +84,7 @@ class Screen:
     def _started(self, event: Started) -> None:
         self.say(
             f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
+            + analysed(event.mirror)
         )
         heading = Text(style="bold")
         for title, width in self._columns:

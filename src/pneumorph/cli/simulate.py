@@ -25,17 +25,21 @@ from pneumorph.mechanics import (
     Model,
     NoEquilibrium,
     Tangent,
+    Whole,
     configuration,
     held_of,
     loads_of,
+    mirror_of,
     model_of,
+    whole_of,
 )
 from pneumorph.mechanics.plate import COMPONENTS
 from pneumorph.mechanics.sweep import sweep
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh import TetMesh, mesh_body
 from pneumorph.objective import features
 from pneumorph.output.curves import draw_curves
 from pneumorph.output.sweeps import Curve, csv_text
+from pneumorph.output.words import analysed
 from pneumorph.output.words import pressures as in_words
 from pneumorph.problem import Problem, load
 from pneumorph.run import atomic, open_run
@@ -85,16 +89,18 @@ def simulate(
     files = {"--json": report, "--csv": table, "--png": picture}
     for option, path in files.items():
         _check(option, path)
-    mesh = mesh_body(subject.body, subject.problem.mesh.size).mesh
+    applied = [own | given for own in subject.pressures.values() for leg in legs for given in leg.path]
+    mesh = mesh_body(subject.body, subject.problem.mesh.size, mirror_of(subject.problem, applied)).mesh
     model = model_of(subject.problem, mesh)
     console = Console()
-    console.print(Text(f"{model.elements} {model.element} elements, {model.size} degrees of freedom"), soft_wrap=True)
+    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{analysed(model.mirror)}"
+    console.print(Text(size), soft_wrap=True)
     curves: list[Curve] = []
     total = len(subject.pressures) * sum(len(leg.path) for leg in legs)
     stopped = False
     try:
         with _progress(console, total) as progress:
-            for step in _steps(subject, model, mesh.points, legs, blocked, curves):
+            for step in _steps(subject, model, mesh, legs, blocked, curves):
                 console.print(_row(step), soft_wrap=True)
                 progress.advance(progress.task_ids[0])
     except KeyboardInterrupt:
@@ -104,7 +110,7 @@ def simulate(
         seconds = time.perf_counter() - began
         content = {"steps": steps, "elements": model.elements, "dofs": model.size, "seconds": seconds}
         _write("--json", report, f"{json.dumps(content, indent=2, allow_nan=False)}\n")
-        _write("--csv", table, csv_text(curves, model.chambers))
+        _write("--csv", table, csv_text(curves, [chamber.name for chamber in subject.problem.body.chamber]))
         if picture is not None and any(curve.found for curve in curves):
             title = ", ".join(part for part in (subject.problem.title, _hold(block or [])) if part)
             draw_curves(picture, curves, title)
@@ -171,27 +177,29 @@ def _progress(console: Console, total: int) -> Progress:
 
 
 def _steps(
-    subject: Subject, model: Model, X: np.ndarray, legs: list[Leg], blocked: np.ndarray, curves: list[Curve]
+    subject: Subject, model: Model, mesh: TetMesh, legs: list[Leg], blocked: np.ndarray, curves: list[Curve]
 ) -> Iterator[dict[str, Any]]:
     """Walk every leg of every task; each step goes to the last of `curves`, as the JSON has it, and out."""
     tangent = Tangent(model)
+    whole = None if model.mirror is None else whole_of(model, mesh)
     for task, own in subject.pressures.items():
         for leg in legs:
             curves.append(Curve(task, leg.swept, []))
             along = [own | given for given in leg.path]
-            walk = [configuration(model, X, loads_of(subject.problem, model, each), blocked) for each in along]
+            loads = [loads_of(subject.problem, model, each) for each in along]
+            walk = [configuration(model, mesh.points, each, blocked) for each in loads]
             for pressures, at, found in zip(along, walk, sweep(walk, tangent), strict=True):
-                step = _step(task, pressures, at, found)
+                step = _step(task, pressures, at, found, whole)
                 curves[-1].steps.append(step)
                 yield step
 
 
 def _step(
-    task: str, pressures: dict[str, float], at: Configuration, found: Equilibrium | NoEquilibrium
+    task: str, pressures: dict[str, float], at: Configuration, found: Equilibrium | NoEquilibrium, whole: Whole | None
 ) -> dict[str, Any]:
     names = {"task": task, "pressure_MPa": pressures}
     if isinstance(found, NoEquilibrium):
-        keys = ("translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity")
+        keys = ("translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity", "stable")
         nothing = dict.fromkeys(keys)
         return {**names, **nothing, "converged": False, "reason": found.reason}
     motion = features(at.model, at.X, found.state)
@@ -203,13 +211,14 @@ def _step(
         "volume_mm3": found.volumes,
         "max_stretch": found.max_stretch,
         "beyond_validity": at.model.rubber.beyond(found.max_stretch),
+        "stable": found.stable and (whole is None or whole.negative_pivots(at, found.state) == 0),
         "converged": True,
     }
 
 
 def _reaction(at: Configuration, found: Equilibrium) -> dict[str, float]:
     """What the actuator exerts on whatever blocks or springs hold its plate, N and N·mm."""
-    spring = np.asarray(at.loads.spring)
+    spring = at.model.copies * np.asarray(at.loads.spring)
     exerted = found.reaction + spring * found.plate
     return {
         name: float(exerted[index]) for index, name in enumerate(COMPONENTS) if at.blocked[index] or spring[index] > 0.0
@@ -228,7 +237,9 @@ def _row(step: dict[str, Any]) -> Text:
         parts.append(f"{name} {value:.4g} {unit}")
     beyond = ", beyond the range the rubber's parameters hold for" if step["beyond_validity"] else ""
     parts.append(f"stretch {step['max_stretch']:.3f}{beyond}")
-    return Text(head + ", ".join(parts), style="yellow" if beyond else "")
+    if not step["stable"]:
+        parts.append("not stable: the body buckles out of this state")
+    return Text(head + ", ".join(parts), style="yellow" if beyond or not step["stable"] else "")
 
 
 def _check(option: str, path: Path | None) -> None:

@@ -2,6 +2,7 @@
 
 from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, predict, rest, solve
 from pneumorph.mechanics.material import Rubber, rubber
+from pneumorph.mechanics.mirror import Whole, mirror_of, whole_of
 from pneumorph.mechanics.model import Model, model
 from pneumorph.mechanics.path import Path, PathPoint, explained, follow
 from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
@@ -16,12 +17,14 @@ __all__ = [
     "PathPoint",
     "Rubber",
     "Tangent",
+    "Whole",
     "configuration",
     "explained",
     "follow",
     "held_of",
     "loads",
     "loads_of",
+    "mirror_of",
     "model",
     "model_of",
     "predict",
@@ -29,4 +32,5 @@ __all__ = [
     "rubber",
     "rubber_of",
     "solve",
+    "whole_of",
 ]

@@ -37,13 +37,13 @@ class Equilibrium:
     ----------
     state : State
         Unknowns, padded; what the next solve starts from.
-    u : (N, 3) displacements, mm.
+    u : (N, 3) displacements, mm; like the state those of half the body where only that is solved.
     plate : (6,) translation (mm) and rotation vector (rad) of the plate; area mean and zero rotation of a free tip.
-    volumes : dict of chamber volumes, mm³.
-    reaction : (6,) what the actuator exerts on whatever blocks the plate, N and N·mm; zero where nothing does.
+    volumes : dict of chamber volumes, mm³, of the whole body.
+    reaction : (6,) what the whole actuator exerts on whatever blocks the plate, N and N·mm; zero where nothing does.
     max_stretch : largest principal stretch at the quadrature points.
     residual : residual norm over applied forces.
-    negative_pivots : of the tangent at this state; 0 means stable.
+    negative_pivots : of the tangent at this state; 0 means stable, in half a body against symmetric motions alone.
     factorisations, solves : what it cost.
     """
 
@@ -93,14 +93,18 @@ def loads(
     spring: np.ndarray | None = None,
     wrench: np.ndarray | None = None,
 ) -> Loads:
-    """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad."""
+    """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
+
+    They are those of the whole body and, where the model is half of it, symmetric like it (see `setup.mirror_of`).
+    """
     zero = np.zeros(6)
     force = np.zeros(3) if acceleration is None else model.rubber.density * np.asarray(acceleration, float)
+    share = 1.0 / model.copies
     return Loads(
         pressure=jnp.asarray([pressures.get(name, 0.0) for name in model.chambers], dtype=float),
         body_force=jnp.asarray(force),
-        spring=jnp.asarray(zero if spring is None else spring, dtype=float),
-        wrench=jnp.asarray(zero if wrench is None else wrench, dtype=float),
+        spring=share * jnp.asarray(zero if spring is None else spring, dtype=float),
+        wrench=share * jnp.asarray(zero if wrench is None else wrench, dtype=float),
     )
 
 
@@ -179,15 +183,15 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
     negative = tangent.negative_pivots
     u = kernels.displacement(model.top, at.X, state)
     _, forces = evaluate(at, state)
-    plate = np.asarray(state.plate) if model.plate else np.r_[kernels.tip_mean(model.top, at.X, u), np.zeros(3)]
-    volumes = kernels.chamber_volumes(model.top, at.X + u)
+    plate = np.asarray(state.plate) if model.plate else np.r_[kernels.tip_centre(model.top, at.X, u), np.zeros(3)]
+    volumes = model.copies * kernels.chamber_volumes(model.top, at.X + u)
     stretch, _ = kernels.stretches(model.top, at.X, state)
     return Equilibrium(
         state=state,
         u=np.asarray(u)[: model.nodes],
         plate=plate,
         volumes=dict(zip(model.chambers, map(float, volumes), strict=True)),
-        reaction=np.where(at.blocked, -forces[-6:], 0.0),
+        reaction=np.where(at.blocked & ~model.odd, -model.copies * forces[-6:], 0.0),
         max_stretch=float(jnp.max(stretch)),
         residual=residual,
         negative_pivots=negative,

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 from scipy import sparse
+from scipy.linalg import block_diag
 
 from pneumorph.mechanics import potential as kernels
 from pneumorph.mechanics.element import TET_CORNER_N, TET_DN, mixed, quadratic
 from pneumorph.mechanics.material import Rubber
 from pneumorph.mechanics.pattern import Pattern, coupling_blocks, element_blocks, gather, pattern, scatter
 from pneumorph.mechanics.potential import Loads, State, Topology, padded
-from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.tets import TetMesh, chambers_of
+from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,8 @@ class Model:
         Whether the tip face is bonded to a rigid plate.
     nodes : int
         Number of nodes; arrays handed to the kernels are padded beyond it.
+    mirror : str or None
+        The plane in which the other half of the body continues; its state is the image of this one's.
     fixed : (n,) bool
         Unknowns held at zero by the supports, in the numbering of `pattern`.
     """
@@ -37,6 +41,7 @@ class Model:
     chambers: tuple[str, ...]
     plate: bool
     nodes: int
+    mirror: str | None
     top: Topology
     near_tip: Topology
     pattern: Pattern
@@ -50,6 +55,16 @@ class Model:
     def size(self) -> int:
         """Number of unknowns."""
         return self.pattern.size
+
+    @property
+    def copies(self) -> int:
+        """How often the mesh is in the whole body: 2 where it is half of one."""
+        return 1 if self.mirror is None else 2
+
+    @property
+    def odd(self) -> np.ndarray:
+        """Components of the plate (6,) bool that would break the mirror symmetry; it holds them at zero."""
+        return _odd(self.mirror)
 
     @property
     def elements(self) -> int:
@@ -110,7 +125,8 @@ def model(
     Parameters
     ----------
     mesh : TetMesh
-        Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised), where there are such.
+        Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised), where there are such. On
+        "mirror <plane>" nodes stay in the plane, by symmetry.
     plate : bool
         False leaves the tip face free.
     supports : (N, 3) bool, optional
@@ -122,18 +138,25 @@ def model(
     if supports is None:
         supports = np.zeros((count, 3), bool)
         supports[np.unique(mesh.faces["base"])] = True
+    if mesh.mirror is not None:
+        supports = supports.copy()
+        supports[mesh.mirror_nodes, NORMALS[mesh.mirror]] = True
     on_tip = np.zeros(count, bool)
     if plate:
         on_tip[np.unique(mesh.faces["tip"])] = True
-    chambers = tuple(name.removeprefix("chamber ") for name in mesh.faces if name.startswith("chamber "))
+    chambers = tuple(chamber for face in mesh.faces for chamber in chambers_of(face))
     sparsity = pattern(mesh.tets, count, on_tip, mixed)
-    triangles = [mesh.faces[f"chamber {name}"] for name in chambers]
+    triangles = [(chambers_of(face), nodes) for face, nodes in mesh.faces.items() if chambers_of(face)]
     tip = mesh.faces.get("tip", np.zeros((0, 6), int))
-    top = _topology(mesh.tets, triangles, tip, on_tip)
-    touching = [t[on_tip[t].any(axis=1)] for t in triangles]
-    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip, ratio=2.0)
+    even = np.ones(3)
+    if mesh.mirror is not None:
+        even[NORMALS[mesh.mirror]] = 0.0
+    top = _topology(mesh.tets, triangles, tip, on_tip, even)
+    touching = [(names, nodes[on_tip[nodes].any(axis=1)]) for names, nodes in triangles]
+    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip, even, ratio=2.0)
 
-    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(sparsity.corners), bool), np.full(6, not plate)])
+    still = _odd(mesh.mirror) if plate else np.ones(6, bool)
+    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(sparsity.corners), bool), still])
     rows = np.repeat(np.arange(sparsity.size), np.diff(sparsity.indptr))
     supported = np.flatnonzero(fixed[rows] | fixed[sparsity.indices])
     return Model(
@@ -141,6 +164,7 @@ def model(
         chambers=chambers,
         plate=plate,
         nodes=count,
+        mirror=mesh.mirror,
         top=top,
         near_tip=near_tip,
         pattern=sparsity,
@@ -201,18 +225,24 @@ def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:
     data[model.diagonal[columns]] = 1.0
 
 
-def _topology(tets, triangles, tip, on_tip, ratio=1.3) -> Topology:
-    chamber = np.concatenate([*triangles, np.zeros((0, 6), int)])
-    owner = np.repeat(np.arange(len(triangles)), [len(t) for t in triangles])
-    weight = np.zeros((len(chamber), len(triangles)))
-    weight[np.arange(len(chamber)), owner] = -1.0
+def _odd(mirror: str | None) -> np.ndarray:
+    # A rotation is an axial vector: what a mirror leaves of a vector it turns round of a rotation.
+    polar = np.array(MIRRORS[mirror] if mirror else (1.0, 1.0, 1.0))
+    return np.concatenate([polar, np.prod(polar) * polar]) < 0
+
+
+def _topology(tets, triangles, tip, on_tip, even, ratio=1.3) -> Topology:
+    chamber = np.concatenate([*(nodes for _, nodes in triangles), np.zeros((0, 6), int)])
+    # A column for every chamber; a face that stands for an image too is shared between the two.
+    shares = [np.full((len(names), len(nodes)), -1.0 / len(names)) for names, nodes in triangles]
+    weight = block_diag(*shares).T if shares else np.zeros((0, 0))
     nodes = np.zeros((padded(len(on_tip)), 1))
     nodes[: len(on_tip), 0] = on_tip
     tets, tet_weight = _pad(tets, np.ones(len(tets)), ratio)
     # Small arrays are padded generously: a new size of any of them compiles everything anew.
     tip, tip_weight = _pad(tip, np.ones(len(tip)), 2.0)
     chamber, weight = _pad(chamber, weight, 2.0)
-    return Topology(*map(jnp.asarray, (tets, tet_weight, tip, tip_weight, nodes, chamber, weight)))
+    return Topology(*map(jnp.asarray, (tets, tet_weight, tip, tip_weight, nodes, chamber, weight, even)))
 
 
 def _pad(connectivity, weight, ratio):

@@ -5,7 +5,8 @@
 ψ is the rubber's energy, or in mixed elements its perturbed Lagrangian with the pressure π (`element.py`). Residual,
 load vectors and the mixed shape derivative are its derivatives by JAX; every function here is compiled once per padded
 mesh size. Arrays over nodes are padded to `nodes` rows, elements and triangles by copies of weight zero, so that a
-remesh seldom compiles anew.
+remesh seldom compiles anew. Of half a symmetric body it is half of Π: half the springs and plate loads are in `Loads`,
+and half the volumes in `Topology`.
 """
 
 from __future__ import annotations
@@ -42,7 +43,10 @@ class Topology(NamedTuple):
     tip_weight: Array  # (T,)
     on_tip: Array  # (N, 1) 1 where a node is bonded to the plate, else 0
     chamber: Array  # (S, 6) triangles of all chambers, oriented into the cavity
-    chamber_weight: Array  # (S, chambers) −1 in the column of its chamber (their normals point into the cavity), or 0
+    # (S, chambers) −1 in the column of its chamber (their normals point into the cavity), or −½ in those of a chamber
+    # and of its image in the half that is not there; else 0
+    chamber_weight: Array
+    even: Array  # (3,) 1, but 0 for the component across a mirror plane, which cancels in means over the whole body
 
 
 class State(NamedTuple):
@@ -74,21 +78,29 @@ def padded(count: int, ratio: float = 1.3) -> int:
 
 
 def tip_mean(top: Topology, X: Array, values: Array) -> Array:
-    """Area mean over the undeformed tip face of nodal values (N, k); zero where the mesh names no tip."""
+    """Area mean over the undeformed tip face that is there of values (N, k); zero where the mesh names no tip."""
     if not len(top.tip):
         return jnp.zeros(values.shape[1])
     integral, area = triangle_integrals(X[top.tip], values[top.tip])
     return top.tip_weight @ integral / jnp.sum(top.tip_weight * area)
 
 
+def tip_centre(top: Topology, X: Array, x: Array) -> Array:
+    """Mean (3,) of vectors x (N, 3) over the undeformed tip face of the whole body; of X itself its centroid."""
+    return top.even * tip_mean(top, X, x)
+
+
 def displacement(top: Topology, X: Array, state: State) -> Array:
     """Displacements of all nodes (N, 3): the unknowns, with the tip face moved by the plate."""
-    rigid = rigid_displacement(X, tip_mean(top, X, X), state.plate)
+    rigid = rigid_displacement(X, tip_centre(top, X, X), state.plate)
     return jnp.where(top.on_tip > 0, rigid, state.u)
 
 
 def chamber_volumes(top: Topology, x: Array) -> Array:
-    """Volumes (C,) in mm³ of the chambers of nodes at x (N, 3), by the divergence theorem."""
+    """Volumes (C,) in mm³ of the chambers of nodes at x (N, 3), by the divergence theorem; of half a body their halves.
+
+    The mirror plane goes through the origin, so what closes a cut chamber there has x·n = 0.
+    """
     return triangle_volumes(x[top.chamber]) @ top.chamber_weight
 
 

@@ -6,5 +6,6 @@ from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.remesh import needs_remesh
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.mesh.transfer import transfer
+from pneumorph.mesh.unfold import Unfolded, unfolded
 
-__all__ = ["Morph", "TetMesh", "mesh_body", "needs_remesh", "scaled_jacobian", "transfer"]
+__all__ = ["Morph", "TetMesh", "Unfolded", "mesh_body", "needs_remesh", "scaled_jacobian", "transfer", "unfolded"]

@@ -6,6 +6,7 @@ import numpy as np
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body
+from pneumorph.mesh.cut import with_cut
 from pneumorph.mesh.morph import Morph, morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.surface import surface_mesh
@@ -18,8 +19,8 @@ _WORST = 0.02
 """Quality below which a mesh counts as failed."""
 
 
-def mesh_body(body: Body, size: float) -> Morph:
-    """Mesh the body with quadratic tetrahedra of about the given edge length.
+def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
+    """Mesh a body, or the half at y ≥ 0 or x ≥ 0 of a symmetric one, with quadratic tetrahedra of about the given edge.
 
     Where chords of a coarse triangulation cross, or curving the elements inverts one, finer triangulations are tried.
 
@@ -28,6 +29,8 @@ def mesh_body(body: Body, size: float) -> Morph:
     body : Body
     size : float
         Edge length, mm; edges are shorter where the surfaces turn sharply.
+    mirror : "xz" or "yz", optional
+        The plane that cuts a symmetric body in two.
 
     Raises
     ------
@@ -37,9 +40,12 @@ def mesh_body(body: Body, size: float) -> Morph:
     P = body.control_points()
     reason = MeshError("never tried")
     for finer in _FINER:
-        surface = surface_mesh(body, finer * size, finer * _TURN)
+        surface = surface_mesh(body, finer * size, finer * _TURN, mirror)
+        faces, nodes = surface.faces, surface.B @ P
         try:
-            straight = fill(surface, surface.B @ P, finer * size)
+            if mirror is not None:
+                faces, nodes = with_cut(faces, nodes, mirror, finer * size)
+            straight = fill(faces, nodes, finer * size)
         except MeshError as error:
             reason = error
             continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,23 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_EDGES, TetMesh, tet_gradient
+from pneumorph.problem.symmetry import NORMALS
+
+
+@dataclass(frozen=True, eq=False)
+class Extension:
+    """Carries values on surface nodes (n_surface, k) to `inner` nodes, those that are neither there nor held at 0."""
+
+    inner: np.ndarray
+    coupling: sparse.csr_array
+    factor: SuperLU
+
+    def carry(self, surface: np.ndarray) -> np.ndarray:
+        return -self.factor.solve(np.ascontiguousarray(self.coupling @ surface))
+
+    def back(self, inner: np.ndarray) -> np.ndarray:
+        """The transpose of `carry`."""
+        return -(self.coupling.T @ self.factor.solve(np.ascontiguousarray(inner)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +34,8 @@ class Morph:
     """Node positions as an affine function of the control points.
 
     Surface nodes, mid-side ones included, are B P: exactly on the surfaces. Their motion is carried into the volume by
-    diffusion in the quadratic space of the straight reference mesh, stiffer where elements are small.
+    diffusion in the quadratic space of the straight reference mesh, stiffer where elements are small. Nodes in a mirror
+    plane stay in it: across it they do not move, in it those that are on no surface follow the others.
 
     Attributes
     ----------
@@ -31,6 +49,8 @@ class Morph:
         Edge length the mesh was built for, mm.
     param : dict of (nf, 6, 2) float
         (q, r) of the tube triangles' nodes by surface name (see `SurfaceMesh.param`).
+    extensions : tuple of (components, Extension)
+        The same for all components, but for the one across a mirror plane.
     """
 
     mesh: TetMesh
@@ -38,8 +58,7 @@ class Morph:
     reference: np.ndarray
     size: float
     param: dict[str, np.ndarray]
-    coupling: sparse.csr_array
-    factor: SuperLU
+    extensions: tuple[tuple[np.ndarray, Extension], ...]
 
     @property
     def n_surface(self) -> int:
@@ -49,7 +68,7 @@ class Morph:
     @cached_property
     def surface_edges(self) -> np.ndarray:
         """Both ends and the mid-side node of every surface edge, (n, 3)."""
-        triangles = np.concatenate(list(self.mesh.faces.values()))
+        triangles = np.concatenate([face for name, face in self.mesh.faces.items() if not name.startswith("mirror")])
         edges = np.concatenate([triangles[:, TRIANGLE_EDGES], triangles[:, 3:, None]], axis=2).reshape(-1, 3)
         return edges[np.unique(edges[:, 2], return_index=True)[1]]
 
@@ -63,30 +82,57 @@ class Morph:
 
     def pullback(self, dX: np.ndarray) -> np.ndarray:
         """Transpose of `push`: from a gradient by node positions (N, 3) to that by control points (n_points, 3)."""
-        inner = self.factor.solve(np.ascontiguousarray(dX[self.n_surface :]))
-        return self.B.T @ (dX[: self.n_surface] - self.coupling.T @ inner)
+        surface = dX[: self.n_surface].copy()
+        for components, extension in self.extensions:
+            surface[:, components] += extension.back(dX[np.ix_(extension.inner, components)])
+        return self.B.T @ self._in_plane(surface)
 
     def at(self, P: np.ndarray) -> TetMesh:
         """The mesh for the control points P."""
         return self.mesh.at(self.positions(P))
 
     def _extend(self, surface: np.ndarray) -> np.ndarray:
-        return np.concatenate([surface, -self.factor.solve(np.ascontiguousarray(self.coupling @ surface))])
+        everywhere = np.zeros_like(self.reference)
+        everywhere[: self.n_surface] = surface = self._in_plane(surface)
+        for components, extension in self.extensions:
+            everywhere[np.ix_(extension.inner, components)] = extension.carry(surface[:, components])
+        return everywhere
+
+    def _in_plane(self, surface: np.ndarray) -> np.ndarray:
+        """Values on surface nodes without the component across the mirror plane where they are in it."""
+        if self.mesh.mirror is None:
+            return surface
+        nodes, kept = self.mesh.mirror_nodes, surface.copy()
+        kept[nodes[nodes < self.n_surface], NORMALS[self.mesh.mirror]] = 0.0
+        return kept
 
 
 def morph(straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, param: dict[str, np.ndarray]) -> Morph:
     """Factorise the extension on a straight mesh whose first nodes are the surface's (see `Morph`)."""
     stiffness = _stiffness(straight)
-    n = len(B.indptr) - 1
-    coupling = sparse.csr_array(stiffness[n:, :n])
+    n_surface = len(B.indptr) - 1
+    inner = np.arange(n_surface, len(straight.points))
+    if straight.mirror is None:
+        extensions = ((np.arange(3), _extension(stiffness, n_surface, inner)),)
+    else:
+        normal = NORMALS[straight.mirror]
+        extensions = (
+            (np.delete(np.arange(3), normal), _extension(stiffness, n_surface, inner)),
+            (np.array([normal]), _extension(stiffness, n_surface, np.setdiff1d(inner, straight.mirror_nodes))),
+        )
+    unplaced = Morph(straight, B, straight.points, size, param, extensions)
+    return replace(unplaced, mesh=unplaced.at(P))
+
+
+def _extension(stiffness: sparse.csr_array, n_surface: int, inner: np.ndarray) -> Extension:
+    rows = stiffness[inner]
     factor = splu(
-        sparse.csc_matrix(stiffness[n:, n:]),
+        sparse.csc_matrix(rows[:, inner]),
         permc_spec="MMD_AT_PLUS_A",
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
-    unplaced = Morph(straight, B, straight.points, size, param, coupling, factor)
-    return Morph(unplaced.at(P), B, straight.points, size, param, coupling, factor)
+    return Extension(inner, sparse.csr_array(rows[:, :n_surface]), factor)
 
 
 def _stiffness(straight: TetMesh) -> sparse.csr_array:

@@ -10,8 +10,11 @@ from scipy import sparse
 
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.mesh.tets import TRIANGLE_EDGES
+from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 _SAMPLES_PER_SPAN = 4
+_IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to the mirror plane is cut by it
+_SEAMS = {"xz": (0.0, 0.5), "yz": (0.75, 0.75)}  # where the kept half begins in q, of the exterior and of a chamber
 _GRADATION = 0.4  # how much longer an edge may be per mm of way from its neighbour
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot rules the whole line
 
@@ -24,8 +27,6 @@ class SurfaceMesh:
     ----------
     B : (n_nodes, n_points) sparse
         Nodes are ``B @ P``; a row holds at most 16 values on a tube, an end row's worth on a disc.
-    n_vertices : int
-        The first ``n_vertices`` nodes are corners of triangles, the others mid-side nodes.
     faces : dict of (nf, 6) int
         Triangles by name (see `TetMesh.faces`), normals from solid to void; a chamber's tube comes before its discs.
     param : dict of (nf, 6, 2) float
@@ -34,7 +35,6 @@ class SurfaceMesh:
     """
 
     B: sparse.csr_array
-    n_vertices: int
     faces: dict[str, np.ndarray]
     param: dict[str, np.ndarray]
 
@@ -44,8 +44,8 @@ class SurfaceMesh:
         return np.concatenate(list(self.faces.values()))
 
 
-def surface_mesh(body: Body, size: float, turn: float = np.pi / 4) -> SurfaceMesh:
-    """Triangulate all surfaces of the body.
+def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str | None = None) -> SurfaceMesh:
+    """Triangulate all surfaces of a body, or those of the half at y ≥ 0 or x ≥ 0 of one with a mirror plane.
 
     Parameters
     ----------
@@ -54,25 +54,42 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4) -> SurfaceMes
         Edge length aimed at, mm: the mean of a grid cell's side and its diagonal.
     turn : float
         Largest turning of a surface line's tangent along one edge, rad.
+    mirror : "xz" or "yz", optional
+        The mirror plane; surfaces that it cuts are left open there.
     """
     side = size / 2**0.25
-    patches = [_patch(surface, side, turn) for surface in body.surfaces]
+    patches = [_kept(surface, side, turn, mirror) for surface in body.surfaces]
     n_vertices = sum(patch.n_vertices for patch in patches)
     # Vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
     first_mid = n_vertices + np.cumsum([0] + [patch.n_mids for patch in patches])
     faces, param = {}, {}
     for surface, patch, v, m in zip(body.surfaces, patches, first_vertex, first_mid, strict=False):
+        if not len(patch.triangles):
+            continue
         number = np.concatenate([v + np.arange(patch.n_vertices), m + np.arange(patch.n_mids)])
         base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
         if surface.cavity:
-            faces[f"chamber {surface.name}"] = np.concatenate([tube, base, tip])
+            names = " ".join(chamber.name for chamber in _alike(body, surface, mirror))
+            faces[f"chamber {names}"] = np.concatenate([tube, base, tip])
         else:
             faces |= {"base": base, "tip": tip, "exterior": tube}
         param[surface.name] = patch.param[patch.part == 1]
     corners = sparse.block_diag([patch.B[: patch.n_vertices] for patch in patches])
     mids = sparse.block_diag([patch.B[patch.n_vertices :] for patch in patches])
-    return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), n_vertices, faces, param)
+    return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), faces, param)
+
+
+def _alike(body: Body, surface: TubeSurface, mirror: str | None) -> list[TubeSurface]:
+    """The surface, and its image where that is another one."""
+    if mirror is None or abs(_middle(surface)[NORMALS[mirror]]) < _IN_PLANE:
+        return [surface]
+    image = _middle(surface) * MIRRORS[mirror]
+    return [surface, min(body.chambers, key=lambda other: float(np.abs(_middle(other) - image).max()))]
+
+
+def _middle(surface: TubeSurface) -> np.ndarray:
+    return surface.net.mean(axis=(0, 1))
 
 
 @dataclass(frozen=True)
@@ -99,9 +116,31 @@ class _Ring:
     s: float = 1.0
 
 
-def _patch(surface: TubeSurface, size: float, turn: float) -> _Patch:
-    """Stack rings from the base's centre (or pole) up to the tip's, and fill the strips between neighbours."""
-    tube = _tube_rings(surface, size, turn)
+def _kept(surface: TubeSurface, size: float, turn: float, mirror: str | None) -> _Patch:
+    """What is meshed of a surface: all of it, the half on the kept side of the mirror plane, or nothing."""
+    if mirror is None:
+        return _patch(surface, size, turn)
+    middle = _middle(surface)[NORMALS[mirror]]
+    if middle > _IN_PLANE:
+        return _patch(surface, size, turn)
+    if middle < -_IN_PLANE:
+        columns = surface.net.shape[0] * surface.net.shape[1]
+        nothing = np.zeros((0, 6), int)
+        return _Patch(sparse.csr_array((0, columns)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)))
+    seam = _SEAMS[mirror][int(surface.cavity)]
+    whole = _patch(surface, size, turn, seam)
+    half = whole.param[:, :3, 0].mean(axis=1) < seam + 0.5
+    used, triangles = np.unique(whole.triangles[half], return_inverse=True)
+    n_vertices = int(np.searchsorted(used, whole.n_vertices))
+    return _Patch(whole.B[used], n_vertices, triangles.reshape(-1, 6), whole.part[half], whole.param[half])
+
+
+def _patch(surface: TubeSurface, size: float, turn: float, seam: float | None = None) -> _Patch:
+    """Stack rings from the base's centre (or pole) up to the tip's, and fill the strips between neighbours.
+
+    With a `seam` q runs from there, and the triangles meet in the mirror plane through seam and seam + ½.
+    """
+    tube = _tube_rings(surface, size, turn, seam)
     base, tip = (_disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1]))
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
@@ -163,9 +202,12 @@ def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> 
     return sparse.csr_array((blocks.data, (rows, cols)), (len(q), n_r * n_q))
 
 
-def _tube_rings(surface: TubeSurface, size: float, turn: float) -> list[_Ring]:
+def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float | None) -> list[_Ring]:
     """Rows of the tube; near a pole they hold fewer vertices, as their circumference asks."""
-    q = _lines(surface, "q", size, turn)
+    q = _lines(surface, "q", size, turn, seam or 0.0)
+    if seam is not None:
+        # On both sides of the plane alike, to the last digit.
+        q[1:] = (q[1:] + (2 * seam + 1) - q[:0:-1]) / 2
     r = _lines(surface, "r", size, turn)
     count = np.full(len(r), len(q))
     if surface.ends == "pole":
@@ -183,7 +225,7 @@ def _tube_rings(surface: TubeSurface, size: float, turn: float) -> list[_Ring]:
 
 def _disc_rings(surface: TubeSurface, rim: _Ring, size: float) -> list[_Ring]:
     """Rings of an end disc from next to the rim to the centre."""
-    points = surface.points(np.append(rim.q, 1.0), np.full(len(rim.q) + 1, rim.r))
+    points = surface.points(np.append(rim.q, rim.q[0]), np.full(len(rim.q) + 1, rim.r))
     girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     steps = max(1, round(girth / (2 * np.pi * size)))
     rings, count = [], len(rim.q)
@@ -195,16 +237,18 @@ def _disc_rings(surface: TubeSurface, rim: _Ring, size: float) -> list[_Ring]:
 
 def _thinned(q: np.ndarray, count: int) -> np.ndarray:
     """``count`` parameters spread like those in q."""
-    return np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, 1.0))
+    return np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, q[0] + 1.0))
 
 
-def _lines(surface: TubeSurface, direction: str, size: float, turn: float) -> np.ndarray:
+def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start: float = 0.0) -> np.ndarray:
     """Parameters of the grid lines: in q a multiple of four of them, the last short of 1; in r an even number of steps.
 
+    In q they run from `start` on.
     Steps spread max(arc length / size, turning angle / turn) evenly.
     """
     along_q = direction == "q"
     q, r = (np.linspace(0, 1, _SAMPLES_PER_SPAN * basis.spans + 1) for basis in (surface.basis_q, surface.basis_r))
+    q = start + q
     first = surface.sample(q, r, dq=1) if along_q else surface.sample(q, r, dr=1)
     second = surface.sample(q, r, dq=2) if along_q else surface.sample(q, r, dr=2)
     speed = np.linalg.norm(first, axis=-1)

@@ -89,7 +89,9 @@ class TetMesh:
     faces : dict of (nf, 6) int
         Corners, then mid-side nodes of the edges 01, 12, 20; normals point from solid to void. Names: ``"base"``
         (z = 0), ``"tip"``, ``"exterior"`` (the tube between them) and one ``"chamber <name>"`` per chamber, which is
-        closed: tube and both ends.
+        closed: tube and both ends. Half a body has in addition ``"mirror xz"`` or ``"mirror yz"``, where it was cut in
+        two; chambers in its plane are open there, and one that has its image in the other half is called
+        ``"chamber <name> <name of the image>"``.
     """
 
     points: np.ndarray
@@ -100,10 +102,25 @@ class TetMesh:
         """The same mesh with its nodes elsewhere."""
         return replace(self, points=points)
 
+    @property
+    def mirror(self) -> str | None:
+        """The plane in which the other half continues, "xz" or "yz"; None for a whole body."""
+        return next((name.removeprefix("mirror ") for name in self.faces if name.startswith("mirror ")), None)
+
+    @property
+    def mirror_nodes(self) -> np.ndarray:
+        """Sorted numbers of the nodes in the mirror plane."""
+        return np.unique(self.faces.get(f"mirror {self.mirror}", np.zeros((0, 6), int)))
+
     def volume(self) -> float:
         """Volume of the solid in mm³, by the tetrahedra."""
         # det J is cubic in ξ on a quadratic element; the boundary integral of degree 4 is exact and cheaper.
         return sum(area_and_volume(self.points, faces)[1] for faces in self.faces.values())
+
+
+def chambers_of(face: str) -> tuple[str, ...]:
+    """The chambers that a face with this name is a part of: one, two where it stands for an image too, or none."""
+    return tuple(face.split()[1:]) if face.startswith("chamber ") else ()
 
 
 def area_vectors(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,6 @@ import numpy as np
 from pneumorph.errors import MeshError
 from pneumorph.mesh.mend import mend
 from pneumorph.mesh.split import split_long_edges
-from pneumorph.mesh.surface import SurfaceMesh
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
 
 netgen: Any = import_module("netgen.meshing")  # compiled, without type information
@@ -22,14 +21,16 @@ netgen: Any = import_module("netgen.meshing")  # compiled, without type informat
 _LONGEST = 1.8  # edges inside longer than this many edge lengths are bisected
 
 
-def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
+def fill(faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMesh:
     """Quadratic tetrahedra with straight edges between the surfaces.
 
     Parameters
     ----------
-    body_surface : SurfaceMesh
+    faces : dict of (nf, 6) int
+        Triangles that together are closed, see `TetMesh.faces`.
     nodes : (n_nodes, 3) float
-        Its nodes, mid-side ones included. They become the first nodes of the mesh, mid-side ones moved to their chords.
+        Their nodes, mid-side ones included. They become the first nodes of the mesh, mid-side ones moved to their
+        chords.
     size : float
         Edge length wanted inside, mm.
 
@@ -38,9 +39,13 @@ def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
     MeshError
         If Netgen finds no filling, as when the triangles of two walls cross.
     """
-    n_vertices, n_surface = body_surface.n_vertices, len(nodes)
-    triangles = body_surface.triangles
-    points, tets = _fill_straight(nodes[:n_vertices], triangles[:, :3], size)
+    n_surface = len(nodes)
+    triangles = np.concatenate(list(faces.values()))
+    # Netgen knows of corners alone: they get numbers of their own.
+    vertices, corners = np.unique(triangles[:, :3], return_inverse=True)
+    n_vertices = len(vertices)
+    triangles = np.hstack([corners.reshape(-1, 3), triangles[:, 3:]])
+    points, tets = _fill_straight(nodes[vertices], triangles[:, :3], size)
     mended, mended_tets = mend(points, tets, triangles, nodes)
     if mended is not points:
         # The new vertices move to better places; what that spoils elsewhere is mended once more.
@@ -60,11 +65,11 @@ def fill(body_surface: SurfaceMesh, nodes: np.ndarray, size: float) -> TetMesh:
     inner = np.setdiff1d(np.arange(len(edges)), rank)
     mids[inner] = n_surface + n_interior + np.arange(len(inner))
 
-    number = np.concatenate([np.arange(n_vertices), n_surface + np.arange(n_interior)])
+    number = np.concatenate([vertices, n_surface + np.arange(n_interior)])
     all_points = np.empty((n_surface + n_interior + len(inner), 3))
     all_points[number] = points
     all_points[mids] = points[edges].mean(axis=1)
-    return TetMesh(all_points, np.hstack([number[tets], mids[inverse.reshape(-1, 6)]]), body_surface.faces)
+    return TetMesh(all_points, np.hstack([number[tets], mids[inverse.reshape(-1, 6)]]), faces)
 
 
 def _key(edges: np.ndarray, n: int) -> np.ndarray:

@@ -8,13 +8,14 @@ import jax.numpy as jnp
 from jax import Array
 
 from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import State, chamber_volumes, displacement, tip_mean
+from pneumorph.mechanics.potential import State, chamber_volumes, displacement, tip_centre, tip_mean
 
 
 class Features(NamedTuple):
     """What objectives are functions of.
 
-    translation (3,) mm and rotation vector (3,) rad of the end-effector; volume (C,) mm³ of the inflated chambers.
+    translation (3,) mm and rotation vector (3,) rad of the end-effector; volume (C,) mm³ of the inflated chambers. All
+    of the whole body, where the model is half of one too.
     """
 
     translation: Array
@@ -29,10 +30,10 @@ def features(model: Model, X: Array, state: State) -> Features:
     rotation the polar factor of its mean deformation.
     """
     u = displacement(model.top, X, state)
-    volume = chamber_volumes(model.top, X + u)
+    volume = model.copies * chamber_volumes(model.top, X + u)
     if model.plate:
         return Features(state.plate[:3], state.plate[3:], volume)
-    return Features(tip_mean(model.top, X, u), _face_rotation(model, X, X + u), volume)
+    return Features(tip_centre(model.top, X, u), _face_rotation(model, X, X + u), volume)
 
 
 def _face_rotation(model: Model, X: Array, x: Array) -> Array:
@@ -40,9 +41,11 @@ def _face_rotation(model: Model, X: Array, x: Array) -> Array:
 
     The normal, which a flat face leaves open, is completed by the cross product.
     """
-    offset, moved = X - tip_mean(model.top, X, X), x - tip_mean(model.top, X, x)
+    offset, moved = X - tip_centre(model.top, X, X), x - tip_centre(model.top, X, x)
     pairs = (moved[:, :, None] * offset[:, None, :2]).reshape(-1, 6)
-    moment = tip_mean(model.top, X, pairs).reshape(3, 2)
+    parity = 2 * model.top.even - 1
+    # Products that a mirror turns round cancel over the whole face.
+    moment = tip_mean(model.top, X, pairs).reshape(3, 2) * (1 + parity[:, None] * parity[:2]) / 2
     # Polar factor of a 3×2 matrix M (MᵀM)^(−1/2), the root of a 2×2 matrix in closed form.
     square = moment.T @ moment
     det = jnp.sqrt(square[0, 0] * square[1, 1] - square[0, 1] ** 2)

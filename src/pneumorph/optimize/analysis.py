@@ -19,10 +19,12 @@ from pneumorph.mechanics import (
     explained,
     held_of,
     loads_of,
+    mirror_of,
     model_of,
     predict,
     rest,
     solve,
+    whole_of,
 )
 from pneumorph.mechanics.potential import State, displacement
 from pneumorph.mesh import Morph, mesh_body
@@ -83,8 +85,8 @@ def objectives(problem: Problem) -> dict[str, Objective]:
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body and make it ready for analysis."""
-    return discretisation(problem, mesh_body(body, problem.mesh.size), body.control_points())
+    """Mesh a body, or the half of it that tells all, and make it ready for analysis."""
+    return discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
 
 
 def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
@@ -121,6 +123,18 @@ def analyse(
         configurations[task.name], equilibria[task.name] = at, found
         value += task.weight * float(objective(features(disc.model, at.X, found.state)))
     return Analysis(phi, points, X, pressures, configurations, equilibria, value)
+
+
+def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
+    """Whether each task's state is stable, where half the body was analysed against all motions of the whole too."""
+    found = {name: equilibrium.stable for name, equilibrium in analysis.equilibria.items()}
+    if disc.model.mirror is None:
+        return found
+    whole = whole_of(disc.model, disc.morph.mesh)
+    return {
+        name: found[name] and whole.negative_pivots(at, analysis.equilibria[name].state) == 0
+        for name, at in analysis.configurations.items()
+    }
 
 
 def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> np.ndarray:

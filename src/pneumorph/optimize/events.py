@@ -11,7 +11,10 @@ from pneumorph.geometry import Body
 
 @dataclass(frozen=True)
 class Started:
-    """The loop begins, after design `iteration` when it was resumed."""
+    """The loop begins, after design `iteration` when it was resumed.
+
+    With a `mirror` plane it is half the body that is analysed.
+    """
 
     iteration: int
     iterations: int
@@ -19,6 +22,7 @@ class Started:
     elements: int
     element: str
     dofs: int
+    mirror: str | None
 
 
 @dataclass(frozen=True)
@@ -63,11 +67,16 @@ class DesignAccepted:
 
 @dataclass(frozen=True)
 class Finished:
-    """The loop has ended for a reason given as a sentence; `held` tells whether the last design keeps every limit."""
+    """The loop has ended for a reason given as a sentence.
+
+    `held` tells whether the last design keeps every limit, `stable` by task whether its state is stable, as a whole
+    body too where half of it was analysed.
+    """
 
     iteration: int
     reason: str
     held: bool
+    stable: dict[str, bool]
 
 
 Event = Started | Remeshed | DesignRejected | DesignAccepted | Finished

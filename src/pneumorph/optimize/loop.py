@@ -27,6 +27,7 @@ from pneumorph.optimize.analysis import (
     design_gradient,
     discretise,
     predicted,
+    stable,
 )
 from pneumorph.optimize.augmented import AugmentedLagrangian, augmented_lagrangian
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
@@ -96,7 +97,8 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     clock = Clock()
     now = _first(loop, clock) if state is None else _resumed(loop, state)
     model = now.disc.model
-    yield Started(now.iteration, problem.optimizer.iterations, loop.space.n, model.elements, model.element, model.size)
+    iterations = problem.optimizer.iterations
+    yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.mirror)
     if state is None:
         yield _accepted(loop, now, clock, now.disc.factorisations, False)
     reason = "the number of designs that was asked for is reached"
@@ -113,7 +115,11 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     found = loop.report(now.analysis)
     if not found.held():
         reason += "; not every limit is held: " + "; ".join(map(str, found.violated()))
-    yield Finished(now.iteration, reason, found.held())
+    is_stable = stable(now.disc, now.analysis)
+    for name, equilibrium in now.analysis.equilibria.items():
+        if equilibrium.stable and not is_stable[name]:
+            reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
+    yield Finished(now.iteration, reason, found.held(), is_stable)
 
 
 def _first(loop: _Loop, clock: Clock) -> _Standing:

@@ -10,6 +10,7 @@ import numpy as np
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace, design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mesh import unfolded
 from pneumorph.objective import features
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discretise
 from pneumorph.optimize.checkpoint import unpack
@@ -100,13 +101,14 @@ def final_shapes(run: RunDirectory) -> dict[str, Shape]:
 def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Shape]:
     """A design at rest and inflated for every task, by the words above each."""
     mesh = disc.morph.mesh.at(analysis.X)
-    shapes = {"at rest": Shape(mesh, np.zeros_like(mesh.points))}
+    whole = unfolded(mesh)
+    shapes = {"at rest": Shape(whole.mesh, np.zeros_like(whole.mesh.points))}
     for task in problem.task:
         found = analysis.equilibria[task.name]
         moved = features(disc.model, analysis.configurations[task.name].X, found.state)
         motion = motion_of(task, {"translation_mm": moved.translation, "rotation_rad": moved.rotation})
         words = f"{pressures(analysis.pressures[task.name])}: {motion.word} {motion}"
-        shapes[words] = Shape(mesh, found.u, nodal_stretch(mesh, found.u))
+        shapes[words] = Shape(whole.mesh, whole.vectors(found.u), nodal_stretch(mesh, found.u)[whole.source])
     return shapes
 
 

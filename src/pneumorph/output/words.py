@@ -59,3 +59,8 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60}:{whole % 60:02d} min"
     return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
+
+
+def analysed(mirror: str | None) -> str:
+    """What is to be said beside the size of a model about half the body that it is; nothing for a whole one."""
+    return "" if mirror is None else f", half the body on one side of the plane {mirror}"

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from pneumorph.problem.models import Symmetry
 
 MIRRORS = {"xz": (1.0, -1.0, 1.0), "yz": (-1.0, 1.0, 1.0), "xy": (1.0, 1.0, -1.0)}
+"""What a mirror in each plane makes of the components of a vector."""
+
+NORMALS = {"xz": 1, "yz": 0, "xy": 2}
+"""The component across each plane."""
+
 HALF_TURNS = {"x": (1.0, -1.0, -1.0), "y": (-1.0, 1.0, -1.0)}
 
 

@@ -19,6 +19,7 @@ from pneumorph.mesh.tets import (
     TRIANGLE_RULE,
     TetMesh,
     area_vectors,
+    chambers_of,
     tet_gradient,
     tet_shape,
     triangle_shape,
@@ -41,7 +42,10 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
     answer = np.zeros((model.nodes, 3))
     shape = triangle_shape(TRIANGLE_RULE[0])
     for name, triangles in mesh.faces.items():
-        pressure = pressures.get(name.removeprefix("chamber "), 0.0)
+        if name.startswith("mirror "):
+            continue
+        # The images of a chamber have the same pressure.
+        pressure = next((pressures[chamber] for chamber in chambers_of(name)), 0.0)
         density = _integrand(at, mesh, equilibrium, w, triangles, float(pressure))
         _, normals = area_vectors(mesh.points, triangles)
         np.add.at(answer, triangles, -np.einsum("qa,fqi,fq->fai", shape, normals, density))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import platform
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -19,10 +19,14 @@ from pneumorph.run import Design, RunDirectory
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: the reason as a sentence, and whether the loop came to its own end."""
+    """How a run ended: the reason as a sentence, and whether the loop came to its own end.
+
+    At its own end it knows of every task whether its state is stable, as a whole body too.
+    """
 
     reason: str
     completed: bool
+    stable: Mapping[str, bool] = field(default_factory=dict)
 
 
 def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
@@ -42,7 +46,7 @@ def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
                 run.record(event.line, Design.of(event.body, event.pressures), event.state)
             show(event)
             if isinstance(event, Finished):
-                outcome = Outcome(event.reason, completed=True)
+                outcome = Outcome(event.reason, True, event.stable)
                 _conclude(run, outcome)
                 return outcome
     except ComputationError as error:
@@ -69,7 +73,10 @@ def result(problem: Problem, history: list[dict[str, Any]], outcome: Outcome) ->
         "iterations": last["iteration"],
         "objective": last["objective"],
         "motions": {name: {"value": motion.value, "unit": motion.unit} for name, motion in motions.items()},
-        "tasks": last["tasks"],
+        "tasks": {
+            name: answer | {"stable": outcome.stable.get(name, answer["stable"])}
+            for name, answer in last["tasks"].items()
+        },
         "limits": last["limits"],
         "held": last["held"],
         "seconds": {phase: sum(line["seconds"][phase] for line in history) for phase in phases},

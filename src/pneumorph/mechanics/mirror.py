@@ -1,0 +1,113 @@
+"""Mechanics of half a body: where that tells all, and the whole body that it stands for.
+
+A half model sees symmetric motions alone. That a state is stable against all others, only the whole body's tangent can
+tell: it is factorised once at the mirrored state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from math import nan
+
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.mechanics.model import Model, model
+from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mesh import TetMesh, Unfolded, unfolded
+from pneumorph.problem import Problem
+from pneumorph.problem.symmetry import MIRRORS, operations
+
+Pressures = Mapping[str, float]
+
+
+def mirror_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> str | None:
+    """The plane, "xz" or "yz", about which a problem is symmetric in shape, loads and objectives; None without one.
+
+    Parameters
+    ----------
+    problem : Problem
+    pressures : iterable of {chamber: MPa}, optional
+        All that will be applied; by default those of the tasks, where free ones may grow different in two chambers.
+    """
+    if pressures is None:
+        pressures = [
+            {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
+            for task in problem.task
+        ]
+    applied = list(pressures)
+    return next((plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied)), None)
+
+
+def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> bool:
+    mirror = np.array(MIRRORS[plane])
+    # Rotations and moments are axial vectors: a mirror turns round those components that it leaves of others.
+    axial = np.prod(mirror) * mirror
+    effector, gravity = problem.end_effector, problem.gravity
+    weight = np.zeros(3) if gravity is None else gravity.acceleration * np.array(gravity.direction)
+    motions = dict(zip(("bending_x", "bending_y", "twist"), axial, strict=True)) | {"extension": 1.0}
+    return (
+        any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
+        and not np.any(weight[mirror < 0])
+        and not np.any(np.array(effector.force)[mirror < 0])
+        and not np.any(np.array(effector.moment)[axial < 0])
+        and all(motions[task.objective.component] > 0 for task in problem.task)
+        and all(
+            pressure.get(one, 0.0) == pressure.get(other, 0.0)
+            for one, other in _pairs(problem, mirror)
+            for pressure in applied
+        )
+    )
+
+
+def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
+    """Chambers beside the plane, each with its image."""
+    for one in problem.body.chamber:
+        image = mirror[:2] * one.center
+        if np.allclose(image, one.center):
+            continue
+        for other in problem.body.chamber:
+            if np.allclose([*image, *one.span], [*other.center, *other.span]):
+                yield one.name, other.name
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """The whole body that a half model stands for."""
+
+    half: Model
+    image: Unfolded
+    model: Model
+    tangent: Tangent
+
+    def configuration(self, at: Configuration) -> Configuration:
+        """The whole body where its half is, under the loads of which the half has its share."""
+        pressure = dict(zip(self.half.chambers, at.loads.pressure, strict=True))
+        loads = at.loads._replace(
+            pressure=jnp.asarray([pressure[name] for name in self.model.chambers]),
+            spring=self.half.copies * at.loads.spring,
+            wrench=self.half.copies * at.loads.wrench,
+        )
+        X = self.image.vectors(np.asarray(at.X)[: self.half.nodes])
+        return Configuration(self.model, self.model.pad(X), loads, at.blocked)
+
+    def state(self, half: State) -> State:
+        """The state of the whole body whose halves are both in this one."""
+        u = self.model.pad(self.image.vectors(np.asarray(half.u)[: self.half.nodes]))
+        if not self.half.mixed:
+            return State(u, half.plate)
+        return State(u, half.plate, self.model.pad(np.asarray(half.pressure)[self.image.source]))
+
+    def negative_pivots(self, at: Configuration, state: State) -> int:
+        """Those of the whole body's tangent at a state of the half: 0 where it is stable against all motions."""
+        self.tangent.factorise(self.configuration(at), self.state(state))
+        return self.tangent.negative_pivots
+
+
+def whole_of(half: Model, mesh: TetMesh) -> Whole:
+    """The whole body of a half model and its mesh."""
+    image = unfolded(mesh)
+    body = model(image.mesh, half.rubber, half.plate, mixed=half.mixed)
+    return Whole(half, image, body, Tangent(body))

@@ -1,0 +1,207 @@
+"""Triangles in a plane between given curved edges: a Delaunay triangulation made to hold them, then improved by swaps.
+
+Missing edges are recovered by swapping the edges that cross them (Sloan 1993, A fast algorithm for generating
+constrained Delaunay triangulations). Netgen's planar mesher may split the edges it is given, so it cannot be asked.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from pneumorph.errors import MeshError
+from pneumorph.mesh.tets import triangle_gradient
+
+_CLEAR = 0.6  # distance of a vertex inside from the given edges, in edge lengths
+_PASSES = 8
+_NODES = np.array([[0.0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
+_GRADIENTS = triangle_gradient(_NODES)
+
+Edge = tuple[int, int]
+
+
+def triangulate(
+    points: np.ndarray, edges: np.ndarray, middles: np.ndarray, size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles between closed polygons whose edges all stay.
+
+    Parameters
+    ----------
+    points : (n, 2) float
+        The polygons' vertices.
+    edges : (m, 2) int
+        The region lies to the left of each.
+    middles : (m, 2) float
+        Where the curved edges have their mid-side nodes: no triangle shall degenerate when its edges are curved.
+    size : float
+        Distance of vertices inside, mm.
+
+    Returns
+    -------
+    inside : (k, 2) float
+        Vertices inside.
+    triangles : (nt, 3) int
+        Anticlockwise, numbered with the given points first.
+
+    Raises
+    ------
+    MeshError
+        If edges cross.
+    """
+    inside = _lattice(points, edges, size)
+    everything = np.concatenate([points, inside])
+    plane = _Plane(everything, edges, middles)
+    for a, b in edges.tolist():
+        plane.recover(a, b)
+    plane.keep_left_of(edges)
+    for _ in range(_PASSES):
+        moved = plane.swap()
+        moved |= plane.smooth(len(points))
+        if not moved:
+            break
+    return plane.points[len(points) : len(everything)], plane.triangles()
+
+
+def _lattice(points: np.ndarray, edges: np.ndarray, size: float) -> np.ndarray:
+    """Points (k, 2) of a triangular lattice in the region, clear of its edges."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    rows = np.arange(low[1], high[1], size * np.sqrt(0.75))
+    columns = np.arange(low[0], high[0] + size, size)
+    lattice = np.array([(x - size / 2 * (j % 2), y) for j, y in enumerate(rows) for x in columns])
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
+    along = b - a
+    # Of a ray to the right, the number of edges it crosses is odd inside.
+    below = (a[:, 1] <= lattice[:, 1:]) != (b[:, 1] <= lattice[:, 1:])
+    rise = np.where(along[:, 1] == 0, 1.0, along[:, 1])
+    ahead = lattice[:, :1] < a[:, 0] + (lattice[:, 1:] - a[:, 1]) / rise * along[:, 0]
+    within = (below & ahead).sum(axis=1) % 2 == 1
+    offset = lattice[:, None] - a
+    part = np.clip((offset * along).sum(-1) / (along**2).sum(-1), 0, 1)
+    distance = np.linalg.norm(offset - part[..., None] * along, axis=-1).min(axis=1)
+    return lattice[within & (distance > _CLEAR * size)]
+
+
+class _Plane:
+    """A triangulation: `apex` tells for every directed edge the third corner of the triangle on its left."""
+
+    def __init__(self, points: np.ndarray, edges: np.ndarray, middles: np.ndarray):
+        # Corners of a large frame keep rows of points in line off the hull, where they might be left out.
+        middle, reach = points.mean(axis=0), 10 * np.ptp(points, axis=0).max()
+        frame = middle + reach * np.array([[-1.0, -0.9], [1.1, -1], [1, 1.2], [-1.2, 1]])
+        self.points = np.concatenate([points, frame])
+        self._curved = {tuple(sorted(edge)): middle for edge, middle in zip(edges.tolist(), middles, strict=True)}
+        self._quality: dict[tuple[int, ...], float] = {}
+        self.apex: dict[Edge, int] = {}
+        for triangle in Delaunay(self.points).simplices.tolist():
+            self._add(*triangle)
+
+    def _add(self, a: int, b: int, c: int) -> None:
+        self.apex |= {(a, b): c, (b, c): a, (c, a): b}
+
+    def _twice_area(self, a: int, b: int, c: int) -> float:
+        (ax, ay), (bx, by), (cx, cy) = self.points[[a, b, c]].tolist()
+        return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+
+    def _swap(self, a: int, b: int) -> Edge:
+        """Exchange the edge between two triangles for the one between their apexes."""
+        c, d = self.apex.pop((a, b)), self.apex.pop((b, a))
+        self._add(a, d, c)
+        self._add(d, b, c)
+        return c, d
+
+    def recover(self, p: int, q: int) -> None:
+        """Make p to q an edge."""
+        if (p, q) in self.apex or (q, p) in self.apex:
+            return
+        crossing = deque(edge for edge in self.apex if edge[0] < edge[1] and self._cross(p, q, *edge))
+        for _ in range(50 * len(crossing) + 1):
+            if not crossing:
+                break
+            a, b = crossing.popleft()
+            c, d = self.apex[a, b], self.apex[b, a]
+            if self._twice_area(a, d, c) <= 0 or self._twice_area(d, b, c) <= 0:
+                crossing.append((a, b))
+            elif self._cross(p, q, *self._swap(a, b)):
+                crossing.append((c, d))
+        if (p, q) not in self.apex and (q, p) not in self.apex:
+            raise MeshError("the profiles of two surfaces cross in the mirror plane")
+
+    def _cross(self, p: int, q: int, a: int, b: int) -> bool:
+        if len({p, q, a, b}) < 4:
+            return False
+        sides = self._twice_area(p, q, a) * self._twice_area(p, q, b)
+        return sides < 0 and self._twice_area(a, b, p) * self._twice_area(a, b, q) < 0
+
+    def keep_left_of(self, edges: np.ndarray) -> None:
+        """Drop all triangles that cannot be reached from the left of the edges without crossing them."""
+        fixed = set(map(tuple, edges.tolist()))
+        fixed |= {(b, a) for a, b in fixed}
+        reached, waiting = {}, list(map(tuple, edges.tolist()))
+        while waiting:
+            a, b = waiting.pop()
+            if (a, b) in reached:
+                continue
+            if (a, b) not in self.apex:
+                raise MeshError("the profiles of two surfaces cross in the mirror plane")
+            c = self.apex[a, b]
+            for one, other, third in ((a, b, c), (b, c, a), (c, a, b)):
+                reached[one, other] = third
+                if (one, other) not in fixed:
+                    waiting.append((other, one))
+        self.apex = reached
+
+    def swap(self) -> bool:
+        """Swap edges as long as that makes the worse of the two triangles beside one better; whether any was."""
+        swapped = False
+        waiting = [edge for edge in self.apex if edge[0] < edge[1]]
+        while waiting:
+            a, b = waiting.pop()
+            if (a, b) not in self.apex or (b, a) not in self.apex:
+                continue
+            c, d = self.apex[a, b], self.apex[b, a]
+            now = min(self.quality(a, b, c), self.quality(b, a, d))
+            if min(self.quality(a, d, c), self.quality(d, b, c)) > max(now, 0.0) + 1e-9:
+                self._swap(a, b)
+                waiting += [(a, d), (d, b), (b, c), (c, a)]
+                swapped = True
+        return swapped
+
+    def smooth(self, first: int) -> bool:
+        """Move vertices from number `first` on amidst their neighbours where that is better; whether any was."""
+        around: dict[int, list[Edge]] = {}
+        for (a, b), c in self.apex.items():
+            if c >= first:
+                around.setdefault(c, []).append((a, b))
+        moved = False
+        for vertex, ring in around.items():
+            before, place = min(self.quality(a, b, vertex) for a, b in ring), self.points[vertex].copy()
+            kept = self._quality
+            self._quality = {key: value for key, value in kept.items() if vertex not in key}
+            self.points[vertex] = self.points[[a for a, _ in ring]].mean(axis=0)
+            if min(self.quality(a, b, vertex) for a, b in ring) > before + 1e-3:
+                moved = True
+            else:
+                self.points[vertex], self._quality = place, kept
+        return moved
+
+    def quality(self, a: int, b: int, c: int) -> float:
+        """Least det(dx/dξ) at the nodes of a curved triangle over that of a regular one with sides of the same size."""
+        low = min(a, b, c)
+        key = (a, b, c) if a == low else (b, c, a) if b == low else (c, a, b)
+        if key not in self._quality:
+            ends = self.points[list(key)]
+            middles = [self._middle(key[i], key[(i + 1) % 3]) for i in range(3)]
+            jacobian = np.einsum("ai,gak->gik", np.concatenate([ends, middles]), _GRADIENTS)
+            sides = ((ends - np.roll(ends, -1, axis=0)) ** 2).sum() / 3
+            determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
+            self._quality[key] = float(determinant.min() / (np.sqrt(0.75) * sides))
+        return self._quality[key]
+
+    def _middle(self, a: int, b: int) -> np.ndarray:
+        given = self._curved.get((min(a, b), max(a, b)))
+        return (self.points[a] + self.points[b]) / 2 if given is None else given
+
+    def triangles(self) -> np.ndarray:
+        return np.array([(a, b, c) for (a, b), c in self.apex.items() if a < b and a < c])

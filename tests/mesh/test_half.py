@@ -1,0 +1,162 @@
+"""Half a body: cut exactly in its mirror plane, closed, and a whole again when it is unfolded."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pneumorph.errors import MeshError
+from pneumorph.geometry import Body, enclosed_volume, starting_body
+from pneumorph.geometry.design_space import design_space
+from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfolded
+from pneumorph.mesh.plane import triangulate
+from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TetMesh
+from pneumorph.problem import Problem
+from pneumorph.problem.symmetry import NORMALS
+
+
+def problem(mirror: str, *centres: tuple[float, float], radius: float = 2.0, ends: str = "flat") -> Problem:
+    chambers = [
+        {
+            "name": name,
+            "radius": f"{radius} mm",
+            "center": [f"{x} mm", f"{y} mm"],
+            "span": ["3 mm", "27 mm"],
+            "ends": ends,
+        }
+        for name, (x, y) in zip("ABCD", centres, strict=False)
+    ]
+    task = {
+        "name": "one",
+        "pressure": {"A": "1 kPa"},
+        "objective": {"kind": "maximize", "motion": "extension"},
+    }
+    body = {"length": "30 mm", "radius": "9 mm", "symmetry": {"mirror": [mirror]}, "chamber": chambers}
+    return Problem.model_validate({"material": {"name": "Hei-Cast 8400"}, "body": body, "task": [task]})
+
+
+CASES = {
+    "cut": (problem("xz", (0, 0), radius=4), ["A"]),
+    "domes": (problem("yz", (0, 0), radius=4, ends="pole"), ["A"]),
+    "two cut": (problem("xz", (-4, 0), (4, 0)), ["A", "B"]),
+    "a pair": (problem("yz", (-4, 0), (4, 0)), ["B A"]),
+    "cut and pair": (problem("xz", (0, 4.5), (-4.5, 0), (0, -4.5), (4.5, 0)), ["A C", "B", "D"]),
+}
+
+
+@pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
+def case(request: pytest.FixtureRequest):
+    asked, names = request.param
+    space = design_space(asked, starting_body(asked.body))
+    phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
+    body, mirror = space.body(phi), asked.body.symmetry.mirror[0]
+    return body, mirror, names, mesh_body(body, 4.0, mirror), space, phi
+
+
+def solid(body: Body) -> float:
+    return enclosed_volume(body.exterior) - sum(map(enclosed_volume, body.chambers))
+
+
+def boundary(mesh: TetMesh) -> set[frozenset[int]]:
+    corners = np.sort(mesh.tets[:, TET_FACES].reshape(-1, 3), axis=1)
+    faces, count = np.unique(corners, axis=0, return_counts=True)
+    assert count.max() == 2
+    return set(map(frozenset, faces[count == 1].tolist()))
+
+
+def named(mesh: TetMesh) -> set[frozenset[int]]:
+    return set(map(frozenset, np.concatenate(list(mesh.faces.values()))[:, :3].tolist()))
+
+
+def test_half_a_body_is_closed_and_half_as_large(case) -> None:
+    body, mirror, names, morph, _, _ = case
+    mesh = morph.mesh
+    assert mesh.mirror == mirror
+    assert set(mesh.faces) == {"base", "tip", "exterior", f"mirror {mirror}", *(f"chamber {name}" for name in names)}
+    assert boundary(mesh) == named(mesh)
+    assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.1
+    assert 2 * mesh.volume() == pytest.approx(solid(body), rel=5e-3)
+    across = mesh.points[:, NORMALS[mirror]]
+    assert (across[mesh.mirror_nodes] == 0).all()
+    assert np.delete(across, mesh.mirror_nodes).min() > 0
+
+
+def test_unfolded_it_is_whole(case) -> None:
+    body, _, _, morph, _, _ = case
+    image = unfolded(morph.mesh)
+    mesh = image.mesh
+    assert mesh.mirror is None
+    assert set(mesh.faces) == {"base", "tip", "exterior", *(f"chamber {chamber.name}" for chamber in body.chambers)}
+    assert boundary(mesh) == named(mesh)
+    assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.1
+    assert mesh.volume() == pytest.approx(2 * morph.mesh.volume(), rel=1e-12)
+    middles = mesh.points[mesh.tets[:, TET_EDGES]].mean(axis=2) - mesh.points[mesh.tets[:, 4:]]
+    halves = np.split(middles, 2)
+    np.testing.assert_allclose(
+        np.sort(np.linalg.norm(halves[0], axis=-1).ravel()), np.sort(np.linalg.norm(halves[1], axis=-1).ravel())
+    )
+    for chamber in body.chambers:
+        where = mesh.points[mesh.faces[f"chamber {chamber.name}"]].mean(axis=(0, 1))
+        np.testing.assert_allclose(where[:2], chamber.net.mean(axis=(0, 1))[:2], atol=0.3)
+    assert unfolded(mesh).mesh is mesh
+
+
+def test_the_morph_is_affine_and_keeps_the_plane(case) -> None:
+    _, mirror, _, morph, space, phi = case
+    rng = np.random.default_rng(1)
+    d, e = 0.05 * rng.normal(size=(2, space.n))
+    P, dP, eP = space.control_points(phi), space.L @ d, space.L @ e
+    dP, eP = dP.reshape(-1, 3), eP.reshape(-1, 3)
+    moved = morph.positions(P + 2 * dP - 3 * eP)
+    np.testing.assert_allclose(moved, morph.positions(P) + 2 * morph.push(dP) - 3 * morph.push(eP), atol=1e-11)
+    assert (moved[morph.mesh.mirror_nodes, NORMALS[mirror]] == 0).all()
+    np.testing.assert_allclose(morph.positions(P)[: morph.n_surface], morph.B @ P, atol=1e-10)
+    assert needs_remesh(morph, P) is None
+
+
+def test_its_pullback_is_the_transpose(case) -> None:
+    _, _, _, morph, space, _ = case
+    rng = np.random.default_rng(2)
+    dP, dX = rng.normal(size=(space.reference.n_points, 3)), rng.normal(size=morph.mesh.points.shape)
+    there, back = np.sum(morph.push(dP) * dX), np.sum(dP * morph.pullback(dX))
+    assert abs(there - back) < 1e-12 * np.linalg.norm(dP) * np.linalg.norm(dX)
+
+
+def ring(radii: np.ndarray) -> np.ndarray:
+    angle = 2 * np.pi * np.arange(len(radii)) / len(radii)
+    return radii[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def loops(*polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points and edges, the first polygon anticlockwise, the others, holes, clockwise."""
+    first = np.cumsum([0, *(len(polygon) for polygon in polygons)])
+    edges = [
+        np.column_stack([start + np.arange(len(p)), start + (np.arange(len(p)) + 1) % len(p)])
+        for start, p in zip(first, polygons, strict=False)
+    ]
+    return np.concatenate(polygons), np.concatenate([edges[0], *(edge[:, ::-1] for edge in edges[1:])])
+
+
+@settings(max_examples=40)
+@given(
+    st.lists(st.floats(6, 9), min_size=9, max_size=30),
+    st.lists(st.floats(2, 5), min_size=5, max_size=20),
+    st.floats(1, 4),
+)
+def test_triangles_fill_the_plane_between_polygons(outer, inner, size) -> None:
+    points, edges = loops(ring(np.array(outer)), ring(np.array(inner)))
+    inside, triangles = triangulate(points, edges, points[edges].mean(axis=1), size)
+    corners = np.concatenate([points, inside])[triangles]
+    sides = corners[:, 1:] - corners[:, :1]
+    areas = (sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]) / 2
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
+    assert areas.min() > 0
+    assert areas.sum() == pytest.approx(0.5 * np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), rel=1e-10)
+    directed = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    assert set(map(tuple, edges.tolist())) <= set(map(tuple, directed.tolist()))
+
+
+def test_profiles_that_cross_are_refused() -> None:
+    points, edges = loops(ring(np.full(12, 6.0)), ring(np.full(12, 2.0)) + np.array([5.0, 0.0]))
+    with pytest.raises(MeshError, match="cross in the mirror plane"):
+        triangulate(points, edges, points[edges].mean(axis=1), 2.0)

@@ -1,0 +1,106 @@
+"""The loop on half a body: what it says of the whole, and that it goes on after a stop."""
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry import design_space, starting_body
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mesh import mesh_body
+from pneumorph.optimize import DesignAccepted, Finished, Started, design
+from pneumorph.optimize.analysis import Analysis, analyse, design_gradient, discretisation, discretise
+from pneumorph.problem import loads
+from pneumorph.sensitivity import taylor_test
+
+FILE = """
+[material]
+name = "Hei-Cast 8400"
+[body]
+length = "24 mm"
+radius = "8 mm"
+control_density = "0.4 /mm"
+ripple = { amplitude = "0.3 mm", period = "10 mm" }
+symmetry = { mirror = ["xz"] }
+[[body.chamber]]
+name = "A"
+radius = "4 mm"
+center = ["0 mm", "0 mm"]
+span = ["3 mm", "21 mm"]
+[end_effector]
+spring = { bending_y = "50 N*mm/rad" }
+[[task]]
+name = "bend"
+pressure = { A = { start = "50 kPa", min = "40 kPa", max = "60 kPa" } }
+objective = { kind = "maximize", motion = "bending_y" }
+[mesh]
+size = "5 mm"
+[optimizer]
+iterations = 2
+"""
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return loads(FILE)
+
+
+@pytest.fixture(scope="module")
+def events(problem):
+    return list(design(problem))
+
+
+def solved(problem, space, disc, phi, starts=None) -> Analysis:
+    found = analyse(problem, space, disc, phi, starts, tolerance=1e-10)
+    assert not isinstance(found, NoEquilibrium), found
+    return found
+
+
+def accepted(events):
+    return [event for event in events if isinstance(event, DesignAccepted)]
+
+
+def test_the_loop_designs_on_half_the_body(events):
+    started, finished = events[0], events[-1]
+    assert isinstance(started, Started) and isinstance(finished, Finished)
+    assert started.mirror == "xz"
+    first, *_, last = (event.line for event in accepted(events))
+    assert last["objective"] < first["objective"] - 1e-3
+    told = last["tasks"]["bend"]
+    assert told["translation_mm"][1] == told["rotation_rad"][0] == told["rotation_rad"][2] == 0.0
+    assert finished.stable == {"bend": True}
+
+
+def test_a_stopped_run_goes_on(problem, events):
+    designs = accepted(events)
+    (again,) = accepted(design(problem, designs[1].state))
+    assert again.iteration == 2
+    assert again.line["objective"] == pytest.approx(designs[2].line["objective"], rel=1e-6)
+    assert np.abs(again.body.control_points() - designs[2].body.control_points()).max() < 1e-6
+
+
+def test_the_gradient_is_right_and_that_of_the_whole_body(problem):
+    space = design_space(problem, starting_body(problem.body))
+    # A bulge on the side of +x, so that the body bends.
+    start = space.control_points(space.start)
+    angle, height = np.arctan2(start[:, 1], start[:, 0]), start[:, 2] / 24
+    bulge = (
+        np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+        * ((1 + np.cos(angle)) * np.sin(np.pi * height) ** 2)[:, None]
+    )
+    along = np.concatenate([space.pullback(bulge)[: space.n_shape], [0.3]])
+    phi = space.start + 0.5 * along / np.abs(along).max()
+    body = space.body(phi)
+    half = discretise(problem, body)
+    whole = discretisation(problem, mesh_body(body, problem.mesh.size), body.control_points())
+    assert half.model.mirror == "xz" and whole.model.mirror is None
+    found = [solved(problem, space, disc, phi) for disc in (half, whole)]
+    slopes = [design_gradient(problem, space, disc, one) for disc, one in zip((half, whole), found, strict=True)]
+    assert found[0].value == pytest.approx(found[1].value, rel=0.03)
+    assert slopes[0] @ slopes[1] > 0.98 * np.linalg.norm(slopes[0]) * np.linalg.norm(slopes[1])
+    assert slopes[0] @ along == pytest.approx(slopes[1] @ along, rel=0.03)
+
+    def value(x):
+        starts = {"bend": found[0].equilibria["bend"].state}
+        return solved(problem, space, half, x, starts).value
+
+    test = taylor_test(value, phi, slopes[0], along, step=0.2, count=3)
+    assert test.passed, test
