@@ -113,3 +113,9 @@ def test_pressures_that_are_none(option):
 def test_sweeps_of_different_lengths():
     with pytest.raises(ProblemError, match=r"step together.*--one-by-one"):
         legs_of(["A=0:60:20kPa", "B=0:60:30kPa"], ("A", "B"))
+
+
+def test_a_value_of_several_lines_is_repeated_in_one(run, tiny):
+    result = run("simulate", tiny, "--pressure", "A=\n60\u2028kPa\x0b!")
+    assert result.exit_code == 2
+    assert len(result.stderr.splitlines()) == 1

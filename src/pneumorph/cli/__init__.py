@@ -18,11 +18,16 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except ProblemError as error:
-            print(f"pneumorph: {error}", file=sys.stderr)
+            _tell(error)
             raise typer.Exit(2) from None
         except ComputationError as error:
-            print(f"pneumorph: {error}", file=sys.stderr)
+            _tell(error)
             raise typer.Exit(1) from None
+
+
+def _tell(error: Exception) -> None:
+    """In one line, also where a name or a value that it repeats has several."""
+    print("pneumorph:", " ".join(str(error).split()), file=sys.stderr)
 
 
 app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False)
