@@ -1,5 +1,7 @@
 """Settings for the whole suite."""
 
+import jax
+import pytest
 from hypothesis import settings
 
 from pneumorph.run.cache import use_compilation_cache
@@ -12,3 +14,10 @@ settings.load_profile("pneumorph")
 
 # Tests compile the same kernels over and over; the command keeps them, and so do the tests.
 use_compilation_cache()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forgotten_kernels():
+    """Compiled kernels go with the module that used them: those of the whole suite are more than a process can map."""
+    yield
+    jax.clear_caches()

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from importlib import import_module
 from typing import Any
 
 import jax
@@ -33,10 +34,9 @@ MOST_STEPS = 25
 def ngsolve() -> Any:
     """The library, where it is installed."""
     try:
-        import ngsolve
+        return import_module("ngsolve")
     except ImportError:
         raise Unavailable("NGSolve is not installed; pip install ngsolve") from None
-    return ngsolve
 
 
 @dataclass(frozen=True)
