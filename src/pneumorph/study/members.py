@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import jax
+
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output import run_pictures
@@ -74,4 +76,8 @@ def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
 
     use_compilation_cache()
     worker = get_worker()
-    return run_member(name, problem, directory, lambda news: worker.log_event(TOPIC, news))
+    try:
+        return run_member(name, problem, directory, lambda news: worker.log_event(TOPIC, news))
+    finally:
+        # A worker runs many members: compiled kernels are kept on disk, not in its memory.
+        jax.clear_caches()
