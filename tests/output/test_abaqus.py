@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from installed import needs
 
 from pneumorph.geometry import starting_body
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_FACES
 from pneumorph.output.abaqus import FACES, abaqus_input, element_faces, plate_nodes
-from pneumorph.verify import Unavailable, calculix
+from pneumorph.verify import calculix
 from pneumorph.verify.actuator import linear_actuator
 from pneumorph.verify.solids import tube, with_lids
 
@@ -91,10 +92,7 @@ def test_the_file_holds_the_whole_model(loaded):
 
 
 def test_calculix_gives_the_same_answer(loaded):
-    try:
-        calculix.program()
-    except Unavailable as reason:
-        pytest.skip(str(reason))
+    needs(calculix.program)
     mesh, at = loaded
     u, plate = calculix.equilibrium(mesh, at)
     found = solve(at, Tangent(at.model))
@@ -103,10 +101,7 @@ def test_calculix_gives_the_same_answer(loaded):
 
 
 def test_calculix_blocks_components(loaded):
-    try:
-        calculix.program()
-    except Unavailable as reason:
-        pytest.skip(str(reason))
+    needs(calculix.program)
     mesh, at = loaded
     blocked = configuration(at.model, mesh.points, at.loads, np.isin(range(6), (2, 4)))
     u, plate = calculix.equilibrium(mesh, blocked)

@@ -14,6 +14,7 @@ from pneumorph.mechanics.balance import (
     evaluate,
     largest_stretch,
     smallest_ratio,
+    supported,
     unloaded,
 )
 from pneumorph.mechanics.energies import SMALLEST_RATIO
@@ -33,15 +34,13 @@ prediction or an interpolation has left, which would make the tangent indefinite
 
 def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """Minimise Π from `start`; the state and its relative residual, or the reason why not."""
-    model, held = at.model, at.held
-    vector = model.vector(start)
-    vector[:-6][held[:-6]] = 0.0
-    vector[-6:][held[-6:]] = 0.0
+    model = at.model
+    vector = supported(at, model.vector(start))
     energy, residual = evaluate(at, model.state(vector))
     if not np.isfinite(energy) or not np.isfinite(residual).all():
         return "the starting state is no finite one"
     scale = applied_force(at, model.state(vector))
-    residual = np.where(held, 0.0, residual)
+    residual = supported(at, residual)
     size = float(np.linalg.norm(residual)) / scale
     relaxations = MOST_RELAXATIONS
     if not tangent.ready and np.any(vector):
@@ -60,7 +59,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
         relaxing = relaxations > 0
         try:
             if relaxing:
-                direction = np.where(held, 0.0, tangent.precondition(-residual))
+                direction = supported(at, tangent.precondition(-residual))
             else:
                 direction, exact = _direction(at, tangent, state, residual, size, exact)
         except SingularMatrix:
@@ -107,7 +106,7 @@ def _line_search(at: Configuration, vector, energy, residual, direction, scale):
         trial = vector + step * direction
         value, gradient = evaluate(at, at.model.state(trial))
         if np.isfinite(value) and np.isfinite(gradient).all():
-            gradient = np.where(at.held, 0.0, gradient)
+            gradient = supported(at, gradient)
             enough = value <= energy + 1e-4 * step * slope
             settled = value <= energy + rounding and np.linalg.norm(gradient) < np.linalg.norm(residual)
             if enough or settled:

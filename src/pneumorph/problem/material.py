@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from abc import abstractmethod
 from functools import cache
 from importlib import resources
 from typing import Annotated, Any, ClassVar, Literal
@@ -38,9 +39,9 @@ class Solid(Table):
     """The key that is to blame for a shear modulus that is not above zero."""
 
     @property
+    @abstractmethod
     def initial_shear_modulus(self) -> float:
         """μ of the undeformed rubber, MPa."""
-        raise NotImplementedError
 
     @model_validator(mode="after")
     def _is_stiff_at_rest(self) -> Solid:

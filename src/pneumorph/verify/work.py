@@ -38,7 +38,7 @@ def energy_balance(size: float = SIZE) -> Iterator[Verdict]:
     for word, spring in (("free tip", 0.0), ("spring of 4 N/mm", 4.0)):
         full = actuator.equilibrium(PRESSURE, spring=spring)
         # ∫p dV = pV − ∫V dp, and V is a smooth function of p.
-        within = integral(lambda p: actuator.equilibrium(p, spring=spring).volumes["A"], PRESSURE)  # noqa: B023
+        within = integral(lambda p, k=spring: actuator.equilibrium(p, spring=k).volumes["A"], PRESSURE)
         done = PRESSURE * full.volumes["A"] - within
         stored = actuator.potential(unloaded(actuator.at(PRESSURE, spring=spring)), full)
         yield relative(f"{word}: stored energy, N·mm", stored, done, 1e-6)
