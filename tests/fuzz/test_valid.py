@@ -75,11 +75,13 @@ def promise_broken(result, steps, equilibria):
         told = result.stderr.startswith("pneumorph: ") and result.stderr.count("\n") == 1
         return "" if told and "nan" not in result.stderr.lower() else "the failure is not told in one line"
     found = equilibria[-1]
-    if not isinstance(found, Equilibrium) or not found.residual < 1e-8 or not found.stable:
-        return f"its state is no stable equilibrium (residual {getattr(found, 'residual', None)})"
+    if not isinstance(found, Equilibrium) or not found.residual < 1e-8:
+        return f"its state is no equilibrium (residual {getattr(found, 'residual', None)})"
     if not all(map(math.isfinite, numbers(steps))):
         return "a number is not finite"
     (step,) = steps
+    if step["stable"] and not found.stable:
+        return "its state is not stable, and that is not told"
     if step["max_stretch"] < 1.0 - 1e-6:
         return f"its largest stretch is {step['max_stretch']}"
     return ""
@@ -116,10 +118,12 @@ def test_valid_problems(tally, command, few_sizes, equilibria, tmp_path):
         if seconds > DEADLINE:
             broken = broken or f"it took {seconds:.0f} s"
         verdict = {0: "converged", 1: "failed" if steps else "not meshed", 2: "refused"}[result.exit_code]
+        if result.exit_code == 0 and not steps[0]["stable"]:
+            verdict = "converged, told to be not stable"
         reason = result.stderr.strip().removeprefix("pneumorph: ")
         tally.add(Outcome(verdict, reason, seconds, text, broken))
 
     each()
     assert not tally.broken, tally.complaint()
     if len(tally.outcomes) >= 50:
-        assert sum(outcome.verdict == "converged" for outcome in tally.outcomes) > len(tally.outcomes) / 4
+        assert sum(outcome.verdict.startswith("converged") for outcome in tally.outcomes) > len(tally.outcomes) / 4
