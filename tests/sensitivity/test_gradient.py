@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
-from pneumorph.objective import features
+from pneumorph.objective import Objective, equidistant
 from pneumorph.sensitivity import boundary_gradient, gradient, taylor_test
 from pneumorph.verify.solids import tube
 
@@ -13,14 +13,20 @@ RUBBER = rubber(0.49, 4.80, 1.1e-9)
 SILICONE = rubber(0.49, 4.9e3, 1.1e-9)
 
 
-def judge(f):
-    """An objective of every feature there is."""
-    return 0.1 * f.translation[2] + f.rotation[1] ** 2 + f.translation[0] + f.rotation[2] + 1e-4 * jnp.sum(f.volume)
+def everything(f):
+    """A function of every feature there is."""
+    sections = jnp.sum(f.section_rotation[:, 0, 2]) + 0.1 * f.section_rotation[1, 0, 1] + f.section_position[2, 0]
+    return (
+        0.1 * f.translation[2] + f.rotation[1] ** 2 + f.translation[0] + f.rotation[2] + sections + 1e-4 * f.volume["A"]
+    )
 
 
-def judge_motion(f):
-    """An objective of the plate's motion alone, as the paper's formula has it."""
+def motion(f):
+    """A function of the plate's motion alone, as the paper's formula has it."""
     return 0.01 * f.translation[2] + f.rotation[1] ** 2 + f.translation[0] + f.rotation[2]
+
+
+JUDGE, JUDGE_MOTION = Objective(everything, equidistant(3, 30.0)), Objective(motion)
 
 
 class Case:
@@ -34,7 +40,7 @@ class Case:
             [
                 np.sin(z / 7) * x / 8,
                 np.cos(z / 5) * y / 8 + 0.05 * np.sin(z / 9),
-                0.3 * np.sin(x / 3) * np.sin(np.pi * z / 30),
+                0.3 * np.sin(x / 3 + 0.5) * np.sin(np.pi * z / 30),
             ]
         )
         self.plate = plate
@@ -48,14 +54,14 @@ class Case:
 
     def value(self, step=0.0, pressure=0.05):
         at, _, found = self.solve(step, pressure)
-        return float(judge(features(self.model, at.X, found.state)))
+        return float(JUDGE.at(self.model, at.X, found.state))
 
 
 @pytest.mark.parametrize(("plate", "mixed"), [(True, False), (False, False), (True, True)])
 def test_gradient_by_nodes_and_pressure(plate, mixed):
     case = Case((1, 8, 6), plate, mixed)
     at, solver, found = case.solve()
-    slope = gradient(at, solver, found, judge)
+    slope = gradient(at, solver, found, JUDGE)
     along = np.array([np.sum(slope.X * case.motion), slope.pressure["A"]])
     for direction in (np.array([1.0, 0.0]), np.array([0.0, 0.01]), np.array([1.0, 0.01])):
         test = taylor_test(lambda s: case.value(s[0], 0.05 + s[1]), np.zeros(2), along, direction, step=0.1, count=4)
@@ -73,7 +79,7 @@ def test_boundary_formula_tends_to_the_exact_gradient():
     for counts in ((1, 8, 8), (2, 12, 16), (3, 20, 30)):
         case = Case(counts)
         at, solver, found = case.solve()
-        exact = gradient(at, solver, found, judge_motion)
+        exact = gradient(at, solver, found, JUDGE_MOTION)
         boundary = boundary_gradient(at, case.mesh, found, exact.adjoint)
         errors.append(abs(np.sum(boundary * case.motion) / np.sum(exact.X * case.motion) - 1))
     assert errors[2] < errors[1] < errors[0]

@@ -16,6 +16,7 @@ from pneumorph.geometry import DesignSpace, adjusted_columns, design_space, star
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mechanics.equilibrium import TOLERANCE
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, design_gradient, discretise
+from pneumorph.optimize.history import answers
 from pneumorph.output.words import analysed, motion_of
 from pneumorph.output.words import pressures as in_words
 from pneumorph.problem import Pressure, Problem, load
@@ -50,9 +51,9 @@ def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), o
     for sentence in adjusted_columns(asked.body):
         say(f"symmetry  {sentence}")
     analysis = _analysed(asked, space, disc, space.start)
+    told = answers(disc, analysis)
     for task in asked.task:
-        found = analysis.equilibria[task.name]
-        motion = motion_of(task, {"translation_mm": found.plate[:3], "rotation_rad": found.plate[3:]})
+        motion = motion_of(task, told[task.name])
         say(f"motion    {task.name}: {motion.word} {motion} at {in_words(analysis.pressures[task.name])}")
     limits = report(start, asked.limits)
     for reading in limits.readings:

@@ -15,7 +15,7 @@ from pneumorph.geometry.tube import Ends, TubeSurface
 from pneumorph.problem.symmetry import columns_multiple
 
 if TYPE_CHECKING:
-    from pneumorph.problem import BodySpec
+    from pneumorph.problem import BodySpec, Ripple
 
 Array = NDArray[np.float64]
 
@@ -75,12 +75,12 @@ def starting_body(spec: BodySpec) -> Body:
         The problem's body: length, radius, control density, ripple and chambers.
     """
 
-    def ripple(z: Array, theta: Array) -> Array:
-        if spec.ripple is None:
-            return np.zeros(np.broadcast(z, theta).shape)
+    def waves(ripple: Ripple | None) -> Callable[[Array, Array], Array]:
+        if ripple is None:
+            return lambda z, theta: np.zeros(np.broadcast(z, theta).shape)
         # z is the body's, not the surface's, so that all walls undulate in phase and alike on both sides of the middle.
-        phase = 2.0 * np.pi * (z - spec.length / 2.0) / spec.ripple.period
-        return spec.ripple.amplitude * np.cos(phase - spec.ripple.lobes * theta)
+        wave = 2.0 * np.pi / ripple.period
+        return lambda z, theta: ripple.amplitude * np.cos(wave * (z - spec.length / 2.0) - ripple.lobes * theta)
 
     def cavity(tube: TubeSurface) -> TubeSurface:
         # The first column stays and q runs the other way round, which turns the normal into the cavity.
@@ -88,12 +88,13 @@ def starting_body(spec: BodySpec) -> Body:
 
     multiple, density = columns_multiple(spec.symmetry), spec.control_density
 
-    def tube(name: str, radius: float, center: tuple[float, float], span: tuple[float, float], ends: Ends):
-        return _tube(name, radius, center, span, ends, density, columns(radius, density, multiple), ripple)
+    def tube(name: str, radius: float, center: tuple[float, float], span: tuple[float, float], ends: Ends, ripple):
+        return _tube(name, radius, center, span, ends, density, columns(radius, density, multiple), waves(ripple))
 
-    exterior = tube("exterior", spec.radius, (0.0, 0.0), (0.0, spec.length), "flat")
+    exterior = tube("exterior", spec.radius, (0.0, 0.0), (0.0, spec.length), "flat", spec.ripple)
     chambers = [
-        tube(chamber.name, chamber.radius, chamber.center, chamber.span, chamber.ends) for chamber in spec.chamber
+        tube(chamber.name, chamber.radius, chamber.center, chamber.span, chamber.ends, spec.ripple_of(chamber))
+        for chamber in spec.chamber
     ]
     return Body(exterior, tuple(cavity(chamber) for chamber in chambers))
 

@@ -47,13 +47,12 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> boo
     axial = np.prod(mirror) * mirror
     effector, gravity = problem.end_effector, problem.gravity
     weight = np.zeros(3) if gravity is None else gravity.acceleration * np.array(gravity.direction)
-    motions = dict(zip(("bending_x", "bending_y", "twist"), axial, strict=True)) | {"extension": 1.0}
     return (
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
         and not np.any(weight[mirror < 0])
         and not np.any(np.array(effector.force)[mirror < 0])
         and not np.any(np.array(effector.moment)[axial < 0])
-        and all(motions[task.objective.component] > 0 for task in problem.task)
+        and all(task.objective.keeps(mirror, axial) for task in problem.task)
         and all(
             pressure.get(one, 0.0) == pressure.get(other, 0.0)
             for one, other in _pairs(problem, mirror)

@@ -160,7 +160,7 @@ def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Eq
 
     Where the path leads to a stable state at the full pressures after all, that one.
     """
-    found = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=120.0)
+    found = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
     if isinstance(found, NoEquilibrium):
         return failure
     last = found.points[-1]

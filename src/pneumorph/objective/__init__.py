@@ -1,6 +1,6 @@
 """What a design is judged by: features of the deformed body, and functions of them to be minimised."""
 
-from pneumorph.objective.features import Features, features
-from pneumorph.objective.motion import Objective, maximize
+from pneumorph.objective.features import Features, Slabs, equidistant, features
+from pneumorph.objective.target import Objective, match, maximize, objectives, reach
 
-__all__ = ["Features", "Objective", "features", "maximize"]
+__all__ = ["Features", "Objective", "Slabs", "equidistant", "features", "match", "maximize", "objectives", "reach"]

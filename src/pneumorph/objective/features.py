@@ -1,65 +1,103 @@
-"""Features of an equilibrium: motion of the end-effector and chamber volumes, differentiable by JAX."""
+"""Features of an equilibrium: motion of the end-effector, of sections and of chambers, differentiable by JAX."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
+from pneumorph.mechanics.element import TET_N, TET_WEIGHT, reference_gradients
+from pneumorph.mechanics.energies import determinant
 from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import State, chamber_volumes, displacement, tip_centre, tip_mean
+from pneumorph.mechanics.potential import State, Topology, chamber_volumes, displacement, tip_centre, tip_mean
+from pneumorph.objective.rotations import polar_rotation, rotation_logarithm
 
 
 class Features(NamedTuple):
-    """What objectives are functions of.
+    """What objectives are functions of; all of the whole body, where the model is half of one too.
 
-    translation (3,) mm and rotation vector (3,) rad of the end-effector; volume (C,) mm³ of the inflated chambers. All
-    of the whole body, where the model is half of one too.
+    Attributes
+    ----------
+    translation : (3,) mm, of the end-effector.
+    rotation : (3,) rad, its rotation vector.
+    volume : {chamber: mm³} of the inflated chambers.
+    section_position : (S, 3) mm, the centres of sections at equal distances, where they have gone.
+    section_rotation : (S, 3, 3), how each has turned since the undeformed state.
     """
 
     translation: Array
     rotation: Array
-    volume: Array
+    volume: dict[str, Array]
+    section_position: Array
+    section_rotation: Array
 
 
-def features(model: Model, X: Array, state: State) -> Features:
+class Slabs(NamedTuple):
+    """Sections of finite thickness: (S,) heights of their middles in the undeformed body, mm, and half the thickness."""
+
+    middle: np.ndarray
+    half: float
+
+
+NO_SLABS = Slabs(np.zeros(0), 1.0)
+
+
+def equidistant(count: int, length: float) -> Slabs:
+    """The middles of so many equal parts of a body of this length (mm), each as thick as its part."""
+    half = length / (2 * max(count, 1))
+    return Slabs(half * (2 * np.arange(count) + 1), half)
+
+
+def features(model: Model, X: Array, state: State, slabs: Slabs = NO_SLABS) -> Features:
     """Features of a state on nodes X (N, 3), both padded.
 
     With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its
     rotation the polar factor of its mean deformation.
     """
     u = displacement(model.top, X, state)
-    volume = model.copies * chamber_volumes(model.top, X + u)
+    volume = dict(zip(model.chambers, model.copies * chamber_volumes(model.top, X + u), strict=True))
+    position, rotation = jnp.zeros((0, 3)), jnp.zeros((0, 3, 3))
+    if len(slabs.middle):
+        position, rotation = _sections(model.top, X, u, jnp.asarray(slabs.middle), slabs.half)
     if model.plate:
-        return Features(state.plate[:3], state.plate[3:], volume)
-    return Features(tip_centre(model.top, X, u), _face_rotation(model, X, X + u), volume)
+        return Features(state.plate[:3], state.plate[3:], volume, position, rotation)
+    return Features(tip_centre(model.top, X, u), _face_rotation(model.top, X, X + u), volume, position, rotation)
 
 
-def _face_rotation(model: Model, X: Array, x: Array) -> Array:
-    """Rotation vector of the tip face: polar factor of the mean of (x − x̄) ⊗ (X − X̄).
+def _face_rotation(top: Topology, X: Array, x: Array) -> Array:
+    """Rotation vector of the tip face: polar factor of the mean of (x − x̄) ⊗ (X − X̄)."""
+    offset, moved = X - tip_centre(top, X, X), x - tip_centre(top, X, x)
+    pairs = (moved[:, :, None] * offset[:, None, :]).reshape(-1, 9)
+    return rotation_logarithm(polar_rotation(tip_mean(top, X, pairs).reshape(3, 3) * _even_pairs(top)))
 
-    The normal, which a flat face leaves open, is completed by the cross product.
+
+def _even_pairs(top: Topology) -> Array:
+    """1 for products of components (3, 3) that a mirror leaves, 0 for those that cancel over the whole body."""
+    parity = 2 * top.even - 1
+    return (1 + parity[:, None] * parity) / 2
+
+
+@partial(jax.jit, static_argnums=4)
+def _sections(top: Topology, X: Array, u: Array, middles: Array, half: float) -> tuple[Array, Array]:
+    """Centres (S, 3) and rotations (S, 3, 3) of slabs, means over the undeformed volume.
+
+    Every slab is weighted by cos² of the distance from its middle: where the geometry moves nodes in and out of a slab
+    means change smoothly. The rotation is the polar factor of Σ w (x − x̄) ⊗ (X − X̄).
     """
-    offset, moved = X - tip_centre(model.top, X, X), x - tip_centre(model.top, X, x)
-    pairs = (moved[:, :, None] * offset[:, None, :2]).reshape(-1, 6)
-    parity = 2 * model.top.even - 1
-    # Products that a mirror turns round cancel over the whole face.
-    moment = tip_mean(model.top, X, pairs).reshape(3, 2) * (1 + parity[:, None] * parity[:2]) / 2
-    # Polar factor of a 3×2 matrix M (MᵀM)^(−1/2), the root of a 2×2 matrix in closed form.
-    square = moment.T @ moment
-    det = jnp.sqrt(square[0, 0] * square[1, 1] - square[0, 1] ** 2)
-    root = (square + det * jnp.eye(2)) / jnp.sqrt(square[0, 0] + square[1, 1] + 2 * det)
-    axes = moment @ jnp.linalg.inv(root)
-    return rotation_logarithm(jnp.column_stack([axes, jnp.cross(axes[:, 0], axes[:, 1])]))
+    measure = (TET_WEIGHT * determinant(reference_gradients(X[top.tets])) * top.weight).T
+    place = jnp.einsum("ga,eai->egi", TET_N, X[top.tets])
+    moved = place + jnp.einsum("ga,eai->egi", TET_N, u[top.tets])
 
+    def section(middle: Array) -> tuple[Array, Array]:
+        away = jnp.clip((place[..., 2] - middle) / half, -1.0, 1.0)
+        weight = measure * jnp.cos(jnp.pi / 2 * away) ** 2
+        weight = weight / jnp.sum(weight)
+        X_mean, x_mean = (top.even * jnp.einsum("eg,egi->i", weight, points) for points in (place, moved))
+        moment = jnp.einsum("eg,egi,egj->ij", weight, moved - x_mean, place - X_mean)
+        return x_mean, polar_rotation(moment * _even_pairs(top))
 
-def rotation_logarithm(R: Array) -> Array:
-    """Rotation vector (3,) of a rotation matrix turned by less than π; smooth at the identity."""
-    axis = jnp.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
-    square = jnp.sum(axis * axis)
-    cosine = (jnp.trace(R) - 1) / 2
-    small = (square < 1e-6) & (cosine > 0)
-    sine = jnp.sqrt(jnp.where(small, 1.0, square))
-    factor = jnp.where(small, 1 + square / 6 + 3 * square**2 / 40, jnp.arctan2(sine, cosine) / sine)
-    return factor * axis
+    return jax.vmap(section)(middles)

@@ -29,7 +29,7 @@ from pneumorph.mechanics import (
 from pneumorph.mechanics.potential import State, displacement
 from pneumorph.mesh import Morph, mesh_body
 from pneumorph.mesh.transfer import linear, transfer
-from pneumorph.objective import Objective, features, maximize
+from pneumorph.objective import Objective, objectives
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import gradient
 
@@ -41,7 +41,7 @@ DESIGN_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Discretisation:
-    """A mesh that follows the control points, its mechanical model, and a linear solver for every task.
+    """A mesh that follows the control points, its mechanical model, and for every task a linear solver and objective.
 
     `built_at` (n_points, 3) are the control points it was meshed for.
     """
@@ -50,6 +50,7 @@ class Discretisation:
     built_at: np.ndarray
     model: Model
     tangents: dict[str, Tangent]
+    objectives: dict[str, Objective]
 
     @property
     def factorisations(self) -> int:
@@ -67,7 +68,8 @@ class Analysis:
     X : (N, 3) mesh nodes, mm.
     pressures : by task and chamber, MPa.
     configurations, equilibria : by task.
-    value : J, the weighted sum of the tasks' objectives.
+    values : the tasks' objectives.
+    value : J, their weighted sum.
     """
 
     phi: np.ndarray
@@ -76,12 +78,8 @@ class Analysis:
     pressures: dict[str, dict[str, float]]
     configurations: dict[str, Configuration]
     equilibria: dict[str, Equilibrium]
+    values: dict[str, float]
     value: float
-
-
-def objectives(problem: Problem) -> dict[str, Objective]:
-    """The objective of every task, to be minimised."""
-    return {task.name: maximize(task.objective.motion) for task in problem.task}
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
@@ -92,7 +90,8 @@ def discretise(problem: Problem, body: Body) -> Discretisation:
 def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
     """Make a mesh of the body with the given control points ready for analysis."""
     model = model_of(problem, morph.mesh)
-    return Discretisation(morph, built_at, model, {task.name: Tangent(model) for task in problem.task})
+    tangents = {task.name: Tangent(model) for task in problem.task}
+    return Discretisation(morph, built_at, model, tangents, objectives(problem))
 
 
 def analyse(
@@ -111,8 +110,8 @@ def analyse(
     """
     points = space.control_points(phi)
     X, pressures = disc.morph.positions(points), space.pressures(phi)
-    configurations, equilibria, value = {}, {}, 0.0
-    for task, objective in zip(problem.task, objectives(problem).values(), strict=True):
+    configurations, equilibria, values = {}, {}, {}
+    for task in problem.task:
         at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), held_of(problem))
         start = starts[task.name] if starts else rest(disc.model)
         found = solve(at, disc.tangents[task.name], start, tolerance)
@@ -121,8 +120,9 @@ def analyse(
         if isinstance(found, NoEquilibrium):
             return found
         configurations[task.name], equilibria[task.name] = at, found
-        value += task.weight * float(objective(features(disc.model, at.X, found.state)))
-    return Analysis(phi, points, X, pressures, configurations, equilibria, value)
+        values[task.name] = float(disc.objectives[task.name].at(disc.model, at.X, found.state))
+    value = sum(task.weight * values[task.name] for task in problem.task)
+    return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
 
 
 def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
@@ -140,9 +140,11 @@ def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
 def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> np.ndarray:
     """dJ/dΦ (n,) of an analysed design, exact for the discrete problem: one adjoint solve per task."""
     nodes, pressures = np.zeros_like(analysis.X), {}
-    for task, objective in zip(problem.task, objectives(problem).values(), strict=True):
+    for task in problem.task:
         name = task.name
-        found = gradient(analysis.configurations[name], disc.tangents[name], analysis.equilibria[name], objective)
+        found = gradient(
+            analysis.configurations[name], disc.tangents[name], analysis.equilibria[name], disc.objectives[name]
+        )
         nodes += task.weight * found.X
         pressures[name] = {chamber: task.weight * slope for chamber, slope in found.pressure.items()}
     return space.pullback(disc.morph.pullback(nodes), pressures)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.constraint import LimitReport
-from pneumorph.objective import features
+from pneumorph.mechanics.plate import rotation_vector
 from pneumorph.optimize.analysis import Analysis, Discretisation
 from pneumorph.optimize.step import Step
 from pneumorph.problem import Problem
@@ -39,6 +39,30 @@ class Clock:
         return {**self._spent, "total": time.perf_counter() - self._began}
 
 
+def answers(disc: Discretisation, analysis: Analysis) -> dict[str, dict[str, Any]]:
+    """What every task came to: its entry of the history line."""
+    told = {}
+    for name, found in analysis.equilibria.items():
+        objective = disc.objectives[name]
+        moved = objective.features(disc.model, analysis.configurations[name].X, found.state)
+        told[name] = {
+            "pressure_MPa": analysis.pressures[name],
+            "objective": analysis.values[name],
+            "errors": {key: float(error(moved)) for key, error in objective.errors.items()},
+            "translation_mm": np.asarray(moved.translation).tolist(),
+            "rotation_rad": np.asarray(moved.rotation).tolist(),
+            "section_position_mm": np.asarray(moved.section_position).tolist(),
+            "section_rotation_rad": [
+                rotation_vector(np.asarray(section)).tolist() for section in moved.section_rotation
+            ],
+            "volume_mm3": found.volumes,
+            "max_stretch": found.max_stretch,
+            "beyond_validity": disc.model.rubber.beyond(found.max_stretch),
+            "stable": found.stable,
+        }
+    return told
+
+
 def history_line(
     problem: Problem,
     iteration: int,
@@ -58,26 +82,10 @@ def history_line(
     """
     seconds = clock.seconds()
     unit = sum(tangent.unit_seconds for tangent in disc.tangents.values()) / len(disc.tangents)
-    moved = {
-        name: features(disc.model, at.X, analysis.equilibria[name].state)
-        for name, at in analysis.configurations.items()
-    }
-    tasks = {
-        name: {
-            "pressure_MPa": analysis.pressures[name],
-            "translation_mm": np.asarray(moved[name].translation).tolist(),
-            "rotation_rad": np.asarray(moved[name].rotation).tolist(),
-            "volume_mm3": found.volumes,
-            "max_stretch": found.max_stretch,
-            "beyond_validity": disc.model.rubber.beyond(found.max_stretch),
-            "stable": found.stable,
-        }
-        for name, found in analysis.equilibria.items()
-    }
     return {
         "iteration": iteration,
         "objective": analysis.value,
-        "tasks": tasks,
+        "tasks": answers(disc, analysis),
         "limits": limits.values(),
         "held": limits.held(),
         "elements": disc.model.elements,

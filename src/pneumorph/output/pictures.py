@@ -11,16 +11,16 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace, design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import unfolded
-from pneumorph.objective import features
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discretise
 from pneumorph.optimize.checkpoint import unpack
+from pneumorph.optimize.history import answers
 from pneumorph.output.bodies import draw_bodies, nodal_stretch
 from pneumorph.output.history import draw_history
 from pneumorph.output.profile import draw_profile
 from pneumorph.output.render import NoPicture
 from pneumorph.output.view import Shape, View
 from pneumorph.output.words import motion_of, pressures
-from pneumorph.problem import Problem
+from pneumorph.problem import MatchCurve, MatchSections, Maximize, Objective, Problem, Reach
 from pneumorph.run import RunDirectory
 
 MOST = 0.998
@@ -103,10 +103,9 @@ def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[
     mesh = disc.morph.mesh.at(analysis.X)
     whole = unfolded(mesh)
     shapes = {"at rest": Shape(whole.mesh, np.zeros_like(whole.mesh.points))}
+    told = answers(disc, analysis)
     for task in problem.task:
-        found = analysis.equilibria[task.name]
-        moved = features(disc.model, analysis.configurations[task.name].X, found.state)
-        motion = motion_of(task, {"translation_mm": moved.translation, "rotation_rad": moved.rotation})
+        found, motion = analysis.equilibria[task.name], motion_of(task, told[task.name])
         words = f"{pressures(analysis.pressures[task.name])}: {motion.word} {motion}"
         shapes[words] = Shape(whole.mesh, whole.vectors(found.u), nodal_stretch(mesh, found.u)[whole.source])
     return shapes
@@ -114,6 +113,23 @@ def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[
 
 def view_of(problem: Problem) -> View:
     """Looking at the plane in which most tasks bend."""
-    about_x = sum(task.objective.component == "bending_x" for task in problem.task)
-    about_y = sum(task.objective.component == "bending_y" for task in problem.task)
-    return View(np.array([-1.0, 0.0, 0.0]) if about_x > about_y else np.array([0.0, 1.0, 0.0]))
+    about = np.zeros(3)
+    for task in problem.task:
+        about += np.abs(_axis(task.objective))
+    return View(np.array([-1.0, 0.0, 0.0]) if about[0] > about[1] else np.array([0.0, 1.0, 0.0]))
+
+
+def _axis(objective: Objective) -> np.ndarray:
+    """How much a task bends about x, y and z, in parts of all it does."""
+    match objective:
+        case Maximize(component=component):
+            return np.array([component == name for name in ("bending_x", "bending_y", "twist")], float)
+        case MatchCurve(control_points=points):
+            across = np.ptp(np.array(points), axis=0)
+            return np.array([across[1], across[0], 0.0]) / max(across[:2].sum(), 1e-9)
+        case MatchSections(rotations=turns):
+            turned = np.abs(np.array(turns)).max(axis=0)
+            return turned / max(turned.sum(), 1e-9)
+        case Reach(position=place) if place is not None:
+            return np.array([abs(place[1]), abs(place[0]), 0.0]) / max(abs(place[0]) + abs(place[1]), 1e-9)
+    return np.zeros(3)

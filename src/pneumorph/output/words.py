@@ -8,25 +8,42 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumorph.mechanics import Rubber
-from pneumorph.problem import Task
+from pneumorph.problem import MatchCurve, MatchSections, Maximize, Reach, Task
 
 WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": "bending about y", "twist": "twist"}
 
 
 class Motion(NamedTuple):
-    """A motion in the unit people use for it, and what it is called."""
+    """What a task came to in the unit people use for it, and what it is called; less than before is better in errors."""
 
     value: float
     unit: str
     word: str
 
     def __str__(self) -> str:
+        if not self.unit:
+            return f"{self.value:.4g}"
         return f"{self.value:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
 
 
 def motion_of(task: Task, answer: Mapping[str, Any]) -> Motion:
-    """The motion a task asks for, out of its entry in a history line (`translation_mm`, `rotation_rad`)."""
-    name, sign = task.objective.component, task.objective.sign
+    """What a task asks for, out of its entry in a history line: a motion, the error of a target, or an objective."""
+    match task.objective:
+        case Maximize() as asked:
+            return _motion(asked, answer)
+        case MatchCurve(orientation_weight=0.0):
+            return Motion(answer["errors"]["position_mm"], "mm", "distance from the curve")
+        case MatchCurve() | MatchSections():
+            return Motion(float(np.degrees(answer["errors"]["orientation_rad"])), "°", "error of the sections")
+        case Reach(position=None):
+            return Motion(float(np.degrees(answer["errors"]["orientation_rad"])), "°", "turn from the target")
+        case Reach():
+            return Motion(answer["errors"]["position_mm"], "mm", "distance from the target")
+    return Motion(answer["objective"], "", "objective")
+
+
+def _motion(asked: Maximize, answer: Mapping[str, Any]) -> Motion:
+    name, sign = asked.component, asked.sign
     word = ("−" if sign < 0 else "") + WORDS[name]
     if name == "extension":
         return Motion(sign * answer["translation_mm"][2], "mm", word)

@@ -6,7 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from pneumorph.problem.models import ChamberSpec, Problem
+from pneumorph.problem.models import BodySpec, ChamberSpec, Problem, Task
+from pneumorph.problem.objective import Maximize, Reach
 from pneumorph.problem.symmetry import operations
 
 MOST_CONTROL_POINTS = 100_000
@@ -69,18 +70,10 @@ def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
 
 
 def _symmetry(problem: Problem) -> Iterator[Fault]:
-    """Every chamber has its image under every symmetry, the ripple is symmetric, and no objective is zero for all."""
+    """Every chamber has its image under every symmetry, ripples are symmetric, and no objective is zero for all."""
     body = problem.body
-    middle = body.length / 2.0
     group = operations(body.symmetry)
-    reflecting = any(np.linalg.det(matrix) < 0 for matrix in group)
-    for index, task in enumerate(problem.task):
-        if reflecting and task.objective.component == "twist":
-            yield (
-                f"task[{index}].objective.motion",
-                "a body that is its own mirror image, or point symmetric, does not twist; leave body.symmetry.mirror "
-                'and point out, half_turn = "x" keeps both halves alike',
-            )
+    reflecting = [matrix for matrix in group if np.linalg.det(matrix) < 0]
     if body.ripple and body.ripple.lobes:
         if reflecting:
             yield "body.ripple.lobes", "a helix is no mirror image of itself; take lobes = 0 or no mirror and no point"
@@ -93,24 +86,75 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
             yield "body.ripple.lobes", 'is odd, which fits a half turn about x; take half_turn = "x"'
     for matrix in group:
         for index, chamber in enumerate(body.chamber):
-            x, y, _ = (float(part) for part in matrix @ [*chamber.center, 0.0])
-            start, end = sorted(middle + matrix[2, 2] * (z - middle) for z in chamber.span)
-            if not any(
-                other.ends == chamber.ends
-                and all(
-                    abs(a - b) < 1e-6
-                    for a, b in zip(
-                        (x, y, start, end, chamber.radius), (*other.center, *other.span, other.radius), strict=True
-                    )
-                )
-                for other in body.chamber
-            ):
-                yield (
-                    f"body.chamber[{index}]",
-                    f'"{chamber.name}" has no image under body.symmetry: put one like it at center = ["{x:.6g} mm", '
-                    f'"{y:.6g} mm"], span = ["{start:.6g} mm", "{end:.6g} mm"], or ask for less symmetry',
-                )
+            fault = _fault_of_image(body, index, matrix)
+            if fault:
+                yield fault
                 return
+    for index, task in enumerate(problem.task):
+        twists = isinstance(task.objective, Maximize) and task.objective.component == "twist"
+        if twists and any(_same_pressures(problem, task, matrix) for matrix in reflecting):
+            yield (
+                f"task[{index}].objective.motion",
+                "a body that is its own mirror image, or point symmetric, does not twist under pressures that are so "
+                'too; leave body.symmetry.mirror and point out, half_turn = "x" keeps both halves alike',
+            )
+
+
+def _image(body: BodySpec, index: int, matrix: np.ndarray) -> int | None:
+    """Number of the chamber that is the image of one; None where there is none."""
+    chamber = body.chamber[index]
+    place = _placed(body, chamber, matrix)
+    return next(
+        (
+            number
+            for number, other in enumerate(body.chamber)
+            if other.ends == chamber.ends
+            and np.allclose((*place, chamber.radius), (*other.center, *other.span, other.radius), rtol=0, atol=1e-6)
+        ),
+        None,
+    )
+
+
+def _placed(body: BodySpec, chamber: ChamberSpec, matrix: np.ndarray) -> tuple[float, ...]:
+    """Centre and span of a chamber's image."""
+    middle = body.length / 2.0
+    x, y, _ = (float(part) for part in matrix @ [*chamber.center, 0.0])
+    return x, y, *sorted(float(middle + matrix[2, 2] * (z - middle)) for z in chamber.span)
+
+
+def _fault_of_image(body: BodySpec, index: int, matrix: np.ndarray) -> Fault | None:
+    """What is wrong with a chamber's image, if anything."""
+    chamber, number = body.chamber[index], _image(body, index, matrix)
+    if number is None:
+        x, y, start, end = _placed(body, chamber, matrix)
+        return (
+            f"body.chamber[{index}]",
+            f'"{chamber.name}" has no image under body.symmetry: put one like it at center = ["{x:.6g} mm", '
+            f'"{y:.6g} mm"], span = ["{start:.6g} mm", "{end:.6g} mm"], or ask for less symmetry',
+        )
+    if chamber.ripple is None and body.chamber[number].ripple is None:
+        return None
+    own, image = body.ripple_of(chamber), body.ripple_of(body.chamber[number])
+    lobes = 0 if own is None else own.lobes
+    # cos(k z − l θ) becomes cos(k z' ∓ l (θ' − α)), the other way round under a reflection.
+    turns = lobes * math.atan2(matrix[1, 0], matrix[0, 0]) / (2.0 * math.pi)
+    wanted = own if own is None else own.model_copy(update={"lobes": round(np.linalg.det(matrix)) * lobes})
+    if image != wanted or abs(turns - round(turns)) > _EPS:
+        return (
+            f"body.chamber[{index}].ripple",
+            f'is not symmetric with that of "{body.chamber[number].name}": images have the same amplitude and period, '
+            "and mirror images wind the other way (lobes with the other sign, even across the x axis)",
+        )
+    return None
+
+
+def _same_pressures(problem: Problem, task: Task, matrix: np.ndarray) -> bool:
+    """Whether chambers and their images have the same pressures in a task and will have them."""
+    body = problem.body
+    names = [chamber.name for chamber in body.chamber]
+    pairs = [(name, names[_image(body, index, matrix) or 0]) for index, name in enumerate(names)]
+    given = [(one, task.pressure.get(one), task.pressure.get(other)) for one, other in pairs if one != other]
+    return all(one == other and not (one is not None and one.free) for _, one, other in given)
 
 
 def _tasks(problem: Problem) -> Iterator[Fault]:
@@ -122,6 +166,11 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
                     f"task[{index}].pressure.{name}",
                     f'there is no chamber "{name}"; the chambers are {", ".join(names)}',
                 )
+        if isinstance(task.objective, Reach) and problem.end_effector.kind != "plate":
+            yield (
+                f"task[{index}].objective.kind",
+                'reach is a target of the plate, and the tip is free; take end_effector.kind = "plate"',
+            )
 
 
 def _walls(problem: Problem) -> Iterator[Fault]:
@@ -143,12 +192,15 @@ def _walls(problem: Problem) -> Iterator[Fault]:
 
 def _limits(problem: Problem) -> Iterator[Fault]:
     body, limits = problem.body, problem.limits
-    amplitude, wave = (body.ripple.amplitude, 2 * math.pi / body.ripple.period) if body.ripple else (0.0, 0.0)
-    tubes = [("the exterior", body.radius, "flat")]
-    tubes += [(f'chamber "{chamber.name}"', chamber.radius, chamber.ends) for chamber in body.chamber]
-    if amplitude >= min(radius for _, radius, _ in tubes):
-        yield "body.ripple.amplitude", "is not below the radius of every surface; make it smaller"
-        return
+    tubes = [("the exterior", body.radius, "flat", body.ripple, "body.ripple.amplitude")]
+    for index, chamber in enumerate(body.chamber):
+        key = f"body.chamber[{index}].ripple.amplitude" if chamber.ripple else "body.ripple.amplitude"
+        tubes.append((f'chamber "{chamber.name}"', chamber.radius, chamber.ends, body.ripple_of(chamber), key))
+    for name, radius, _, ripple, key in tubes:
+        if ripple and ripple.amplitude >= radius:
+            yield key, f"is not below the radius of {name}; make it smaller"
+            return
+    amplitude = body.ripple.amplitude if body.ripple else 0.0
     if limits.envelope and body.radius + amplitude > limits.envelope.radius + _EPS:
         yield (
             "limits.envelope.radius",
@@ -161,7 +213,8 @@ def _limits(problem: Problem) -> Iterator[Fault]:
             f"{limits.fold.neighbourhood:g} mm is not above the distance {limits.fold.distance:g} mm, so that even a "
             "flat surface would be too close to itself; make it larger",
         )
-    for name, radius, ends in tubes:
+    for name, radius, ends, ripple, _ in tubes:
+        amplitude, wave = (ripple.amplitude, 2 * math.pi / ripple.period) if ripple else (0.0, 0.0)
         # h₁ = ½(k₁² + k₂²): on the tube with the ripple's crests, on a hemisphere.
         tube = 0.5 * ((radius - amplitude) ** -2 + (amplitude * wave**2) ** 2)
         bend = max(tube, radius**-2 if ends == "pole" else 0.0)
@@ -195,11 +248,15 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
             f"{density:g} /mm gives about {points:.0g} control points, above {MOST_CONTROL_POINTS}; lower it, "
             "0.6 /mm is usual",
         )
-    if body.ripple and body.ripple.period * density < 3:
-        yield (
-            "body.ripple.period",
-            f"{body.ripple.period:g} mm is shorter than three control points; lengthen it or raise control_density",
-        )
+    ripples = {"body.ripple": body.ripple} | {
+        f"body.chamber[{index}].ripple": chamber.ripple for index, chamber in enumerate(body.chamber)
+    }
+    for key, ripple in ripples.items():
+        if ripple and ripple.period * density < 3:
+            yield (
+                f"{key}.period",
+                f"{ripple.period:g} mm is shorter than three control points; lengthen it or raise control_density",
+            )
     if size > body.radius:
         yield "mesh.size", f"{size:g} mm is above the body's radius of {body.radius:g} mm; make it smaller"
     volume = math.pi * (tubes[0][0] ** 2 * tubes[0][1] - sum(r**2 * length for r, length in tubes[1:]))

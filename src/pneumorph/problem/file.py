@@ -30,11 +30,14 @@ def load(path: str | Path) -> Problem:
         raise ProblemError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
     except (OSError, ValueError) as error:
         raise ProblemError(f"{path}: cannot be read ({error}); check the path and its permissions") from None
-    return loads(text, where=str(path))
+    return loads(text, where=str(path), folder=path.parent)
 
 
-def loads(text: str, where: str = "problem") -> Problem:
-    """Read a problem from the text of a file; `where` names it in messages. Raises ProblemError as `load` does."""
+def loads(text: str, where: str = "problem", folder: str | Path = ".") -> Problem:
+    """Read a problem from the text of a file; `where` names it in messages, files that it names are in `folder`.
+
+    Raises ProblemError as `load` does.
+    """
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
@@ -42,7 +45,7 @@ def loads(text: str, where: str = "problem") -> Problem:
     if not data:
         raise ProblemError(f"{where}: is empty; start from a file in examples/")
     try:
-        problem = Problem.model_validate(data)
+        problem = Problem.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         raise ProblemError(one_line(faults_of(error))) from None
     if found := faults(problem):

@@ -20,6 +20,7 @@ from pydantic_core import CoreSchema
 
 from pneumorph import units
 from pneumorph.problem.material import Material
+from pneumorph.problem.objective import Objective
 from pneumorph.problem.table import Misfit, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
@@ -38,13 +39,13 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]
 class Ripple(Table):
     """Sinusoidal start-up perturbation of the radii along z; with lobes it winds round the axis as a helix.
 
-    A plain tube and rings on it are their own mirror images, so they twist neither way and no small change makes them:
-    a twisting actuator starts from a helix.
+    Negative lobes wind the other way. A plain tube and rings on it are their own mirror images, so they twist neither
+    way and no small change makes them: a twisting actuator starts from a helix.
     """
 
     amplitude: PositiveLength
     period: PositiveLength
-    lobes: Annotated[Whole, Field(ge=0, le=12)] = 0
+    lobes: Annotated[Whole, Field(ge=-12, le=12)] = 0
 
 
 class Symmetry(Table):
@@ -68,6 +69,7 @@ class ChamberSpec(Table):
     center: tuple[Length, Length] = Field(description='e.g. center = ["0 mm", "0 mm"]')
     span: tuple[Length, Length] = Field(description='e.g. span = ["3 mm", "77 mm"]')
     ends: Literal["flat", "pole"] = "flat"
+    ripple: Ripple | None = Field(None, description="a ripple of its own, instead of the body's")
 
 
 class BodySpec(Table):
@@ -79,6 +81,10 @@ class BodySpec(Table):
     ripple: Ripple | None = None
     symmetry: Symmetry = Symmetry()
     chamber: tuple[ChamberSpec, ...] = Field(min_length=1, description="a table [[body.chamber]]")
+
+    def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
+        """The ripple a chamber starts with: its own, else the body's."""
+        return chamber.ripple or self.ripple
 
 
 class Spring(Table):
@@ -165,42 +171,13 @@ class Pressure(Table):
         return {"anyOf": [Quantity(units.PRESSURE).json_schema(), handler(schema)]}
 
 
-class Maximize(Table):
-    """Objective: the largest motion of the tip along or about an axis; a minus sign turns it round."""
-
-    kind: Literal["maximize"] = "maximize"
-    motion: Literal[
-        "extension", "bending_x", "bending_y", "twist",
-        "+extension", "+bending_x", "+bending_y", "+twist",
-        "-extension", "-bending_x", "-bending_y", "-twist",
-    ] = Field(description='e.g. motion = "extension"')  # fmt: skip
-
-    @property
-    def sign(self) -> float:
-        """-1.0 for a motion with a minus sign, else 1.0."""
-        return -1.0 if self.motion.startswith("-") else 1.0
-
-    @property
-    def component(self) -> str:
-        """The motion without its sign."""
-        return self.motion.lstrip("+-")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _maximize_alone(cls, data: Any) -> Any:
-        """Name the kind, not the keys that come with it, when an objective of another kind is asked for."""
-        if isinstance(data, dict) and data.get("kind", "maximize") != "maximize":
-            raise Misfit("kind", f'{data["kind"]!r} is not known here; take "maximize"')
-        return data
-
-
 class Task(Table):
     """One target: the pressures of the chambers and what they should achieve."""
 
     name: Name = Field(description='e.g. name = "extend"')
     weight: Annotated[Number, Field(gt=0)] = 1.0
     pressure: dict[Name, Pressure] = Field(description='e.g. pressure = { A = "60 kPa" }')
-    objective: Maximize = Field(description='e.g. objective = { kind = "maximize", motion = "extension" }')
+    objective: Objective = Field(description='e.g. objective = { kind = "maximize", motion = "extension" }')
 
 
 class Fold(Table):

@@ -10,7 +10,7 @@ import numpy as np
 from pneumorph.mechanics import Configuration, Equilibrium, Tangent
 from pneumorph.mechanics import potential as kernels
 from pneumorph.mechanics.potential import State
-from pneumorph.objective import Objective, features
+from pneumorph.objective import Objective
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,7 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
     The tangent must be factorised at the equilibrium, as `solve` leaves it.
     """
     model, state = at.model, equilibrium.state
-    value, (direct, seed) = jax.value_and_grad(lambda X, state: objective(features(model, X, state)), argnums=(0, 1))(
-        at.X, state
-    )
+    value, (direct, seed) = jax.value_and_grad(objective.at, argnums=(1, 2))(model, at.X, state)
     w = model.state(tangent.precondition(np.where(at.held, 0.0, model.vector(seed))))
     shape, pressure = kernels.shape_pullback(*model.rubber_arguments, model.top, at.X, state, at.loads, w)
     return NodalGradient(

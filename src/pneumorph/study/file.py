@@ -105,7 +105,8 @@ def _members(path: Path, base: Any, grid: dict[str, list], listed: list[dict]) -
             for key, value in changes.items():
                 _set(problem, key, value, path)
             try:
-                yield Member(name, changes, loads(tomli_w.dumps(problem)))
+                folder = (path.parent / source).parent
+                yield Member(name, changes, loads(tomli_w.dumps(problem), folder=folder))
             except ProblemError as error:
                 raise ProblemError(f"{path}, {name}: {error}") from None
 

@@ -1,0 +1,61 @@
+"""Rotations that fit a motion, their vectors and the angle between them, all differentiable by JAX."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+
+@jax.custom_jvp
+def polar_rotation(M: Array) -> Array:
+    """The rotation R (3, 3) that is nearest to M, for which Rᵀ M is symmetric; M may be flat (of rank 2).
+
+    Derivatives of a singular value decomposition do not exist where two singular values are alike, as on every round
+    section; that of R does: with S = Rᵀ M and dR = R Ω, Ω S + S Ω = Rᵀ dM − dMᵀ R.
+    """
+    U, _, V = jnp.linalg.svd(M)
+    sign = jnp.sign(jnp.linalg.det(U @ V))
+    return U @ jnp.diag(jnp.array([1.0, 1.0, 1.0]).at[2].set(sign)) @ V
+
+
+@polar_rotation.defjvp
+def _polar_rotation_jvp(primals, tangents):
+    (M,), (dM,) = primals, tangents
+    R = polar_rotation(M)
+    S = R.T @ M
+    turned = R.T @ dM
+    # For a skew Ω with the vector ω: Ω S + S Ω is the skew matrix of (tr S − S) ω.
+    omega = jnp.linalg.solve(jnp.trace(S) * jnp.eye(3) - S, 2 * axial(turned))
+    return R, R @ skew(omega)
+
+
+def skew(a: Array) -> Array:
+    """The matrix (3, 3) of the cross product with a."""
+    x, y, z = a
+    zero = jnp.zeros(())
+    return jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
+
+
+def axial(A: Array) -> Array:
+    """The vector (3,) of the skew part of A (3, 3)."""
+    return jnp.array([A[2, 1] - A[1, 2], A[0, 2] - A[2, 0], A[1, 0] - A[0, 1]]) / 2
+
+
+def rotation_logarithm(R: Array) -> Array:
+    """Rotation vector (3,) of a rotation matrix turned by less than π; smooth at the identity."""
+    axis = axial(R)
+    square = jnp.sum(axis * axis)
+    cosine = (jnp.trace(R) - 1) / 2
+    small = (square < 1e-6) & (cosine > 0)
+    sine = jnp.sqrt(jnp.where(small, 1.0, square))
+    factor = jnp.where(small, 1 + square / 6 + 3 * square**2 / 40, jnp.arctan2(sine, cosine) / sine)
+    return factor * axis
+
+
+def squared_angle(R: Array, target: Array) -> Array:
+    """The geodesic distance ‖log(Rᵀ R*)‖² of two rotations in the Frobenius norm, rad² (the paper's (10)).
+
+    Twice the squared angle between them.
+    """
+    return 2 * jnp.sum(rotation_logarithm(R.T @ target) ** 2)

@@ -1,0 +1,163 @@
+"""Objectives to be minimised, as functions of features, out of what the problem file asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from pneumorph.mechanics.model import Model
+from pneumorph.mechanics.plate import rotation as rotation_of
+from pneumorph.mechanics.potential import State
+from pneumorph.objective.curve import section_targets
+from pneumorph.objective.custom import custom
+from pneumorph.objective.features import NO_SLABS, Features, Slabs, equidistant, features
+from pneumorph.objective.rotations import squared_angle
+from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Problem
+
+_READERS = {
+    "extension": lambda f: f.translation[2],
+    "bending_x": lambda f: f.rotation[0],
+    "bending_y": lambda f: f.rotation[1],
+    "twist": lambda f: f.rotation[2],
+}
+MOTIONS = tuple(_READERS)
+Measure = Callable[[Features], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """What is to be minimised.
+
+    Attributes
+    ----------
+    value : J of the features.
+    slabs : the sections whose features it needs.
+    errors : what a person wants to know of how far the target is; names end in their unit, "_mm" or "_rad".
+    """
+
+    value: Measure
+    slabs: Slabs = NO_SLABS
+    errors: Mapping[str, Measure] = field(default_factory=dict)
+
+    def features(self, model: Model, X: Array, state: State) -> Features:
+        """The features it needs of a state on nodes X (N, 3), both padded."""
+        return features(model, X, state, self.slabs)
+
+    def at(self, model: Model, X: Array, state: State) -> Array:
+        """J of such a state."""
+        return self.value(self.features(model, X, state))
+
+
+def objectives(problem: Problem) -> dict[str, Objective]:
+    """The objective of every task.
+
+    Raises
+    ------
+    ProblemError
+        When a user's function is none, or does not give a number.
+    """
+    length, chambers = problem.body.length, tuple(chamber.name for chamber in problem.body.chamber)
+    found = {}
+    for number, task in enumerate(problem.task):
+        match task.objective:
+            case Maximize() as asked:
+                found[task.name] = maximize(asked.motion)
+            case MatchCurve() as asked:
+                slabs = equidistant(asked.sections, length)
+                targets = section_targets(np.array(asked.control_points), asked.degree, slabs.middle / length)
+                found[task.name] = match(slabs, *targets, asked.orientation_weight, asked.position_weight)
+            case MatchSections() as asked:
+                turns = np.array([rotation_of(jnp.array(turn)) for turn in asked.rotations])
+                found[task.name] = match(equidistant(len(turns), length), None, turns)
+            case Reach() as asked:
+                found[task.name] = reach(asked, length)
+            case Custom() as asked:
+                slabs = equidistant(asked.sections, length)
+                measure = custom(f"task[{number}].objective", asked, chambers)
+                found[task.name] = Objective(measure, slabs)
+    return found
+
+
+def motion(name: str) -> Measure:
+    """A motion of the end-effector: "extension" in mm, "bending_x", "bending_y" or "twist" in rad.
+
+    With a sign before it, as in "-twist", the other way.
+    """
+    sign = -1.0 if name.startswith("-") else 1.0
+    read = _READERS[name.lstrip("+-")]
+    return lambda f: sign * read(f)
+
+
+def maximize(name: str) -> Objective:
+    """The objective whose minimum has the largest `motion` (the paper's Remark 1)."""
+    measure = motion(name)
+    return Objective(lambda f: -measure(f))
+
+
+def match(
+    slabs: Slabs,
+    position: np.ndarray | None,
+    rotation: np.ndarray,
+    orientation_weight: float = 1.0,
+    position_weight: float = 0.0,
+) -> Objective:
+    """Sections at places (S, 3) mm and with rotations (S, 3, 3): the paper's (8)–(10) as its Section VIII-E takes them.
+
+    Rotations are compared section by section relative to the one before, the first to the clamped base; the squared
+    geodesic distances (rad²) are summed. Squared distances of the centres (mm²) come in with their weight.
+    """
+    steps = jnp.asarray(_relative(rotation))
+    count = len(rotation)
+
+    def orientation(f: Features) -> Array:
+        turned = f.section_rotation
+        before = jnp.concatenate([jnp.eye(3)[None], turned[:-1]])
+        relative = jnp.swapaxes(before, 1, 2) @ turned
+        return jnp.sum(jax.vmap(squared_angle)(relative, steps))
+
+    def place(f: Features) -> Array:
+        return jnp.sum((f.section_position - position) ** 2)
+
+    errors = {"orientation_rad": lambda f: jnp.sqrt(orientation(f) / (2 * count))}
+    if position is None:
+        return Objective(lambda f: orientation_weight * orientation(f), slabs, errors)
+    errors["position_mm"] = lambda f: jnp.sqrt(place(f) / count)
+    return Objective(lambda f: orientation_weight * orientation(f) + position_weight * place(f), slabs, errors)
+
+
+def reach(asked: Reach, length: float) -> Objective:
+    """The plate's centre at a place from the base's centre, and the plate turned so (the paper's (8)–(10))."""
+    parts: list[Measure] = []
+    errors: dict[str, Measure] = {}
+    if asked.position is not None:
+        wanted = jnp.array(asked.position) - jnp.array([0.0, 0.0, length])
+
+        def away(f: Features) -> Array:
+            return jnp.sum((f.translation - wanted) ** 2)
+
+        parts.append(lambda f: asked.position_weight * away(f))
+        errors["position_mm"] = lambda f: jnp.sqrt(away(f))
+    if asked.rotation is not None:
+        turned = rotation_of(jnp.array(asked.rotation))
+
+        def off(f: Features) -> Array:
+            return squared_angle(rotation_of(f.rotation), turned)
+
+        parts.append(lambda f: asked.rotation_weight * off(f))
+        errors["orientation_rad"] = lambda f: jnp.sqrt(off(f) / 2)
+    return Objective(lambda f: sum((part(f) for part in parts), jnp.zeros(())), errors=errors)
+
+
+def _relative(rotation: np.ndarray) -> np.ndarray:
+    """Each rotation relative to the one before, the first to none."""
+    before = np.concatenate([np.eye(3)[None], rotation[:-1]])
+    return np.swapaxes(before, 1, 2) @ rotation
