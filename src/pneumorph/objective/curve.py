@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.interpolate import BSpline
 
@@ -34,7 +36,7 @@ def section_targets(control_points: np.ndarray, degree: int, fractions: np.ndarr
     tangent = curve(along, 1)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     frames = [smallest_turn(np.array([0.0, 0.0, 1.0]), tangent[0])]
-    for before, after in zip(tangent[:-1], tangent[1:], strict=True):
+    for before, after in pairwise(tangent):
         frames.append(smallest_turn(before, after) @ frames[-1])
     return curve(at) - curve(0.0), np.array(frames)[np.searchsorted(along, at)]
 

@@ -30,14 +30,14 @@ def custom(key: str, asked: Custom, chambers: tuple[str, ...]) -> Callable[[Feat
     function = space.get(asked.function)
     if not callable(function):
         raise ProblemError(f'{key}.function: the code defines no function "{asked.function}"; define it there')
-    shapes = Features(
-        jax.ShapeDtypeStruct((3,), float),
-        jax.ShapeDtypeStruct((3,), float),
-        {name: jax.ShapeDtypeStruct((), float) for name in chambers},
-        jax.ShapeDtypeStruct((asked.sections, 3), float),
-        jax.ShapeDtypeStruct((asked.sections, 3, 3), float),
+    none = Features(
+        jnp.zeros(3),
+        jnp.zeros(3),
+        {name: jnp.zeros(()) for name in chambers},
+        jnp.zeros((asked.sections, 3)),
+        jnp.zeros((asked.sections, 3, 3)),
     )
-    found = _guarded(key, lambda: jax.eval_shape(lambda f: jnp.asarray(function(f)), shapes))
+    found = _guarded(key, lambda: jax.eval_shape(lambda f: jnp.asarray(function(f)), none))
     if found.shape != () or not jnp.issubdtype(found.dtype, jnp.floating):
         raise ProblemError(
             f"{key}.function: {asked.function} gives an array of shape {found.shape} and kind {found.dtype}; "

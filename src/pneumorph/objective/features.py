@@ -37,7 +37,7 @@ class Features(NamedTuple):
 
 
 class Slabs(NamedTuple):
-    """Sections of finite thickness: (S,) heights of their middles in the undeformed body, mm, and half the thickness."""
+    """Sections of finite thickness: (S,) heights of their middles in the undeformed body and half the thickness, mm."""
 
     middle: np.ndarray
     half: float

@@ -124,12 +124,13 @@ def match(
         relative = jnp.swapaxes(before, 1, 2) @ turned
         return jnp.sum(jax.vmap(squared_angle)(relative, steps))
 
-    def place(f: Features) -> Array:
-        return jnp.sum((f.section_position - position) ** 2)
-
     errors = {"orientation_rad": lambda f: jnp.sqrt(orientation(f) / (2 * count))}
     if position is None:
         return Objective(lambda f: orientation_weight * orientation(f), slabs, errors)
+
+    def place(f: Features) -> Array:
+        return jnp.sum((f.section_position - position) ** 2)
+
     errors["position_mm"] = lambda f: jnp.sqrt(place(f) / count)
     return Objective(lambda f: orientation_weight * orientation(f) + position_weight * place(f), slabs, errors)
 

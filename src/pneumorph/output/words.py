@@ -14,7 +14,7 @@ WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": 
 
 
 class Motion(NamedTuple):
-    """What a task came to in the unit people use for it, and what it is called; less than before is better in errors."""
+    """What a task came to, in the unit people use for it, and what it is called."""
 
     value: float
     unit: str

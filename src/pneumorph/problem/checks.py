@@ -85,7 +85,7 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
         if body.symmetry.half_turn == "y" and body.ripple.lobes % 2:
             yield "body.ripple.lobes", 'is odd, which fits a half turn about x; take half_turn = "x"'
     for matrix in group:
-        for index, chamber in enumerate(body.chamber):
+        for index in range(len(body.chamber)):
             fault = _fault_of_image(body, index, matrix)
             if fault:
                 yield fault
