@@ -52,7 +52,7 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> boo
         and not np.any(weight[mirror < 0])
         and not np.any(np.array(effector.force)[mirror < 0])
         and not np.any(np.array(effector.moment)[axial < 0])
-        and all(task.objective.keeps(mirror, axial) for task in problem.task)
+        and all(task.objective.keeps(mirror.tolist(), axial.tolist()) for task in problem.task)
         and all(
             pressure.get(one, 0.0) == pressure.get(other, 0.0)
             for one, other in _pairs(problem, mirror)
