@@ -6,6 +6,7 @@ method (`saddle.py`). Both find stable states; a load that has none is answered 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import jax
@@ -118,8 +119,9 @@ def solve(
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
-    Newton goes straight to the full load from `start`; where that fails the load is stepped up from rest, with steps
-    that adapt. `tolerance` is the residual norm over that of the applied forces at which a state counts as converged.
+    Newton goes straight to the full load from `start`; without one, or where that fails, the load is stepped up from
+    rest: weights and plate loads, then pressures, with steps that adapt. `tolerance` is the residual norm over that of
+    the applied forces at which a state counts as converged.
     """
     before = tangent.factorisations, tangent.solves
     try:
@@ -138,36 +140,62 @@ def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
-    state, residual, reached, step = rest(at.model), 0.0, 0.0, 1.0
+    """From rest: weights and plate loads first, which make the body sag, then the pressures."""
+    loads, begin = at.loads, rest(at.model)
+    sagging = Configuration(at.model, at.X, loads._replace(pressure=0.0 * loads.pressure), at.blocked)
+    if np.any(loads.pressure) and (np.any(loads.body_force) or np.any(loads.wrench)):
+        sag = _raise(lambda part: _loaded(sagging, scaled(sagging.loads, part)), begin, tangent, before, tolerance)
+        if isinstance(sag, NoEquilibrium):
+            return sag
+        begin = sag.state
+        return _raise(
+            lambda part: _loaded(at, loads._replace(pressure=part * loads.pressure)), begin, tangent, before, tolerance
+        )
+    return _raise(lambda part: _loaded(at, scaled(loads, part)), begin, tangent, before, tolerance)
+
+
+def _loaded(at: Configuration, loads: Loads) -> Configuration:
+    return Configuration(at.model, at.X, loads, at.blocked)
+
+
+def _raise(
+    loaded: Callable[[float], Configuration], begin: State, tangent: Tangent, before, tolerance: float
+) -> Equilibrium | NoEquilibrium:
+    """Raise a load, from the state of its part 0 on, with steps that adapt."""
+    state, residual, reached, step = begin, 0.0, 0.0, 1.0
     last = None
     reason = ""
     while reached < 1.0:
         fraction = min(1.0, reached + step)
-        part = Configuration(at.model, at.X, scaled(at.loads, fraction), at.blocked)
-        start = state if last is None else _extrapolate(at, state, last, reached, fraction)
+        part = loaded(fraction)
+        start = state if last is None else _extrapolate(part, state, last, reached, fraction)
         # Cold, Newton's own test needs fewer factorisations than descent, and fails sooner where there is nothing.
         found = settle(part, tangent, start, tolerance)
         if isinstance(found, str) and last is not None:
             found = settle(part, tangent, state, tolerance)
-        if isinstance(found, str) and step < SMALLEST_FRACTION and not at.model.mixed:
+        if isinstance(found, str) and step < SMALLEST_FRACTION and not part.model.mixed:
             found = minimise(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, step / 2
             if step < SMALLEST_FRACTION / 2:
-                pressures = ", ".join(
-                    f"{name} = {1e3 * float(p) * fraction:.3g} kPa"
-                    for name, p in zip(at.model.chambers, at.loads.pressure, strict=True)
-                )
                 held = None
                 if reached > 0:
-                    part = Configuration(at.model, at.X, scaled(at.loads, reached), at.blocked)
-                    held = read_off(part, tangent, state, 0.0, before)
-                return NoEquilibrium(f"no equilibrium found near {pressures}: {reason}", reached, held)
+                    held = read_off(loaded(reached), tangent, state, 0.0, before)
+                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, held)
             continue
         last = (reached, state)
         (state, residual), reached = found, fraction
         step *= 1.5
-    return read_off(at, tangent, state, residual, before)
+    return read_off(loaded(1.0), tangent, state, residual, before)
+
+
+def _where(at: Configuration, fraction: float) -> str:
+    """The loads near which nothing was found."""
+    pressures = at.loads.pressure
+    if not np.any(pressures):
+        return f"at {fraction:.2g} of the weight and the plate's loads"
+    named = zip(at.model.chambers, pressures, strict=True)
+    return "near " + ", ".join(f"{name} = {1e3 * float(pressure):.3g} kPa" for name, pressure in named)
 
 
 def _extrapolate(at: Configuration, state: State, last, reached: float, fraction: float) -> State:

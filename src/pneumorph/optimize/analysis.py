@@ -22,7 +22,6 @@ from pneumorph.mechanics import (
     mirror_of,
     model_of,
     predict,
-    rest,
     solve,
     whole_of,
 )
@@ -113,7 +112,7 @@ def analyse(
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
         at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), held_of(problem))
-        start = starts[task.name] if starts else rest(disc.model)
+        start = starts[task.name] if starts else None
         found = solve(at, disc.tangents[task.name], start, tolerance)
         if explain and isinstance(found, NoEquilibrium):
             found = explained(at, disc.tangents[task.name], found)
