@@ -26,13 +26,38 @@ def test_a_free_tip_reports_its_rigid_motion(theta):
     assert np.abs(np.asarray(found.rotation) - theta).max() < 1e-9
 
 
+@pytest.mark.parametrize(("axis", "degrees"), [(1, 100.0), (1, 200.0), (0, -260.0), (2, 330.0), (2, -190.0)])
+def test_a_free_tip_bends_and_twists_beyond_half_a_turn(axis, degrees):
+    """Nodes are moved onto an arc of a circle, or turned in proportion to their height."""
+    mesh, length, angle = tube(4, 8, 80, (1, 12, 40)), 80.0, np.radians(degrees)
+    built = model(mesh, RUBBER, plate=False)
+    x = []
+    for point in mesh.points:
+        part = angle * point[2] / length
+        turn = np.asarray(rotation(jnp.array(part * np.eye(3)[axis])))
+        line = np.array([0.0, 0.0, point[2]])
+        if axis != 2:
+            across = np.cross(np.eye(3)[axis], [0.0, 0.0, 1.0])
+            line = length / angle * (np.sin(part) * np.array([0.0, 0.0, 1.0]) + (1 - np.cos(part)) * across)
+        x.append(line + turn @ [point[0], point[1], 0.0])
+    found = features(built, built.pad(mesh.points), State(built.pad(np.array(x) - mesh.points), jnp.zeros(6)))
+    expected = angle * np.eye(3)[axis]
+    np.testing.assert_allclose(np.asarray(found.rotation), expected, atol=2e-3)
+
+
 def test_a_plate_is_read_off_beyond_a_full_turn():
     mesh = tube(4, 8, 20, (1, 8, 4))
     built = model(mesh, RUBBER)
-    plate = jnp.array([1.0, 2, 3, 0, 0, 6.0])
+    plate = jnp.array([1.0, 2, 3, 0, 0, 6.0])  # 344°
     found = features(built, built.pad(mesh.points), State(jnp.zeros_like(built.pad(mesh.points)), plate))
     assert float(maximize("twist").value(found)) == -6.0
     assert float(maximize("-extension").value(found)) == 3.0
+    bent = features(
+        built,
+        built.pad(mesh.points),
+        State(jnp.zeros_like(built.pad(mesh.points)), plate[jnp.array([0, 1, 2, 3, 5, 4])]),
+    )
+    assert float(maximize("bending_y").value(bent)) == -6.0
 
 
 def test_every_motion_of_the_problem_file_has_its_objective():

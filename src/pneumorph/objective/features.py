@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -14,7 +13,7 @@ from pneumorph.mechanics.element import TET_N, TET_WEIGHT, reference_gradients
 from pneumorph.mechanics.energies import determinant
 from pneumorph.mechanics.model import Model
 from pneumorph.mechanics.potential import State, Topology, chamber_volumes, displacement, tip_centre, tip_mean
-from pneumorph.objective.rotations import polar_rotation, rotation_logarithm
+from pneumorph.objective.rotations import continued_logarithm, polar_rotation
 
 
 class Features(NamedTuple):
@@ -43,6 +42,9 @@ class Slabs(NamedTuple):
     half: float
 
 
+SECTIONS_TO_TIP = 12
+"""Sections that tell how often a free tip has turned round: each turns by less than half a turn against the next."""
+
 NO_SLABS = Slabs(np.zeros(0), 1.0)
 
 
@@ -56,7 +58,7 @@ def features(model: Model, X: Array, state: State, slabs: Slabs = NO_SLABS) -> F
     """Features of a state on nodes X (N, 3), both padded.
 
     With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its
-    rotation the polar factor of its mean deformation.
+    rotation the polar factor of its mean deformation; how many half turns that is tell the sections below it.
     """
     u = displacement(model.top, X, state)
     volume = dict(zip(model.chambers, model.copies * chamber_volumes(model.top, X + u), strict=True))
@@ -65,14 +67,18 @@ def features(model: Model, X: Array, state: State, slabs: Slabs = NO_SLABS) -> F
         position, rotation = _sections(model.top, X, u, jnp.asarray(slabs.middle), slabs.half)
     if model.plate:
         return Features(state.plate[:3], state.plate[3:], volume, position, rotation)
-    return Features(tip_centre(model.top, X, u), _face_rotation(model.top, X, X + u), volume, position, rotation)
+    return Features(tip_centre(model.top, X, u), _face_rotation(model.top, X, u), volume, position, rotation)
 
 
-def _face_rotation(top: Topology, X: Array, x: Array) -> Array:
-    """Rotation vector of the tip face: polar factor of the mean of (x − x̄) ⊗ (X − X̄)."""
-    offset, moved = X - tip_centre(top, X, X), x - tip_centre(top, X, x)
+def _face_rotation(top: Topology, X: Array, u: Array) -> Array:
+    """Rotation vector of the tip face, also beyond half a turn: polar factor of the mean of (x − x̄) ⊗ (X − X̄)."""
+    centre = tip_centre(top, X, X)
+    offset, moved = X - centre, X + u - tip_centre(top, X, X + u)
     pairs = (moved[:, :, None] * offset[:, None, :]).reshape(-1, 9)
-    return rotation_logarithm(polar_rotation(tip_mean(top, X, pairs).reshape(3, 3) * _even_pairs(top)))
+    turned = polar_rotation(tip_mean(top, X, pairs).reshape(3, 3) * _even_pairs(top))
+    half = jax.lax.stop_gradient(centre[2]) / (2 * SECTIONS_TO_TIP)
+    _, below = _sections(top, X, u, half * (2 * jnp.arange(SECTIONS_TO_TIP) + 1), half)
+    return continued_logarithm(turned, jax.lax.stop_gradient(below))
 
 
 def _even_pairs(top: Topology) -> Array:
@@ -81,8 +87,8 @@ def _even_pairs(top: Topology) -> Array:
     return (1 + parity[:, None] * parity) / 2
 
 
-@partial(jax.jit, static_argnums=4)
-def _sections(top: Topology, X: Array, u: Array, middles: Array, half: float) -> tuple[Array, Array]:
+@jax.jit
+def _sections(top: Topology, X: Array, u: Array, middles: Array, half: Array | float) -> tuple[Array, Array]:
     """Centres (S, 3) and rotations (S, 3, 3) of slabs, means over the undeformed volume.
 
     Every slab is weighted by cos² of the distance from its middle: where the geometry moves nodes in and out of a slab

@@ -53,6 +53,19 @@ def rotation_logarithm(R: Array) -> Array:
     return factor * axis
 
 
+def continued_logarithm(R: Array, before: Array) -> Array:
+    """Rotation vector of R (3, 3), of the many the one that comes next after a chain of rotations (n, 3, 3).
+
+    Each is less than half a turn from the one before, the first from none; so turns beyond π are told as such.
+    """
+    chain = jnp.concatenate([jnp.eye(3)[None], before, R[None]])
+    steps = jax.vmap(lambda last, following: rotation_logarithm(following @ last.T))(chain[:-1], chain[1:])
+    vector, total = rotation_logarithm(R), jnp.sum(steps, axis=0)
+    angle = jnp.sqrt(jnp.maximum(jnp.sum(vector * vector), 1e-24))
+    turns = jnp.round((total - vector) @ vector / angle / (2 * jnp.pi))
+    return vector * (1 + 2 * jnp.pi * jax.lax.stop_gradient(turns) / angle)
+
+
 def squared_angle(R: Array, target: Array) -> Array:
     """The geodesic distance ‖log(Rᵀ R*)‖² of two rotations in the Frobenius norm, rad² (the paper's (10)).
 
