@@ -45,6 +45,8 @@ from pneumorph.problem import Problem, load
 from pneumorph.run import atomic, open_run
 
 BLOCKS = {
+    "shift_x": ("shift_x",),
+    "shift_y": ("shift_y",),
     "axial": ("axial",),
     "bending_x": ("bending_x",),
     "bending_y": ("bending_y",),

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace, design_space, starting_body
-from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics import Equilibrium, NoEquilibrium, configuration, held_of, loads_of, solve
 from pneumorph.mesh import unfolded
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discretise
 from pneumorph.optimize.checkpoint import unpack
@@ -99,16 +99,29 @@ def final_shapes(run: RunDirectory) -> dict[str, Shape]:
 
 
 def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Shape]:
-    """A design at rest and inflated for every task, by the words above each."""
+    """A design at rest, under its weight, and inflated for every task, by the words above each."""
     mesh = disc.morph.mesh.at(analysis.X)
     whole = unfolded(mesh)
     shapes = {"at rest": Shape(whole.mesh, np.zeros_like(whole.mesh.points))}
+    sag = _sag(problem, disc, analysis)
+    if sag is not None:
+        shapes["under its weight"] = Shape(whole.mesh, whole.vectors(sag.u))
     told = answers(disc, analysis)
     for task in problem.task:
         found, motion = analysis.equilibria[task.name], motion_of(task, told[task.name])
         words = f"{pressures(analysis.pressures[task.name])}: {motion.word} {motion}"
         shapes[words] = Shape(whole.mesh, whole.vectors(found.u), nodal_stretch(mesh, found.u)[whole.source])
     return shapes
+
+
+def _sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> Equilibrium | None:
+    """A design without pressures, where weight or plate loads move it then; None where there is no such state."""
+    effector = problem.end_effector
+    if problem.gravity is None and not any((*effector.force, *effector.moment)):
+        return None
+    at = configuration(disc.model, analysis.X, loads_of(problem, disc.model, {}), held_of(problem))
+    found = solve(at, next(iter(disc.tangents.values())))
+    return found if isinstance(found, Equilibrium) else None
 
 
 def view_of(problem: Problem) -> View:
