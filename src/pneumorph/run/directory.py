@@ -8,6 +8,7 @@ beyond the checkpoint is the iteration that was in progress, and `resume` remove
 import json
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -84,14 +85,11 @@ class RunDirectory:
 
     def history(self) -> list[dict[str, Any]]:
         """The history lines in the order of iterations; a torn last line is ignored."""
-        lines = []
-        for text in atomic.complete_lines(self.path / "history.jsonl"):
-            try:
-                lines.append(json.loads(text))
-            except json.JSONDecodeError as error:
-                raise ProblemError(
-                    f"{self.path / 'history.jsonl'}: is damaged ({error}); run the design again"
-                ) from None
+        path = self.path / "history.jsonl"
+        with _damage_told(path):
+            lines = [json.loads(text) for text in atomic.complete_lines(path)]
+            for line in lines:
+                int(line["iteration"])
         return lines
 
     def latest(self) -> int | None:
@@ -108,21 +106,25 @@ class RunDirectory:
 
     def checkpoint(self) -> tuple[int, State]:
         """Iteration and state of the checkpoint."""
-        arrays = atomic.read_arrays(self.path / "checkpoint.npz")
-        plain = json.loads(arrays.pop("json").item())
-        state = {name.removeprefix("array "): array for name, array in arrays.items()}
-        return plain["iteration"], plain["state"] | state
+        path = self.path / "checkpoint.npz"
+        with _damage_told(path):
+            arrays = atomic.read_arrays(path)
+            plain = json.loads(arrays.pop("json").item())
+            state = {name.removeprefix("array "): array for name, array in arrays.items()}
+            return plain["iteration"], plain["state"] | state
 
     def load_design(self, iteration: int) -> Design:
         """The design of an iteration; ProblemError when there is none."""
-        arrays = atomic.read_arrays(self._design_path(iteration))
+        path = self._design_path(iteration)
         chambers = [chamber.name for chamber in self.problem.body.chamber]
-        pressures = zip((task.name for task in self.problem.task), arrays["pressures"], strict=True)
-        return Design(
-            exterior=arrays["exterior"],
-            chambers={name: arrays[f"chamber_{name}"] for name in chambers},
-            pressures={task: dict(zip(chambers, map(float, row), strict=True)) for task, row in pressures},
-        )
+        with _damage_told(path):
+            arrays = atomic.read_arrays(path)
+            pressures = zip((task.name for task in self.problem.task), arrays["pressures"], strict=True)
+            return Design(
+                exterior=arrays["exterior"],
+                chambers={name: arrays[f"chamber_{name}"] for name in chambers},
+                pressures={task: dict(zip(chambers, map(float, row), strict=True)) for task, row in pressures},
+            )
 
     def _design_path(self, iteration: int) -> Path:
         return self.path / "designs" / f"{iteration:04d}.npz"
@@ -172,10 +174,10 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
     if not (path / "problem.toml").exists():
         return create(path, problem)
     stored = load(path / "problem.toml")
-    unlike = next(_differences(stored.model_dump(), problem.model_dump()), None)
-    if unlike:
+    key = unlike(stored, problem)
+    if key:
         raise ProblemError(
-            f"{path}: holds a run of another problem ({unlike} differs); name another --out or take {path}/problem.toml"
+            f"{path}: holds a run of another problem ({key} differs); name another --out or take {path}/problem.toml"
         )
     run = _started(path, problem)
     run._drop_what_is_unsealed()
@@ -194,6 +196,21 @@ def _started(path: Path, problem: Problem) -> RunDirectory:
     atomic.write_bytes(path / "problem.toml", problem.to_toml().encode())
     (path / "designs").mkdir(exist_ok=True)
     return RunDirectory(path, problem)
+
+
+def unlike(one: Problem, other: Problem) -> str | None:
+    """The first key in which two problems differ but for the number of iterations; None where there is none."""
+    return next(_differences(one.model_dump(), other.model_dump()), None)
+
+
+@contextmanager
+def _damage_told(path: Path) -> Iterator[None]:
+    """Say in one line that a file of a run does not hold what it should."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError) as error:
+        words = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise ProblemError(f"{path}: is damaged ({words}); run the design again") from None
 
 
 def _differences(one: Any, other: Any, key: str = "") -> Iterator[str]:

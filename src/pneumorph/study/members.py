@@ -13,7 +13,7 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output import run_pictures
 from pneumorph.problem import Problem
-from pneumorph.run import open_run, resume
+from pneumorph.run import open_run, resume, unlike
 from pneumorph.study.single import drive
 
 TOPIC = "pneumorph"
@@ -29,7 +29,7 @@ class MemberEnd:
 
 
 def finished(directory: Path, problem: Problem) -> bool:
-    """Whether a run of this problem has come to its end in a directory.
+    """Whether a run of this problem has come to its end in a directory; one of another number of designs goes on.
 
     Raises
     ------
@@ -39,10 +39,11 @@ def finished(directory: Path, problem: Problem) -> bool:
     if not (directory / "problem.toml").exists():
         return False
     run = open_run(directory)
-    if run.problem != problem:
-        raise ProblemError(f"{directory}: holds a run of another problem; name another --out")
+    key = unlike(run.problem, problem)
+    if key:
+        raise ProblemError(f"{directory}: holds a run of another problem ({key} differs); name another --out")
     result = run.result()
-    return result is not None and result["completed"]
+    return run.problem == problem and result is not None and result.get("completed") is True
 
 
 def run_member(name: str, problem: Problem, directory: str, tell: Callable[[dict[str, Any]], None]) -> MemberEnd:
