@@ -79,7 +79,7 @@ class Limits:
             ends : 1 - d/t between chambers and the planes of the body's ends, for samples of the chambers; and how far
                 samples of the exterior are beyond these planes, over t
             fold : 1 - d/t within a surface; -1 where nothing is within reach
-            rim : how far tubes with flat ends come too near the planes of their own ends, over the fold distance
+            rim : 1 - d/t from tubes with flat ends to the planes of their own ends, t in proportion near the rim
             curvature, skew, stretch : h/h_max - 1
             area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
             envelope : distance of the exterior's samples from the axis beyond its limit, over t; absent without one
@@ -188,10 +188,12 @@ class Limits:
         if not len(grid.rings):
             return jnp.zeros(0)
         base, tip = (
-            share - height / self.fold
+            height[1:-1] / (self.fold * share[1:-1])
             for share, height in zip(rim_share(grid, self.neighbourhood), heights(x, grid), strict=True)
         )
-        return jnp.maximum(base, tip)[1:-1].ravel()
+        # On the rim itself, where it is the slope of the wall, by extrapolation.
+        rims = [2.0 * base[0] - base[1], 2.0 * tip[-1] - tip[-2]]
+        return 1.0 - jnp.concatenate([jnp.minimum(base, tip).ravel(), *rims])
 
     @cached_property
     def _fields(self) -> Callable[[ArrayLike], list[Fields]]:

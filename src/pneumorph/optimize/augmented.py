@@ -38,8 +38,9 @@ there stays small."""
 WORST = 0.02
 """A violation beyond this raises a multiplier no further: a step that broke a limit must not forbid the next ones."""
 
-ROUNDS, MOST_ITERATIONS = 3, 10
-"""Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each."""
+ROUNDS, MOST_ITERATIONS, RESTORING = 3, 10, 60
+"""Updates of the multipliers in a sub-problem, and L-BFGS-B iterations in each; more of them where limits are all that
+counts, so that the step is small and leaves nothing broken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,7 @@ class AugmentedLagrangian:
     def restoring(self, phi: np.ndarray, radius: float, tighter: float) -> Step:
         """A step back within the limits, whatever the objective does; margins are `tighter` times as wide."""
         nothing = Proxy(np.zeros_like(phi), np.zeros((0, len(phi))), 0.0)
-        return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS, tighter)
+        return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS, tighter, RESTORING)
 
     def taught(self, step: Step, slope: np.ndarray, slope_there: np.ndarray) -> AugmentedLagrangian:
         """See `Stepper.taught`."""
@@ -112,7 +113,9 @@ class AugmentedLagrangian:
         multipliers = {name: state[f"multipliers_{name}"] for name in self.multipliers}
         return replace(self, multipliers=multipliers, curvature=unpack_curvature(state))
 
-    def _minimise(self, phi, proxy: Proxy, radius, multipliers, stiffness, tighter=1.0) -> Step:
+    def _minimise(
+        self, phi, proxy: Proxy, radius, multipliers, stiffness, tighter=1.0, iterations=MOST_ITERATIONS
+    ) -> Step:
         space, limits, smooth = self.space, self.limits, self.smooth
         start = space.control_points(phi)
         pairs = _on_device(limits.pairs(start))
@@ -134,7 +137,7 @@ class AugmentedLagrangian:
         for round_ in range(ROUNDS):
             if round_:
                 multipliers = _on_device(_raised(limits, points, pairs, multipliers, stiffness, tighter))
-            options = {"maxiter": MOST_ITERATIONS, "maxcor": 20, "ftol": 1e-14, "gtol": 1e-9}
+            options = {"maxiter": iterations, "maxcor": 20, "ftol": 1e-14, "gtol": 1e-9}
             found = optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
             # Dearer limits may leave no gain in the step so far; then it starts anew.
             z = found.x if found.fun < merit(0 * z)[0] else 0 * z

@@ -222,7 +222,7 @@ def _restore(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing]:
             break
         clock = Clock()
         with clock.phase("subproblem"):
-            step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, float(attempt))
+            step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, 0.75 + 0.25 * attempt)
         trial = yield from _try(loop, now, step.change, clock)
         if trial.analysis is None:
             yield DesignRejected(now.iteration + 1, trial.reason, 0.0)
