@@ -1,10 +1,15 @@
 """The gradient of shape matching and of several tasks by shape and pressures, under weight."""
 
+from dataclasses import replace
+
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from pneumorph.errors import ComputationError
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
+from pneumorph.objective import Objective
 from pneumorph.optimize.analysis import analyse, design_gradient, discretise
 from pneumorph.optimize.history import answers
 from pneumorph.problem import loads
@@ -97,6 +102,19 @@ def test_tasks_add_with_their_weights(case):
         assert np.abs(parts[-1][space.n_shape :][np.logical_not(own)]).max() < 1e-9
     np.testing.assert_allclose(whole, 0.5 * parts[0] + 3.0 * parts[1], atol=1e-9 * np.abs(whole).max())
     assert at.value == pytest.approx(0.5 * at.values["curve"] + 3.0 * at.values["reach"])
+
+
+def test_an_objective_without_value_or_derivative_is_an_error(case):
+    problem, space, disc, phi, at = case
+
+    def judged_by(value):
+        return replace(disc, objectives=disc.objectives | {"reach": Objective(value)})
+
+    with pytest.raises(ComputationError, match="the objective of task reach is nan here; mend its function"):
+        solved(problem, space, judged_by(lambda f: jnp.log(-1.0 - f.volume["A"])), phi, at)
+    root = judged_by(lambda f: jnp.linalg.norm(0.0 * f.translation))
+    with pytest.raises(ComputationError, match="the objective of task reach has no derivative here"):
+        design_gradient(problem, space, root, at)
 
 
 def test_answers_tell_what_the_objective_is_made_of(case):
