@@ -38,6 +38,27 @@ def test_usage(run, tiny, arguments):
     assert run("design", *files, *arguments).exit_code == 2
 
 
+@pytest.mark.parametrize(
+    ("objective", "words"),
+    [
+        (
+            '{ kind = "custom", code = "def objective(f):\\n    return f.speed" }',
+            "task[0].objective.code: AttributeError",
+        ),
+        (
+            '{ kind = "match_curve", degree = 1, sections = 2, control_points = '
+            '[["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "20 mm"], ["0 mm", "0 mm", "9 mm"]] }',
+            "task[0].objective.control_points: the curve turns back",
+        ),
+    ],
+)
+def test_a_target_without_an_answer_begins_no_run(run, tiny, tmp_path, objective, words):
+    tiny.write_text(tiny.read_text().replace('{ kind = "maximize", motion = "extension" }', objective))
+    result = run("design", tiny, "--out", tmp_path / "run")
+    assert result.exit_code == 2 and words in result.stderr and result.stderr.count("\n") == 1
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_run_is_not_written_over(run, tiny, tmp_path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "notes.txt").write_text("mine")
@@ -48,7 +69,7 @@ def test_a_run_is_not_written_over(run, tiny, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--block", "sideways"), "take one of axial"),
+        (("--block", "sideways"), "take one of shift_x"),
         (("--pressure", "B=60kPa"), 'no chamber "B"'),
         (("--pressure", "A=60"), "has no unit"),
         (("--design", "3"), "is no run directory"),

@@ -22,7 +22,7 @@ THREE = [
 ]
 
 
-def problem(symmetry, chambers=ONE, radius=9.0, lobes=0, motion="extension"):
+def problem(symmetry, chambers=ONE, radius=9.0, lobes=0, motion="extension", pressure=None):
     named = [{"name": name} | chamber for name, chamber in zip("ABCD", chambers, strict=False)]
     return Problem.model_validate(
         {
@@ -38,7 +38,7 @@ def problem(symmetry, chambers=ONE, radius=9.0, lobes=0, motion="extension"):
             "task": [
                 {
                     "name": "one",
-                    "pressure": {"A": "60 kPa"},
+                    "pressure": pressure or {"A": "60 kPa"},
                     "objective": {"kind": "maximize", "motion": motion},
                 }
             ],
@@ -123,6 +123,53 @@ def test_a_helix_keeps_rotation_and_half_turn():
 )
 def test_symmetries_that_leave_nothing_to_find_are_refused(symmetry, options, key):
     assert [found for found, _ in faults(problem(symmetry, **options))] == [key]
+
+
+FREE = {"start": "30 kPa", "min": "0 kPa", "max": "60 kPa"}
+BOTH = {"mirror": ["xz", "yz"]}
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "chambers", "pressure", "allowed"),
+    [
+        (BOTH, FOUR, dict.fromkeys("ABCD", FREE), True),
+        (BOTH, FOUR, {"A": "60 kPa", "C": "60 kPa"}, True),
+        (BOTH, FOUR, dict.fromkeys("ABCD", "60 kPa"), False),
+        # B is as A and C as D: still its own image across yz.
+        (BOTH, FOUR, {"A": "60 kPa", "B": "60 kPa"}, False),
+        ({"mirror": ["yz"]}, FOUR, {"A": FREE, "B": FREE, "C": "60 kPa", "D": "60 kPa"}, True),
+        ({"mirror": ["yz"]}, FOUR, {"A": "60 kPa", "B": "60 kPa", "C": "20 kPa", "D": "20 kPa"}, False),
+        ({"mirror": ["yz"]}, ONE, {"A": FREE}, False),
+    ],
+)
+def test_a_mirrored_body_twists_under_pressures_that_are_not(symmetry, chambers, pressure, allowed):
+    found = faults(problem(symmetry, chambers, radius=10.0, motion="twist", pressure=pressure))
+    assert [key for key, _ in found] == ([] if allowed else ["task[0].objective.motion"])
+
+
+def rippled(*lobes, amplitude="0.1 mm"):
+    ripples = [{"amplitude": amplitude, "period": "10 mm", "lobes": count} for count in lobes]
+    return [chamber | {"ripple": ripple} for chamber, ripple in zip(FOUR, ripples, strict=True)]
+
+
+def test_helices_of_chambers_wind_the_other_way_across_a_mirror():
+    asked = problem(BOTH, rippled(2, -2, 2, -2, amplitude="0.3 mm"), radius=10.0)
+    assert faults(asked) == []
+    body = starting_body(asked.body)
+    space = design_space(asked, body)
+    np.testing.assert_allclose(space.control_points(space.start), body.control_points(), atol=1e-9)
+    # They are helices: at one height the radius goes up and down twice on the way round.
+    a, b = (chamber.sample(np.arange(48) / 48, [0.4])[0] for chamber in body.chambers[:2])
+    radius = np.hypot(*(a - a.mean(axis=0))[:, :2].T)
+    assert np.argmax(np.abs(np.fft.rfft(radius - radius.mean()))) == 2 and np.ptp(radius) > 0.3
+    distance, _ = KDTree(b).query(a * [-1.0, 1.0, 1.0])
+    assert distance.max() < 1e-9
+
+
+@pytest.mark.parametrize("lobes", [(2, 2, 2, 2), (2, -2, -2, 2), (1, -1, 1, -1), (2, -2, 2, 0)])
+def test_other_helices_are_no_images(lobes):
+    ((key, reason), *_) = faults(problem(BOTH, rippled(*lobes), radius=10.0))
+    assert key.startswith("body.chamber[") and key.endswith("].ripple") and "is not symmetric with that of" in reason
 
 
 def test_control_points_around_are_made_to_fit_and_it_is_said():

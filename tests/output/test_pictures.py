@@ -5,16 +5,20 @@ import json
 import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 from tiny import tiny
 
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.optimize import checkpoint
 from pneumorph.optimize.analysis import analyse, discretise
-from pneumorph.output import render, run_pictures
+from pneumorph.output import history, pictures, render, run_pictures
 from pneumorph.output.bodies import nodal_stretch
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
+from pneumorph.output.shape import achieved_course, target_course
 from pneumorph.output.view import Job, Shape, View
 from pneumorph.output.words import duration, motion_of, pressures
 from pneumorph.problem import loads
@@ -72,10 +76,10 @@ def can_draw(mesh):
 
 def test_a_run_is_drawn(finished, mesh):
     can_draw(mesh)
-    pictures = run_pictures(finished)
-    assert pictures.missing == ()
-    assert [path.name for path in pictures.paths] == ["history.png", "profile.png", "start.png", "final.png"]
-    for path in pictures.paths:
+    drawn = run_pictures(finished)
+    assert drawn.missing == ()
+    assert [path.name for path in drawn.paths] == ["history.png", "profile.png", "start.png", "final.png"]
+    for path in drawn.paths:
         image = matplotlib.image.imread(path)
         assert min(image.shape[:2]) > 300
         assert image[..., :3].std() > 0.02, f"{path.name} is blank"
@@ -83,10 +87,98 @@ def test_a_run_is_drawn(finished, mesh):
 
 def test_a_machine_that_cannot_draw(finished, monkeypatch):
     monkeypatch.setattr(render, "CHILD", "import os; os.abort()")
-    pictures = run_pictures(finished)
-    assert [path.name for path in pictures.paths] == ["history.png", "profile.png"]
-    assert len(pictures.missing) == 2
-    assert all("could not be drawn: VTK cannot draw off-screen here" in sentence for sentence in pictures.missing)
+    drawn = run_pictures(finished)
+    assert [path.name for path in drawn.paths] == ["history.png", "profile.png"]
+    assert len(drawn.missing) == 2
+    assert all("could not be drawn: VTK cannot draw off-screen here" in sentence for sentence in drawn.missing)
+
+
+FREE = '{ start = "30 kPa", min = "0 kPa", max = "60 kPa" }'
+CURVE = """{ kind = "match_curve", degree = 2, sections = 4, control_points = [
+["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "12 mm"], ["9 mm", "0 mm", "20 mm"]] }"""
+TURNS = '{ kind = "match_sections", rotations = [["0 deg", "90 deg", "0 deg"], ["0 deg", "90 deg", "90 deg"]] }'
+CODE = '{ kind = "custom", code = "def objective(f):\\n    return f.volume[\'A\']" }'
+
+
+def task_text(name, objective, pressure="60 kPa"):
+    pressure = pressure if pressure.startswith("{") else f'"{pressure}"'
+    return f'[[task]]\nname = "{name}"\npressure = {{ A = {pressure} }}\nobjective = {objective}\n'
+
+
+def arm(*tasks):
+    """The tiny problem with other tasks."""
+    head, foot = tiny().split("[[task]]")[0], tiny()[tiny().index("[mesh]") :]
+    return loads(head + "".join(tasks) + foot)
+
+
+def answer(sections, error, turn=0.0):
+    z = 24.0 * (np.arange(sections) + 0.5) / sections
+    return {
+        "translation_mm": [0.0, 0.0, 1.0],
+        "rotation_rad": [0.0, turn, 0.0],
+        "pressure_MPa": {"A": 0.03},
+        "objective": 1500.0,
+        "errors": {"orientation_rad": error, "position_mm": 10 * error},
+        "section_position_mm": np.column_stack([0 * z, 0 * z, z]).tolist(),
+    }
+
+
+def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monkeypatch):
+    monkeypatch.setattr(pictures, "_draw_bodies", lambda folder, run: ([], []))
+    both = arm(task_text("curve", CURVE, FREE), task_text("turns", TURNS, FREE), task_text("volume", CODE))
+    for number, (asked, names) in enumerate(
+        (
+            (both, ["shape_curve.png", "shape_turns.png", "pressures.png"]),
+            (arm(task_text("curve", CURVE)), ["shape.png"]),
+        )
+    ):
+        run = create(tmp_path / str(number), asked)
+        told = {"curve": 4, "turns": 2, "volume": 0}
+        for iteration in (0, 1):
+            tasks = {task.name: answer(told[task.name], 0.4 - 0.3 * iteration) for task in asked.task}
+            pressures = {name: {"A": 0.03} for name in tasks}
+            run.record(history_line(iteration) | {"tasks": tasks}, Design.of(body, pressures), {})
+        drawn = run_pictures(run)
+        assert [path.name for path in drawn.paths] == ["history.png", "profile.png", *names]
+        for path in drawn.paths:
+            assert matplotlib.image.imread(path)[..., :3].std() > 0.02, f"{path.name} is blank"
+
+
+def test_a_target_of_orientations_is_straight_pieces_along_them():
+    course = target_course(arm(task_text("turns", TURNS)).task[0].objective, 24.0)
+    # A quarter turn about y lays the first half along x; the rotation vector (0, 90°, 90°) turns z to this direction.
+    turned = Rotation.from_rotvec([0.0, np.pi / 2, np.pi / 2]).apply([0.0, 0.0, 1.0])
+    np.testing.assert_allclose(course.line, [[0, 0, 0], [12, 0, 0], [12, 0, 0] + 12 * turned], atol=1e-12)
+    np.testing.assert_allclose(course.sections, [[6, 0, 0], [12, 0, 0] + 6 * turned], atol=1e-12)
+
+
+def test_curves_run_from_the_base_through_the_sections():
+    asked = arm(task_text("curve", CURVE)).task[0].objective
+    target = target_course(asked, 24.0)
+    np.testing.assert_allclose(target.line[[0, -1]], [[0, 0, 0], [9, 0, 20]], atol=1e-9)
+    achieved = achieved_course(answer(4, 0.1), 24.0)
+    np.testing.assert_allclose(achieved.line[[0, -1]], [[0, 0, 0], [0, 0, 25]], atol=1e-9)
+    for course in (target, achieved):
+        distance, _ = KDTree(course.line).query(course.sections)
+        assert len(course.sections) == 4 and distance.max() < 0.1
+
+
+def test_three_units_have_three_scales():
+    asked = arm(
+        task_text("out", '{ kind = "maximize", motion = "extension" }'),
+        task_text("turns", TURNS),
+        task_text("volume", CODE),
+    )
+    lines = [history_line(k) | {"tasks": {task.name: answer(2, 0.4 - 0.3 * k) for task in asked.task}} for k in (0, 1)]
+    axes = Figure().subplots()
+    history._motions(axes, asked, lines)
+    scales = axes.figure.axes
+    assert [scale.get_ylabel() for scale in scales] == ["mm", "degrees", "objective"]
+    assert scales[1].get_ylim()[0] == 0.0
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "out: extension (mm)", "turns: error of the sections (°)", "volume: objective", "meshed anew",
+    ]  # fmt: skip
+    assert axes.get_title() == "what the tasks come to"
 
 
 def test_stretch_of_a_uniform_stretch(mesh):

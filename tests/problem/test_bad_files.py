@@ -52,6 +52,17 @@ method = "lbfgs"
 iterations = 40
 """
 
+TARGET = '"maximize", motion = "bending_y"'
+
+
+def curve(*points: str, more: str = "") -> str:
+    """A target curve through places like "0 0 9", in mm."""
+    listed = ", ".join("[" + ", ".join(f'"{part} mm"' for part in point.split()) + "]" for point in points)
+    return f'"match_curve", control_points = [{listed}]{more}'
+
+
+SOUND = ("0 0 0", "0 0 30", "20 0 50", "30 0 80")
+
 # What to put in place of what, the key that the answer has to name, and a word of the reason or the mend.
 BULK = 'bulk_modulus = "5 MPa"\ndensity = "1 g/cm^3"'
 MOONEY = f'model = "mooney-rivlin"\nc10 = "0.1 MPa"\nc01 = "0.02 MPa"\n{BULK}'
@@ -188,6 +199,59 @@ WRONG = [
     ('motion = "bending_y"', 'motion = "bend"', "task[0].objective.motion", "take 'extension'"),
     ('"maximize", motion = "bending_y"', '"follow"', "task[0].objective.kind", "take one of maximize, match_curve"),
     ('"maximize", motion = "bending_y"', '"reach", position = [0, 0, 9]', "task[0].objective.position[0]", "no unit"),
+    (TARGET, curve("0 0 0", "9 0 3", *SOUND[2:]), "task[0].objective.control_points", "let it begin along +z"),
+    (TARGET, curve("0 0 0", "0 0 -9", *SOUND[2:]), "task[0].objective.control_points", "let it begin along +z"),
+    (TARGET, curve("0 0 0", "0 0 0", *SOUND[2:]), "task[0].objective.control_points", "the first two are at one place"),
+    (TARGET, curve(*SOUND[:3]), "task[0].objective.control_points", "too few for degree 3; give 4 or lower degree"),
+    (TARGET, curve(SOUND[0]), "task[0].objective.control_points", "has too few entries; give at least 2"),
+    (TARGET, curve(*SOUND).replace('"30 mm"', "30", 1), "task[0].objective.control_points[1][2]", "has no unit"),
+    (
+        TARGET,
+        curve(*SOUND).replace('"0 mm", "0 mm"]', '"0 mm"]', 1),
+        "task[0].objective.control_points[0][2]",
+        "missing",
+    ),
+    (TARGET, curve(*SOUND, more=", degree = 6"), "task[0].objective.degree", "out of range"),
+    (TARGET, curve(*SOUND, more=", sections = 1"), "task[0].objective.sections", "out of range"),
+    (TARGET, curve(*SOUND, more=", sections = 41"), "task[0].objective.sections", "take at most 40 or a finer mesh"),
+    (
+        TARGET,
+        curve(*SOUND, more=", orientation_weight = 0"),
+        "task[0].objective.position_weight",
+        "is zero, and orientation_weight too",
+    ),
+    (TARGET, curve(*SOUND, more=", position_weight = -1"), "task[0].objective.position_weight", "out of range"),
+    (TARGET, curve(*SOUND, more=", weigth = 1"), "task[0].objective.weigth", "unknown key"),
+    (TARGET, '"match_curve"', "task[0].objective.control_points", "is missing; add e.g. control_points"),
+    (
+        TARGET,
+        '"match_sections", rotations = [["0 deg", 9, "0 deg"], ["0 deg", "0 deg", "0 deg"]]',
+        "task[0].objective.rotations[0][1]",
+        "has no unit",
+    ),
+    (
+        TARGET,
+        '"match_sections", rotations = [["0 deg", "9 mm", "0 deg"], ["0 deg", "0 deg", "0 deg"]]',
+        "task[0].objective.rotations[0][1]",
+        "not a unit of an angle",
+    ),
+    (TARGET, '"match_sections"', "task[0].objective.rotations", "is missing; add e.g. rotations"),
+    (TARGET, '"reach"', "task[0].objective.position", "is missing, and rotation too"),
+    (
+        TARGET,
+        '"reach", rotation = ["0 deg", "0 deg", "200 deg"]',
+        "task[0].objective.rotation",
+        "turns by 180° or more",
+    ),
+    (TARGET, '"reach", rotation = ["180 deg", "0 deg", "0 deg"]', "task[0].objective.rotation", "180° or more"),
+    (
+        TARGET,
+        '"reach", position = ["0 mm", "0 mm", "90 mm"], position_weight = 0',
+        "task[0].objective.position_weight",
+        "leaves nothing to reach",
+    ),
+    (TARGET, '"custom", file = "none.py"', "task[0].objective.file", "none.py cannot be read"),
+    (TARGET, "3", "task[0].objective.kind", "a int is not known here"),
     ("weight = 1.0", "weight = 0", "task[0].weight", "greater than 0"),
     ("weight = 1.0", "weight = inf", "task[0].weight", "not a number"),
     ("weight = 1.0", 'weight = "1"', "task[0].weight", "not a number"),
@@ -244,11 +308,28 @@ def test_no_chamber_and_no_task(table):
     assert refusal(empty).startswith("body.chamber: is empty; ")
 
 
+def test_a_free_tip_reaches_nothing():
+    free = GOOD.replace('kind = "plate"\nspring = { axial = "4 N/mm" }', 'kind = "free"')
+    message = refusal(free.replace(TARGET, '"reach", position = ["0 mm", "0 mm", "90 mm"]'))
+    assert message.startswith("task[0].objective.kind: reach is a target of the plate, and the tip is free; take")
+
+
+def test_too_many_sections_for_the_mesh():
+    turns = ", ".join(['["0 deg", "0 deg", "0 deg"]'] * 5)
+    message = refusal(
+        GOOD.replace(TARGET, f'"match_sections", rotations = [{turns}]')
+        .replace("80 mm", "9 mm")
+        .replace("77 mm", "6 mm")
+    )
+    assert message.startswith("task[0].objective.rotations: 5 sections are thinner than the elements")
+
+
 def test_several_faults_are_counted():
     text = GOOD.replace('length = "80 mm"', "length = 80").replace('wall = "2 mm"', "wall = 2")
     message = refusal(text)
     assert message.startswith("body.length: ")
     assert message.endswith("(and 1 more fault after it)")
+    assert "more fault" not in refusal(GOOD.replace("weight = 1.0", "weight = 0"))
 
 
 def test_files_that_are_no_problem_files(tmp_path):

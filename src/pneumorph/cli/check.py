@@ -54,7 +54,7 @@ def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), o
     told = answers(disc, analysis)
     for task in asked.task:
         motion = motion_of(task, told[task.name])
-        say(f"motion    {task.name}: {motion.word} {motion} at {in_words(analysis.pressures[task.name])}")
+        say(f"task      {task.name}: {motion.word} {motion} at {in_words(analysis.pressures[task.name])}")
     limits = report(start, asked.limits)
     for reading in limits.readings:
         say(f"limit     {reading}", "red" if reading in limits.violated() else "")

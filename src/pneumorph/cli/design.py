@@ -12,6 +12,7 @@ from pneumorph.cli.screen import Screen
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.mechanics import rubber_of
+from pneumorph.objective import objectives
 from pneumorph.output import run_pictures
 from pneumorph.output.words import duration, motion_of, validity
 from pneumorph.problem import Problem, load
@@ -27,6 +28,8 @@ def design(
 ) -> None:
     """Design a body for a problem."""
     asked = _with_iterations(load(problem), iterations)
+    # What is wrong with a target is told before there is a directory.
+    objectives(asked)
     run = (resume if going_on else create)(out or Path("runs") / problem.stem, asked)
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {problem} --out {run.path}{again} --resume"

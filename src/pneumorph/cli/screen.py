@@ -119,7 +119,7 @@ class Screen:
 
 def _columns(problem: Problem) -> list[tuple[str, int]]:
     """Titles and widths."""
-    motions = [(task.name, max(9, len(task.name))) for task in problem.task]
+    motions = [(task.name, max(10, len(task.name))) for task in problem.task]
     limits = [(bound.word[:9], max(6, len(bound.word[:9]))) for bound in bounds(problem.limits)]
     return [("it", 3), *motions, *limits, ("elements", 8), ("fact.", 5), ("s", 6), ("equiv.", 6)]
 

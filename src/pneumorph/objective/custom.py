@@ -50,7 +50,7 @@ def _guarded(key: str, call: Callable[[], Any]) -> Any:
     """What a call into the user's code returns; a mistake in it as one line."""
     try:
         return call()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         where = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == FILE]
         line = where[-1] if where else getattr(error, "lineno", None)
         at = f" in line {line}" if line else ""

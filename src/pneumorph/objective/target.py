@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from pneumorph.errors import ProblemError
 from pneumorph.mechanics.model import Model
 from pneumorph.mechanics.plate import rotation as rotation_of
 from pneumorph.mechanics.potential import State
@@ -63,7 +64,7 @@ def objectives(problem: Problem) -> dict[str, Objective]:
     Raises
     ------
     ProblemError
-        When a user's function is none, or does not give a number.
+        When a target curve has no direction somewhere; when a user's function is none, or does not give a number.
     """
     length, chambers = problem.body.length, tuple(chamber.name for chamber in problem.body.chamber)
     found = {}
@@ -73,7 +74,10 @@ def objectives(problem: Problem) -> dict[str, Objective]:
                 found[task.name] = maximize(asked.motion)
             case MatchCurve() as asked:
                 slabs = equidistant(asked.sections, length)
-                targets = section_targets(np.array(asked.control_points), asked.degree, slabs.middle / length)
+                try:
+                    targets = section_targets(np.array(asked.control_points), asked.degree, slabs.middle / length)
+                except ValueError as error:
+                    raise ProblemError(f"task[{number}].objective.control_points: {error}") from None
                 found[task.name] = match(slabs, *targets, asked.orientation_weight, asked.position_weight)
             case MatchSections() as asked:
                 turns = np.array([rotation_of(jnp.array(turn)) for turn in asked.rotations])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
@@ -107,6 +108,11 @@ def analyse(
     Tasks are solved one after the other, each with all cores: in threads beside each other two cores gain nothing
     (0.9 to 1.3 of the time, measured with two and three tasks). With `explain` a missing equilibrium is answered with
     the limit pressure that path following finds, which takes its time.
+
+    Raises
+    ------
+    ComputationError
+        When an objective is not a number there.
     """
     points = space.control_points(phi)
     X, pressures = disc.morph.positions(points), space.pressures(phi)
@@ -121,6 +127,8 @@ def analyse(
             return found
         configurations[task.name], equilibria[task.name] = at, found
         values[task.name] = float(disc.objectives[task.name].at(disc.model, at.X, found.state))
+        if not np.isfinite(values[task.name]):
+            raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; mend its function")
     value = sum(task.weight * values[task.name] for task in problem.task)
     return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
 
@@ -138,13 +146,24 @@ def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
 
 
 def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> np.ndarray:
-    """dJ/dΦ (n,) of an analysed design, exact for the discrete problem: one adjoint solve per task."""
+    """dJ/dΦ (n,) of an analysed design, exact for the discrete problem: one adjoint solve per task.
+
+    Raises
+    ------
+    ComputationError
+        When an objective has no derivative there.
+    """
     nodes, pressures = np.zeros_like(analysis.X), {}
     for task in problem.task:
         name = task.name
         found = gradient(
             analysis.configurations[name], disc.tangents[name], analysis.equilibria[name], disc.objectives[name]
         )
+        if not np.isfinite(found.X).all():
+            raise ComputationError(
+                f"the objective of task {name} has no derivative here, as a root or a norm of zero has none; "
+                "write it with squares"
+            )
         nodes += task.weight * found.X
         pressures[name] = {chamber: task.weight * slope for chamber, slope in found.pressure.items()}
     return space.pullback(disc.morph.pullback(nodes), pressures)

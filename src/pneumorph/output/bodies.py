@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from pneumorph.output.view import Job, Shape, View, colour_map
 MARGIN = 4.0
 INCHES_PER_MM = 0.085
 BAR = 10.0
+LETTER = 0.08
+"""Inches that a letter of the words above the bodies takes, on average."""
 
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
@@ -56,10 +59,12 @@ def draw_bodies(
     pictures = render.images(Job(list(shapes.values()), view, extent, stretch))
     left, right, bottom, top = extent
     wide, high = INCHES_PER_MM * (right - left), INCHES_PER_MM * (top - bottom)
-    side, head, foot = 1.1, 0.55, 0.35
+    titles = [textwrap.fill(words, int(wide / LETTER)) for words in shapes]
+    lines = max(words.count("\n") for words in titles) + 1
+    side, head, foot = 1.1, 0.38 + 0.17 * lines, 0.35
     size = (len(shapes) * wide + side, high + head + foot)
     figure = Figure(figsize=size, facecolor="white")
-    for place, (words, picture) in enumerate(zip(shapes, pictures, strict=True)):
+    for place, (words, picture) in enumerate(zip(titles, pictures, strict=True)):
         axes = figure.add_axes((place * wide / size[0], foot / size[1], wide / size[0], high / size[1]))
         axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos")
         axes.set_axis_off()

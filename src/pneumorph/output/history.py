@@ -1,4 +1,4 @@
-"""How a run went: the motion, the limits and the time of every design."""
+"""How a run went: what the tasks came to, the limits and the time of every design."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumorph.output.limits import bounds
 from pneumorph.output.words import motion_of
-from pneumorph.problem import Limits, Problem
+from pneumorph.problem import Custom, Limits, Maximize, Problem
 
 PHASES = {
     "geometry": ("mesh", "#8da0b3"),
@@ -21,12 +21,13 @@ PHASES = {
     "gradient": ("gradient", "#7fb3d5"),
     "subproblem": ("sub-problem", "#e0a458"),
 }
+UNITS = {"mm": "mm", "°": "degrees", "": "objective"}
 Lines = Sequence[Mapping[str, Any]]
 
 
 def draw_history(path: Path, problem: Problem, lines: Lines) -> None:
     """Save the picture of a history."""
-    figure = Figure(figsize=(12.5, 3.9), layout="constrained", facecolor="white")
+    figure = Figure(figsize=(12.5, 4.2), layout="constrained", facecolor="white")
     motions, limits, seconds = figure.subplots(1, 3)
     _motions(motions, problem, lines)
     _limits(limits, problem.limits, lines)
@@ -44,22 +45,64 @@ def _designs(lines: Lines) -> np.ndarray:
 
 
 def _motions(axes: Axes, problem: Problem, lines: Lines) -> None:
-    """One curve per task; millimetres on the left, degrees on the right where there are both."""
-    by_unit: dict[str, Axes] = {}
-    for number, task in enumerate(problem.task):
-        found = [motion_of(task, line["tasks"][task.name]) for line in lines]
-        unit = found[0].unit
-        if unit not in by_unit:
-            by_unit[unit] = axes if not by_unit else axes.twinx()
-            by_unit[unit].set_ylabel("mm" if unit == "mm" else "degrees")
-        label = f"{task.name}: {found[0].word}" if len(problem.task) > 1 else found[0].word
-        values = [motion.value for motion in found]
-        by_unit[unit].plot(_designs(lines), values, "o-", color=f"C{number}", markersize=3, linewidth=1.5, label=label)
+    """One curve per task; a scale for each unit, the first on the left."""
+    found = {task.name: [motion_of(task, line["tasks"][task.name]) for line in lines] for task in problem.task}
+    units = list(dict.fromkeys(motions[0].unit for motions in found.values()))
+    scales: dict[str, Axes] = {}
+    for number, unit in enumerate(units):
+        scales[unit] = axes if number == 0 else axes.twinx()
+        scales[unit].set_ylabel(UNITS[unit], fontsize=9)
+        scales[unit].tick_params(labelsize=8)
+        if number > 0:
+            scales[unit].spines[["top", "left"]].set_visible(False)
+            scales[unit].spines["right"].set_position(("outward", 48 * (number - 1)))
+    handles = []
+    for number, (name, motions) in enumerate(found.items()):
+        word, unit = motions[0].word, motions[0].unit
+        label = f"{name}: {word}" if len(found) > 1 else word
+        label += f" ({unit})" if len(units) > 1 and unit else ""
+        values = [motion.value for motion in motions]
+        handles += scales[unit].plot(
+            _designs(lines), values, "o-", color=f"C{number}", markersize=3, linewidth=1.5, label=label
+        )
+    for unit, scale in scales.items():
+        # An error is told by how far it is above zero.
+        if not any(
+            isinstance(task.objective, Maximize | Custom) for task in problem.task if found[task.name][0].unit == unit
+        ):
+            scale.set_ylim(bottom=0.0)
     remeshed = [line["iteration"] for line in lines if line["remeshed"]]
-    axes.plot(remeshed, np.zeros(len(remeshed)), "^", color="#999999", markersize=5, label="meshed anew", clip_on=False)
-    axes.set_title("motion of the tip", fontsize=10)
-    handles = [handle for one in by_unit.values() for handle in one.get_legend_handles_labels()[0]]
-    axes.legend(handles=handles, fontsize=8, frameon=False)
+    if remeshed:
+        marks = {"marker": "^", "color": "#999999", "markersize": 5, "linestyle": "", "clip_on": False}
+        at_the_bottom = axes.get_xaxis_transform()
+        handles += axes.plot(remeshed, [0.0] * len(remeshed), label="meshed anew", transform=at_the_bottom, **marks)
+    axes.set_title(_heading(problem), fontsize=10)
+    _legend(axes, handles, 1 if len(handles) > 2 else 2)
+
+
+def _heading(problem: Problem) -> str:
+    """What the tasks' curves are, all together."""
+    words = {
+        "motion of the tip" if isinstance(task.objective, Maximize)
+        else "objective" if isinstance(task.objective, Custom)
+        else "error"
+        for task in problem.task
+    }  # fmt: skip
+    return words.pop() if len(words) == 1 else "what the tasks come to"
+
+
+def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
+    """Below the axes, where it hides nothing."""
+    axes.legend(
+        handles=handles,
+        fontsize=8,
+        frameon=False,
+        ncols=columns,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.14),
+        columnspacing=1.0,
+        handlelength=1.2,
+    )
 
 
 def _limits(axes: Axes, limits: Limits, lines: Lines) -> None:
@@ -73,15 +116,7 @@ def _limits(axes: Axes, limits: Limits, lines: Lines) -> None:
     axes.axhspan(1.0, top, color="#c0392b", alpha=0.07, linewidth=0)
     axes.set_ylim(0.0, top)
     axes.set_title("limits: part used at the worst place (1 is the limit)", fontsize=10)
-    axes.legend(
-        fontsize=8,
-        frameon=False,
-        ncols=6,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.14),
-        columnspacing=1.0,
-        handlelength=1.2,
-    )
+    _legend(axes, axes.get_legend_handles_labels()[0], 6)
 
 
 def _seconds(axes: Axes, lines: Lines) -> None:
@@ -92,4 +127,4 @@ def _seconds(axes: Axes, lines: Lines) -> None:
         axes.bar(designs, spent, bottom=base, width=0.85, color=colour, label=word)
         base += spent
     axes.set_title("seconds per design", fontsize=10)
-    axes.legend(fontsize=8, frameon=False)
+    _legend(axes, axes.get_legend_handles_labels()[0], 4)

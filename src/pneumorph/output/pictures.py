@@ -15,9 +15,11 @@ from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discr
 from pneumorph.optimize.checkpoint import unpack
 from pneumorph.optimize.history import answers
 from pneumorph.output.bodies import draw_bodies, nodal_stretch
-from pneumorph.output.history import draw_history
+from pneumorph.output.history import Lines, draw_history
+from pneumorph.output.pressures import draw_pressures, has_free_pressures
 from pneumorph.output.profile import draw_profile
 from pneumorph.output.render import NoPicture
+from pneumorph.output.shape import draw_shape
 from pneumorph.output.view import Shape, View
 from pneumorph.output.words import motion_of, pressures
 from pneumorph.problem import MatchCurve, MatchSections, Maximize, Objective, Problem, Reach
@@ -36,9 +38,11 @@ class Pictures:
 
 
 def run_pictures(run: RunDirectory) -> Pictures:
-    """Draw a run into its folder ``pictures``: history.png, profile.png, start.png and final.png.
+    """Draw a run into its folder ``pictures``.
 
-    What cannot be drawn is told, never an error.
+    There are history.png, profile.png, start.png and final.png; shape.png (with several, one shape_<task>.png each) for
+    tasks with a target curve or sections; pressures.png where pressures are designed. What cannot be drawn is told,
+    never an error.
     """
     folder = run.path / "pictures"
     folder.mkdir(exist_ok=True)
@@ -49,8 +53,22 @@ def run_pictures(run: RunDirectory) -> Pictures:
     draw_profile(
         folder / "profile.png", first.body(problem), last.body(problem), None if envelope is None else envelope.radius
     )
+    plain = [folder / "history.png", folder / "profile.png", *_draw_shapes(folder, problem, history)]
+    if has_free_pressures(problem):
+        plain.append(folder / "pressures.png")
+        draw_pressures(plain[-1], problem, history)
     drawn, missing = _draw_bodies(folder, run)
-    return Pictures((folder / "history.png", folder / "profile.png", *drawn), tuple(missing))
+    return Pictures((*plain, *drawn), tuple(missing))
+
+
+def _draw_shapes(folder: Path, problem: Problem, history: Lines) -> list[Path]:
+    """Target and achieved curve of every task that has one."""
+    tasks = [task for task in problem.task if isinstance(task.objective, MatchCurve | MatchSections)]
+    paths = [folder / ("shape.png" if len(tasks) == 1 else f"shape_{task.name}.png") for task in tasks]
+    for task, path in zip(tasks, paths, strict=True):
+        first, last = (line["tasks"][task.name] for line in (history[0], history[-1]))
+        draw_shape(path, task, problem.body.length, first, last)
+    return paths
 
 
 def _draw_bodies(folder: Path, run: RunDirectory) -> tuple[list[Path], list[str]]:
@@ -110,6 +128,8 @@ def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[
     for task in problem.task:
         found, motion = analysis.equilibria[task.name], motion_of(task, told[task.name])
         words = f"{pressures(analysis.pressures[task.name])}: {motion.word} {motion}"
+        if len(problem.task) > 1:
+            words = f"{task.name}, {words}"
         shapes[words] = Shape(whole.mesh, whole.vectors(found.u), nodal_stretch(mesh, found.u)[whole.source])
     return shapes
 

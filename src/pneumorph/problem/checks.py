@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from pneumorph.problem.models import BodySpec, ChamberSpec, Problem, Task
-from pneumorph.problem.objective import Maximize, Reach
+from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach
 from pneumorph.problem.symmetry import operations
 
 MOST_CONTROL_POINTS = 100_000
@@ -259,6 +259,14 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
             )
     if size > body.radius:
         yield "mesh.size", f"{size:g} mm is above the body's radius of {body.radius:g} mm; make it smaller"
+    for index, task in enumerate(problem.task):
+        key, count = _sections(task)
+        if count * size > body.length + _EPS:
+            yield (
+                f"task[{index}].objective.{key}",
+                f"{count} sections are thinner than the elements of mesh.size = {size:g} mm; take at most "
+                f"{math.floor(body.length / size)} or a finer mesh",
+            )
     volume = math.pi * (tubes[0][0] ** 2 * tubes[0][1] - sum(r**2 * length for r, length in tubes[1:]))
     elements = 6 * volume / size**3
     if elements > MOST_ELEMENTS:
@@ -266,6 +274,16 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
             "mesh.size",
             f"{size:g} mm gives about {elements:.0g} elements, above {MOST_ELEMENTS}; make it larger",
         )
+
+
+def _sections(task: Task) -> tuple[str, int]:
+    """The key that tells how many sections a task looks at, and their number."""
+    match task.objective:
+        case MatchCurve(sections=count) | Custom(sections=count):
+            return "sections", count
+        case MatchSections(rotations=turns):
+            return "rotations", len(turns)
+    return "kind", 0
 
 
 def _across(chamber: ChamberSpec) -> str:

@@ -14,6 +14,7 @@ Length = Annotated[float, Quantity(units.LENGTH)]
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Weight = Annotated[float, Strict(), Field(ge=0)]
 Sections = Annotated[int, Strict(), Field(ge=2, le=100)]
+HALF_TURN = np.pi - 1e-6
 Place = tuple[Length, Length, Length]
 Turn = tuple[Angle, Angle, Angle]
 
@@ -117,8 +118,9 @@ class Reach(Table):
             raise Misfit(
                 "position", 'is missing, and rotation too; give one, e.g. position = ["0 mm", "20 mm", "70 mm"]'
             )
-        if self.rotation is not None and np.linalg.norm(self.rotation) > np.pi:
-            raise Misfit("rotation", "turns by more than 180°; give the shorter way")
+        # At half a turn both ways round are as long, and there is no gradient that takes one of them.
+        if self.rotation is not None and np.linalg.norm(self.rotation) > HALF_TURN:
+            raise Misfit("rotation", "turns by 180° or more; give a target less than half a turn away")
         places = self.position is not None and self.position_weight > 0
         if not places and not (self.rotation is not None and self.rotation_weight > 0):
             raise Misfit("position_weight", "leaves nothing to reach; give a weight above 0 to what has a target")

@@ -21,7 +21,10 @@ def one_line(faults: Sequence[tuple[str, str]]) -> str:
 
 def faults_of(error: ValidationError) -> list[tuple[str, str]]:
     """Key and reason of everything that did not fit the models."""
-    return [_fault(found) for found in error.errors()]
+    errors = error.errors()
+    # A list whose entry does not fit is told to be too short as well.
+    within = {found["loc"][:length] for found in errors for length in range(len(found["loc"]))}
+    return [_fault(found) for found in errors if found["type"] != "too_short" or found["loc"] not in within]
 
 
 def _fault(found: Any) -> tuple[str, str]:
@@ -59,7 +62,8 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
         case "tuple_type":
             return "should be a list (of tables: with double brackets, [[...]])"
         case "too_short":
-            return "is empty; give at least one"
+            what = "has too few entries" if context["actual_length"] else "is empty"
+            return f"{what}; give at least {'one' if context['min_length'] == 1 else context['min_length']}"
         case "missing":
             return "is missing; give the list all its entries"
         case "too_long":

@@ -46,7 +46,8 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
     for task in member.problem.task:
         motion = motion_of(task, last["tasks"][task.name])
         unit = "deg" if motion.unit == "°" else motion.unit
-        found[f"{task.name} {motion.word} ({unit})"] = round(motion.value, 4)
+        key = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
+        found[key] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
     found |= {"limits held": last["held"], **last["limits"]}
     found["seconds"] = round(sum(line["seconds"]["total"] for line in history), 1)
     return found

@@ -1,0 +1,66 @@
+"""Pressures that were designed with the shape: what they were in every design, and their bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from pneumorph.problem import Problem, Task
+
+PER_ROW = 3
+KILO = 1e3
+"""kPa in a MPa."""
+
+GREY = "#666666"
+
+
+def has_free_pressures(problem: Problem) -> bool:
+    """Whether any pressure is designed with the shape."""
+    return any(pressure.free for task in problem.task for pressure in task.pressure.values())
+
+
+def draw_pressures(path: Path, problem: Problem, lines: Sequence[Mapping[str, Any]]) -> None:
+    """Save the picture: a panel for every task, a curve for every chamber, dashed lines at the bounds."""
+    columns = min(PER_ROW, len(problem.task))
+    rows = -(-len(problem.task) // columns)
+    figure = Figure(figsize=(1.2 + 3.6 * columns, 0.7 + 2.8 * rows), layout="constrained", facecolor="white")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for number, axes in enumerate(grid.flat):
+        if number >= len(problem.task):
+            axes.set_axis_off()
+            continue
+        _task(axes, problem.task[number], lines)
+        # The lowest panel of a column has the numbers, also above an empty place.
+        if number + columns >= len(problem.task):
+            axes.set_xlabel("design", fontsize=9)
+            axes.tick_params(labelbottom=True)
+        if number % columns == 0:
+            axes.set_ylabel("pressure / kPa", fontsize=9)
+    handles, _ = grid[0, 0].get_legend_handles_labels()
+    handles.append(Line2D([], [], label="bounds", color=GREY, linewidth=0.8, linestyle="--"))
+    figure.legend(handles=handles, fontsize=9, frameon=False, loc="outside lower center", ncols=min(len(handles), 8))
+    figure.savefig(path, dpi=150)
+
+
+def _task(axes: Axes, task: Task, lines: Sequence[Mapping[str, Any]]) -> None:
+    designs = [line["iteration"] for line in lines]
+    bounds = {(pressure.min, pressure.max) for pressure in task.pressure.values() if pressure.free}
+    for number, (chamber, pressure) in enumerate(task.pressure.items()):
+        colour = f"C{number % 10}"
+        values = [KILO * line["tasks"][task.name]["pressure_MPa"][chamber] for line in lines]
+        axes.plot(designs, values, "o-", color=colour, markersize=3, linewidth=1.5, label=f"chamber {chamber}")
+        if pressure.free:
+            # Bounds that all chambers share are nobody's.
+            shade = GREY if len(bounds) == 1 else colour
+            for bound in (pressure.min, pressure.max):
+                axes.axhline(KILO * bound, color=shade, linewidth=0.8, linestyle="--", zorder=1)
+    axes.set_title(task.name, fontsize=10)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=8)

@@ -1,0 +1,154 @@
+"""The shape that a body should take and the shapes it takes: curves through its sections, in space and projected."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d import Axes3D
+from scipy.interpolate import make_interp_spline
+
+from pneumorph.mechanics.plate import rotation
+from pneumorph.objective.curve import section_targets
+from pneumorph.objective.features import equidistant
+from pneumorph.output.words import motion_of
+from pneumorph.problem import MatchCurve, MatchSections, Task
+
+FINE = 200
+"""Points along every curve."""
+
+AXES = ("x", "y", "z")
+STYLES: Mapping[str, Mapping[str, Any]] = {
+    "start": {"color": "#9db0c0", "linewidth": 1.6, "markersize": 4.0},
+    "final": {"color": "#c0653c", "linewidth": 1.9, "markersize": 4.0},
+    "target": {"color": "#222222", "linewidth": 1.1, "linestyle": (0, (5, 2.5)), "markersize": 7, "fillstyle": "none"},
+}
+LEAST = 0.3
+"""Narrow projections are shown at least this part of the widest wide."""
+
+WIDE, SPACE, GAP, EDGE = 4.6, 4.4, 0.75, 0.25
+"""Inches: longest side of the projections, side of the picture in space, room for labels, and at the rims."""
+
+
+class Course(NamedTuple):
+    """A curve (n, 3) from the base's centre on, and the sections (S, 3) on it; mm."""
+
+    line: np.ndarray
+    sections: np.ndarray
+
+
+def target_course(asked: MatchCurve | MatchSections, length: float) -> Course:
+    """The curve that a task asks for, and where its sections are.
+
+    Orientations alone make no curve: the body is thought of as straight pieces of length/n, each along the axis of its
+    section and with the section in its middle.
+    """
+    if isinstance(asked, MatchCurve):
+        points, fractions = np.array(asked.control_points), equidistant(asked.sections, length).middle / length
+        line, _ = section_targets(points, asked.degree, np.linspace(0.0, 1.0, FINE))
+        sections, _ = section_targets(points, asked.degree, fractions)
+        return Course(line, sections)
+    axes = np.array([np.asarray(rotation(jnp.array(turn)))[:, 2] for turn in asked.rotations])
+    joints = np.vstack([np.zeros(3), np.cumsum(axes * length / len(axes), axis=0)])
+    return Course(joints, (joints[:-1] + joints[1:]) / 2)
+
+
+def achieved_course(answer: Mapping[str, Any], length: float) -> Course:
+    """A smooth curve from the base's centre through the sections to the tip, from a task's entry in a history line."""
+    sections = np.array(answer["section_position_mm"])
+    heights = np.r_[0.0, equidistant(len(sections), length).middle, length]
+    points = np.vstack([np.zeros(3), sections, np.array([0.0, 0.0, length]) + answer["translation_mm"]])
+    return Course(make_interp_spline(heights, points, k=3)(np.linspace(0.0, length, FINE)), sections)
+
+
+def draw_shape(path: Path, task: Task, length: float, first: Mapping[str, Any], last: Mapping[str, Any]) -> None:
+    """Save the picture of a task's target and of what the start and the final design make of it.
+
+    Parameters
+    ----------
+    task : Task
+        Its objective is `match_curve` or `match_sections`.
+    length : of the body, mm.
+    first, last : the task's entries in the first and the last history line.
+    """
+    assert isinstance(task.objective, MatchCurve | MatchSections)
+    courses = {name: achieved_course(answer, length) for name, answer in (("start", first), ("final", last))}
+    courses["target"] = target_course(task.objective, length)
+    limits = _limits(courses)
+    x, y, z = WIDE * np.ptp(limits, axis=1) / np.ptp(limits, axis=1).max()
+    left, bottom = SPACE + GAP, 2 * EDGE + GAP / 2
+    width, height = left + z + GAP + y + EDGE, bottom + y + GAP + x + 2 * EDGE
+    figure = Figure(figsize=(width, height), facecolor="white")
+
+    def place(at: tuple[float, float], size: tuple[float, float], **options: Any) -> Any:
+        return figure.add_axes((at[0] / width, at[1] / height, size[0] / width, size[1] / height), **options)
+
+    tall = height - bottom - EDGE
+    _in_space(place((-EDGE, bottom - EDGE), (SPACE + EDGE / 2, tall + EDGE), projection="3d"), courses, limits)
+    # As in a drawing of three views: x–y beside x–z and y–z below it, all to one scale.
+    for axes, across, up in (
+        (place((left, bottom + y + GAP), (z, x)), 2, 0),
+        (place((left + z + GAP, bottom + y + GAP), (y, x)), 1, 0),
+        (place((left, bottom), (z, y)), 2, 1),
+    ):
+        _projected(axes, courses, limits, across, up)
+    words = {"target": "target"}
+    for name, answer in (("start", first), ("final", last)):
+        motion = motion_of(task, answer)
+        words[name] = f"{name}, {motion.word} {motion}"
+    handles = [Line2D([], [], marker="o", label=words[name], **STYLES[name]) for name in words]
+    figure.legend(handles=handles, fontsize=9, frameon=False, loc="lower center", ncols=len(handles))
+    figure.suptitle(f"{task.name}: target and achieved", fontsize=11, y=1 - 0.6 * EDGE / height, va="top")
+    figure.savefig(path, dpi=150)
+
+
+def _limits(courses: Mapping[str, Course]) -> np.ndarray:
+    """Lower and upper end (3, 2) of what is shown along x, y and z."""
+    points = np.concatenate([course.line for course in courses.values()])
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, wide = (low + high) / 2, 1.1 * (high - low)
+    wide = np.maximum(wide, LEAST * wide.max())
+    return np.column_stack([middle - wide / 2, middle + wide / 2])
+
+
+def _in_space(axes: Axes3D, courses: Mapping[str, Course], limits: np.ndarray) -> None:
+    # The box is turned with the vertical axis, so that comes first.
+    axes.view_init(elev=22.0, azim=-60.0, vertical_axis="x")
+    axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
+    axes.set_box_aspect(np.ptp(limits, axis=1))
+    _draw(axes, courses, [0, 1, 2])
+    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), AXES, strict=True):
+        axis.set_label_text(f"{name} / mm", fontsize=9)
+        axis.set_major_locator(MaxNLocator(5))
+    axes.tick_params(labelsize=8)
+
+
+def _projected(axes: Axes, courses: Mapping[str, Course], limits: np.ndarray, across: int, up: int) -> None:
+    _draw(axes, courses, [across, up])
+    axes.set(xlim=limits[across], ylim=limits[up])
+    axes.set_xlabel(f"{AXES[across]} / mm", fontsize=9)
+    axes.set_ylabel(f"{AXES[up]} / mm", fontsize=9)
+    # As many marks as there is room for: 25 mm is a good step where 160 are 4.6 inches.
+    span = np.ptp(limits, axis=1)
+    axes.xaxis.set_major_locator(MaxNLocator(max(2, round(8 * span[across] / span.max()))))
+    axes.yaxis.set_major_locator(MaxNLocator(max(2, round(8 * span[up] / span.max()))))
+    axes.grid(color="#e6e6e6", linewidth=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=8)
+
+
+def _draw(axes: Axes, courses: Mapping[str, Course], components: list[int]) -> None:
+    """All curves with marks at their sections, the last in front."""
+    for order, (name, course) in enumerate(courses.items()):
+        style = STYLES[name]
+        plain = {key: value for key, value in style.items() if key not in ("markersize", "fillstyle")}
+        marks = {key: value for key, value in style.items() if key not in ("linewidth", "linestyle")}
+        axes.plot(*course.line.T[components], zorder=3 + order, **plain)
+        axes.plot(*course.sections.T[components], "o", zorder=3 + order, markeredgewidth=1.0, **marks)
