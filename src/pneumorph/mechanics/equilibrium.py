@@ -215,7 +215,7 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
     _, forces = evaluate(at, state)
     plate = np.asarray(state.plate) if model.plate else np.r_[kernels.tip_centre(model.top, at.X, u), np.zeros(3)]
     volumes = model.copies * kernels.chamber_volumes(model.top, at.X + u)
-    stretch, _ = kernels.stretches(model.top, at.X, state)
+    stretch = kernels.stretches(model.top, at.X, state)
     return Equilibrium(
         state=state,
         u=np.asarray(u)[: model.nodes],

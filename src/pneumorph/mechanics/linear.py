@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import weakref
 from typing import Protocol
 
@@ -38,6 +39,8 @@ class Pardiso:
         import pypardiso
 
         self._solver = pypardiso.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+        # It searches all of the environment for MKL, a quarter of a second each time, unless it is told.
+        os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         self._error = pypardiso.pardiso_wrapper.PyPardisoError
         self.negative_pivots = 0
         size = len(indptr) - 1

@@ -212,11 +212,19 @@ def plate_columns(density, parameters, near_tip, X, state, loads) -> State:
 
 
 @jax.jit
-def stretches(top: Topology, X: Array, state: State) -> tuple[Array, Array]:
-    """Largest principal stretch (M,) over the quadrature points of each tetrahedron, and the smallest det F (M,)."""
+def stretches(top: Topology, X: Array, state: State) -> Array:
+    """Largest principal stretch (M,) over the quadrature points of each tetrahedron."""
     inverse_jacobian = inverse(reference_gradients(X[top.tets]))
     F = deformation_gradients(displacement(top, X, state)[top.tets], inverse_jacobian)
-    return jnp.max(largest_stretch(F), axis=0), jnp.min(determinant(F), axis=0)
+    return jnp.max(largest_stretch(F), axis=0)
+
+
+@jax.jit
+def least_ratio(top: Topology, X: Array, state: State) -> Array:
+    """The smallest volume ratio det F at the quadrature points."""
+    before = determinant(reference_gradients(X[top.tets]))
+    after = determinant(reference_gradients((X + displacement(top, X, state))[top.tets]))
+    return jnp.min(after / before)
 
 
 def largest_stretch(F: Array) -> Array:
