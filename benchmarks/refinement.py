@@ -1,6 +1,8 @@
-"""How far a finished design's motion depends on the mesh: the last design of a run, solved on meshes of several sizes.
+"""How far a finished design's tasks depend on the mesh: the last design of a run, solved on meshes of several sizes.
 
-python benchmarks/refinement.py runs/linear
+python benchmarks/refinement.py runs/linear [2.0 1.5 …]
+
+Sizes are in mm; by default that of the problem, coarser and finer ones.
 """
 
 import sys
@@ -9,6 +11,8 @@ from pneumorph.errors import MeshError
 from pneumorph.geometry import design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize.analysis import analyse, discretise
+from pneumorph.optimize.history import answers
+from pneumorph.output.words import motion_of
 from pneumorph.problem.models import MeshSpec
 from pneumorph.run import open_run
 from pneumorph.run.cache import use_compilation_cache
@@ -17,11 +21,32 @@ from pneumorph.run.cache import use_compilation_cache
 def main() -> None:
     use_compilation_cache()
     run = open_run(sys.argv[1])
-    body = run.load_design(run.latest()).body(run.problem)
-    print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  motion of the end-effector (mm, rad)")
-    for factor in (0.75, 0.85, 1.0, 1.25, 1.5):
-        size = factor * run.problem.mesh.size
-        problem = run.problem.model_copy(update={"mesh": MeshSpec.model_validate({"size": f"{size} mm"})})
+    latest = run.latest()
+    if latest is None:
+        sys.exit("there is no design in it yet")
+    design = run.load_design(latest)
+    body = design.body(run.problem)
+    sizes = [float(size) for size in sys.argv[2:]] or [
+        factor * run.problem.mesh.size for factor in (0.75, 0.85, 1.0, 1.25, 1.5)
+    ]
+    print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  tasks")
+    for size in sizes:
+        tasks = tuple(
+            task.model_copy(
+                update={
+                    "pressure": {
+                        name: pressure.model_copy(update=dict.fromkeys(("start", "min", "max"), value))
+                        for (name, pressure), value in zip(
+                            task.pressure.items(), design.pressures[task.name].values(), strict=True
+                        )
+                    }
+                }
+            )
+            for task in run.problem.task
+        )
+        problem = run.problem.model_copy(
+            update={"mesh": MeshSpec.model_validate({"size": f"{size} mm"}), "task": tasks}
+        )
         space = design_space(problem, body)
         try:
             disc = discretise(problem, body)
@@ -32,9 +57,9 @@ def main() -> None:
         if isinstance(found, NoEquilibrium):
             print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {found.reason}")
             continue
-        for name, state in found.equilibria.items():
-            motion = " ".join(f"{value:9.4f}" for value in state.plate)
-            print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {name}: {motion}", flush=True)
+        told = answers(disc, found)
+        words = ", ".join(f"{task.name} {motion_of(task, told[task.name])}" for task in problem.task)
+        print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
 
 
 if __name__ == "__main__":
