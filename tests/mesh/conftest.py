@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.mesh import Morph, mesh_body
-from pneumorph.problem import Symmetry
+from pneumorph.problem import BodySpec, ChamberSpec
 
 LENGTH = 40.0
 PERIOD = 10.0
@@ -18,14 +17,11 @@ PERIOD = 10.0
 def plain(*chambers: tuple[str, float, tuple[float, float], tuple[float, float]], ends: str = "flat") -> Body:
     """A tube of radius 8 mm with round chambers (name, radius, centre, span)."""
     chambers = chambers or (("A", 4.0, (0.0, 0.0), (3.0, LENGTH - 3.0)),)
-    spec = SimpleNamespace(
+    spec = BodySpec.model_construct(
         length=LENGTH,
         radius=8.0,
-        control_density=0.6,
-        ripple=None,
-        symmetry=Symmetry(),
         chamber=tuple(
-            SimpleNamespace(name=name, radius=radius, center=center, span=span, ends=ends)
+            ChamberSpec.model_construct(name=name, radius=radius, center=center, span=span, ends=ends)
             for name, radius, center, span in chambers
         ),
     )

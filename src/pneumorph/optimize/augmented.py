@@ -7,6 +7,7 @@ from design to design and through remeshing, since samples sit at fixed surface 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -86,10 +87,10 @@ class AugmentedLagrangian:
             found = self._minimise(phi, proxy, radius, self._none(), STIFFNESS)
         return replace(found, learnt=(found.learnt, curvature))
 
-    def restoring(self, phi: np.ndarray, radius: float, tighter: float) -> Step:
-        """A step back within the limits, whatever the objective does; margins are `tighter` times as wide."""
+    def restoring(self, phi: np.ndarray, radius: float, wider: Mapping[str, float]) -> Step:
+        """A step back within the limits, whatever the objective does; some margins are by so much `wider`."""
         nothing = Proxy(np.zeros_like(phi), np.zeros((0, len(phi))), 0.0)
-        return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS, tighter, RESTORING)
+        return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS, wider, RESTORING)
 
     def taught(self, step: Step, slope: np.ndarray, slope_there: np.ndarray) -> AugmentedLagrangian:
         """See `Stepper.taught`."""
@@ -114,9 +115,17 @@ class AugmentedLagrangian:
         return replace(self, multipliers=multipliers, curvature=unpack_curvature(state))
 
     def _minimise(
-        self, phi, proxy: Proxy, radius, multipliers, stiffness, tighter=1.0, iterations=MOST_ITERATIONS
+        self,
+        phi,
+        proxy: Proxy,
+        radius,
+        multipliers,
+        stiffness,
+        wider: Mapping[str, float] | None = None,
+        iterations=MOST_ITERATIONS,
     ) -> Step:
         space, limits, smooth = self.space, self.limits, self.smooth
+        margins = {name: _margin(name) + (wider or {}).get(name, 0.0) for name in multipliers}
         start = space.control_points(phi)
         pairs = _on_device(limits.pairs(start))
         multipliers = _on_device(multipliers)
@@ -128,7 +137,7 @@ class AugmentedLagrangian:
             nonlocal evaluations
             evaluations += 1
             change = smooth.apply(z)
-            price, rise = _price(limits, space.control_points(phi + change), pairs, multipliers, stiffness, tighter)
+            price, rise = _price(limits, space.control_points(phi + change), pairs, multipliers, stiffness, margins)
             expected, tilt = proxy.change(change)
             value = proxy.scale * expected + float(price) + 0.5 * pull * (z @ z)
             return value, smooth.transpose(proxy.scale * tilt + space.pullback(np.asarray(rise))) + pull * z
@@ -136,7 +145,7 @@ class AugmentedLagrangian:
         z, points = np.zeros(space.n), start
         for round_ in range(ROUNDS):
             if round_:
-                multipliers = _on_device(_raised(limits, points, pairs, multipliers, stiffness, tighter))
+                multipliers = _on_device(_raised(limits, points, pairs, multipliers, stiffness, margins))
             options = {"maxiter": iterations, "maxcor": 20, "ftol": 1e-14, "gtol": 1e-9}
             found = optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
             # Dearer limits may leave no gain in the step so far; then it starts anew.
@@ -146,11 +155,11 @@ class AugmentedLagrangian:
             if round_ == 0 or limits.moved(points, pairs):
                 pairs = _on_device(limits.pairs(points))
         change = smooth.apply(z)
-        before, _ = _price(limits, start, pairs, multipliers, stiffness, tighter)
-        after, _ = _price(limits, points, pairs, multipliers, stiffness, tighter)
+        before, _ = _price(limits, start, pairs, multipliers, stiffness, margins)
+        after, _ = _price(limits, points, pairs, multipliers, stiffness, margins)
         expected, _ = proxy.change(change)
         gain = float(before - after) - proxy.scale * expected
-        learnt = _raised(limits, points, pairs, multipliers, stiffness, tighter)
+        learnt = _raised(limits, points, pairs, multipliers, stiffness, margins)
         return Step(change, proxy.scale, expected, gain, evaluations, learnt)
 
 
@@ -173,13 +182,11 @@ def _on_device(arrays):
     return jax.tree.map(jnp.asarray, arrays)
 
 
-def _raised(limits, points, pairs, multipliers, stiffness, tighter) -> dict[str, np.ndarray]:
+def _raised(limits, points, pairs, multipliers, stiffness, margins) -> dict[str, np.ndarray]:
     """Multipliers λ ← max(0, λ + ρ c), c taken for no worse than `WORST`."""
     values = _values(limits, points, pairs)
     return {
-        name: np.maximum(
-            0.0, multipliers[name] + stiffness * np.minimum(np.asarray(c) + tighter * _margin(name), WORST)
-        )
+        name: np.maximum(0.0, multipliers[name] + stiffness * np.minimum(np.asarray(c) + margins[name], WORST))
         for name, c in values.items()
     }
 
@@ -191,7 +198,12 @@ def _values(limits: Limits, points: Array, pairs: Pairs) -> dict[str, Array]:
 
 @partial(jax.jit, static_argnums=0)
 def _price(
-    limits: Limits, points: Array, pairs: Pairs, multipliers: dict[str, Array], stiffness: float, tighter: float
+    limits: Limits,
+    points: Array,
+    pairs: Pairs,
+    multipliers: dict[str, Array],
+    stiffness: float,
+    margins: dict[str, float],
 ):
     """Σ over limits of the mean over samples of (max(0, λ + ρ c)² − λ²)/2ρ, and its gradient (n_points, 3)."""
 
@@ -199,7 +211,7 @@ def _price(
         total = 0.0
         for name, c in limits.values(points, pairs).items():
             if len(c):
-                active = jnp.maximum(0.0, multipliers[name] + stiffness * (c + tighter * _margin(name)))
+                active = jnp.maximum(0.0, multipliers[name] + stiffness * (c + margins[name]))
                 total += jnp.mean(active**2 - multipliers[name] ** 2) / (2 * stiffness)
         return total
 

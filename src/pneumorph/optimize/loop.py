@@ -216,13 +216,22 @@ def _try(loop: _Loop, now: _Standing, change: np.ndarray, clock: Clock) -> Gener
 
 
 def _restore(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing]:
-    """Bring a last design that breaks a limit back within all of them."""
-    for attempt in range(1, MOST_RESTORATIONS + 1):
-        if loop.report(now.analysis).held():
+    """Bring a last design that breaks a limit back within all of them.
+
+    What the finer report still finds broken gets a wider margin in the next attempt.
+    """
+    wider: dict[str, float] = {}
+    for attempt in range(MOST_RESTORATIONS):
+        found = loop.report(now.analysis)
+        if found.held():
             break
+        if attempt:
+            for reading in found.violated():
+                wider[reading.limit] = wider.get(reading.limit, 0.0) + reading.excess()
+            wider["rim"] = wider.get("fold", 0.0)
         clock = Clock()
         with clock.phase("subproblem"):
-            step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, 0.75 + 0.25 * attempt)
+            step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, wider)
         trial = yield from _try(loop, now, step.change, clock)
         if trial.analysis is None:
             yield DesignRejected(now.iteration + 1, trial.reason, 0.0)
