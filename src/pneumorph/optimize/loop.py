@@ -50,6 +50,9 @@ PATIENCE, PROGRESS = 5, 0.005
 
 MOST_RESTORATIONS = 6
 
+BEARABLE = 0.01
+"""A mesh whose worst element is better goes on where no new one can be made."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Standing:
@@ -201,18 +204,25 @@ def _try(loop: _Loop, now: _Standing, change: np.ndarray, clock: Clock) -> Gener
             try:
                 new = discretise(problem, space.body(phi))
             except MeshError as error:
-                return _Trial(disc, None, str(error), True, 0)
-            starts = carried_over(disc, disc.morph.positions(points), starts, new)
-            disc, before = new, 0
+                if _quality(disc, points) < BEARABLE:
+                    return _Trial(disc, None, str(error), True, 0)
+                poor = None
+            else:
+                starts = carried_over(disc, disc.morph.positions(points), starts, new)
+                disc, before = new, 0
     if poor is not None:
-        quality = float(scaled_jacobian(disc.morph.mesh.points, disc.morph.mesh.tets).min())
-        yield Remeshed(now.iteration + 1, poor, disc.model.elements, quality)
+        yield Remeshed(now.iteration + 1, poor, disc.model.elements, _quality(disc, points))
     with clock.phase("equilibrium"):
         analysis = analyse(problem, space, disc, phi, starts)
     spent = disc.factorisations - before
     if isinstance(analysis, NoEquilibrium):
         return _Trial(disc, None, analysis.reason, poor is not None, spent)
     return _Trial(disc, analysis, "", poor is not None, spent)
+
+
+def _quality(disc: Discretisation, points: np.ndarray) -> float:
+    """Of the worst element, where the mesh follows the control points."""
+    return float(scaled_jacobian(disc.morph.positions(points), disc.morph.mesh.tets).min())
 
 
 def _restore(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing]:
