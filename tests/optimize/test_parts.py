@@ -140,11 +140,12 @@ def test_prices_have_right_gradients(stage):
     pairs = limits.pairs(points)
     prices = augmented_lagrangian(space, smoothing(space), limits, 0.2).multipliers
     prices = {name: rng.uniform(0, 5, len(value)) for name, value in prices.items()}
-    value, slope = _price(limits, points, pairs, prices, STIFFNESS, 1.0)
+    margins = dict.fromkeys(prices, 0.02)
+    value, slope = _price(limits, points, pairs, prices, STIFFNESS, margins)
     assert np.isfinite(float(value))
     direction = rng.standard_normal(points.size)
     test = taylor_test(
-        lambda x: float(_price(limits, x.reshape(-1, 3), pairs, prices, STIFFNESS, 1.0)[0]),
+        lambda x: float(_price(limits, x.reshape(-1, 3), pairs, prices, STIFFNESS, margins)[0]),
         points.ravel(), np.asarray(slope).ravel(), direction, step=1e-4,
     )  # fmt: skip
     assert test.rate > 1.8
