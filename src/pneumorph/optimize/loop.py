@@ -50,7 +50,7 @@ PATIENCE, PROGRESS = 5, 0.005
 
 MOST_RESTORATIONS = 6
 
-BEARABLE = 0.01
+BEARABLE = 0.002
 """A mesh whose worst element is better goes on where no new one can be made."""
 
 
