@@ -48,7 +48,7 @@ LARGEST, SMALLEST = 2.0, 1 / 32
 PATIENCE, PROGRESS = 5, 0.005
 """The loop stops when this many designs together improve the objective by less than this fraction of it."""
 
-MOST_RESTORATIONS = 6
+MOST_RESTORATIONS = 8
 
 BEARABLE = 0.002
 """A mesh whose worst element is better goes on where no new one can be made."""
@@ -242,6 +242,8 @@ def _restore(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing]:
         clock = Clock()
         with clock.phase("subproblem"):
             step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, wider)
+        if not np.any(np.abs(step.change) > 1e-6):
+            continue
         trial = yield from _try(loop, now, step.change, clock)
         if trial.analysis is None:
             yield DesignRejected(now.iteration + 1, trial.reason, 0.0)
