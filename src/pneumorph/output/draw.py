@@ -29,7 +29,7 @@ def draw(job: Job, shape: Shape) -> np.ndarray:
     window = [int(DOTS_PER_MM * (right - left)), int(DOTS_PER_MM * (top - bottom))]
     plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
     plotter.background_color = pv.Color("white")
-    skin, face, rim = cut_open(shape, job.view.normal)
+    skin, face, rim = cut_open(shape, job.view.normal, job.view.offset)
     plotter.add_mesh(
         skin, **_look(job, shape, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,
         ambient=0.4, diffuse=0.6, specular=0.12, specular_power=12,

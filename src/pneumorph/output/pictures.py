@@ -145,11 +145,20 @@ def _sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> Equilibr
 
 
 def view_of(problem: Problem) -> View:
-    """Looking at the plane in which most tasks bend."""
+    """Looking at the plane in which most tasks bend, cut so that chambers are seen."""
     about = np.zeros(3)
     for task in problem.task:
         about += np.abs(_axis(task.objective))
-    return View(np.array([-1.0, 0.0, 0.0]) if about[0] > about[1] else np.array([0.0, 1.0, 0.0]))
+    normal = np.array([-1.0, 0.0, 0.0]) if about[0] > about[1] else np.array([0.0, 1.0, 0.0])
+    return View(normal, _offset(problem, normal))
+
+
+def _offset(problem: Problem, normal: np.ndarray) -> float:
+    """Where to cut: through the axis, or in front of it through the nearest chambers where none is on the axis."""
+    places = [(np.array([*chamber.center, 0.0]) @ normal, chamber.radius) for chamber in problem.body.chamber]
+    if any(abs(place) < radius for place, radius in places):
+        return 0.0
+    return -min(abs(place) for place, _ in places)
 
 
 def _axis(objective: Objective) -> np.ndarray:

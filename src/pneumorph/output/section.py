@@ -20,20 +20,21 @@ CREASE = 50.0
 """Angle in degrees from which two facets meet in an edge that is drawn sharp."""
 
 
-def cut_open(shape: Shape, normal: np.ndarray) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
+def cut_open(shape: Shape, normal: np.ndarray, offset: float = 0.0) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
     """Skin, cut face and the line around it of the half of a body towards which `normal` (3,) points, as moved by u.
 
-    The plane goes through the axis of the body at rest, so the same rubber is cut whatever the motion. All have point
-    data "field" where the shape has a field.
+    The plane is parallel to the axis of the body at rest, `offset` mm from it, so the same rubber is cut whatever the
+    motion. All have point data "field" where the shape has a field.
     """
-    mesh, origin = shape.mesh, tuple(ASIDE * normal)
+    mesh, place = shape.mesh, offset + ASIDE
+    origin = tuple(place * normal)
     triangles = np.concatenate(list(mesh.faces.values()))
     skin = pv.PolyData.from_regular_faces(*_flat(mesh.points, triangles, _TRIANGLES, triangle_shape))
     skin.point_data.update(_carried(shape, triangles, _TRIANGLES, triangle_shape))
     rim = skin.slice(normal=tuple(normal), origin=origin)
     skin = skin.clip(normal=tuple(-normal), origin=origin)
 
-    side = mesh.points[mesh.tets] @ normal - ASIDE
+    side = mesh.points[mesh.tets] @ normal - place
     crossed = mesh.tets[(side.min(axis=1) <= 0.0) & (side.max(axis=1) >= 0.0)]
     points, cells = _flat(mesh.points, crossed, _TETRAHEDRA, tet_shape)
     solid = pv.UnstructuredGrid({pv.CellType.TETRA: cells}, points)

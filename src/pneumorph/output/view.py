@@ -39,11 +39,13 @@ class View:
 
     Attributes
     ----------
-    normal : (3,) unit vector across z; what lies in front of the plane through the axis, against it, is cut away.
+    normal : (3,) unit vector across z; what lies in front of a plane, against it, is cut away.
+    offset : mm from the axis to that plane, along the normal.
     elevation, turn : degrees by which the camera stands above the horizon and beside the normal.
     """
 
     normal: np.ndarray
+    offset: float = 0.0
     elevation: float = 12.0
     turn: float = 18.0
 
