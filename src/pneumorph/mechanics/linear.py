@@ -45,7 +45,8 @@ class Pardiso:
 
         self._solver = pypardiso.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
         # It searches all of the environment for MKL, a quarter of a second each time, unless it is told.
-        os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
+        if self._solver.libmkl is not None:
+            os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         for number, value in IPARM.items():
             self._solver.set_iparm(number, value)
         self._error = pypardiso.pardiso_wrapper.PyPardisoError

@@ -155,7 +155,7 @@ def view_of(problem: Problem) -> View:
 
 def _offset(problem: Problem, normal: np.ndarray) -> float:
     """Where to cut: through the axis, or in front of it through the nearest chambers where none is on the axis."""
-    places = [(np.array([*chamber.center, 0.0]) @ normal, chamber.radius) for chamber in problem.body.chamber]
+    places = [(float(np.dot([*chamber.center, 0.0], normal)), chamber.radius) for chamber in problem.body.chamber]
     if any(abs(place) < radius for place, radius in places):
         return 0.0
     return -min(abs(place) for place, _ in places)
