@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tiny import tiny
 
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
@@ -11,31 +12,20 @@ from pneumorph.optimize.analysis import Analysis, analyse, design_gradient, disc
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
 
-FILE = """
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "24 mm"
-radius = "8 mm"
-control_density = "0.4 /mm"
-ripple = { amplitude = "0.3 mm", period = "10 mm" }
-symmetry = { mirror = ["xz"] }
-[[body.chamber]]
-name = "A"
-radius = "4 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "21 mm"]
-[end_effector]
-spring = { bending_y = "50 N*mm/rad" }
-[[task]]
-name = "bend"
-pressure = { A = { start = "50 kPa", min = "40 kPa", max = "60 kPa" } }
-objective = { kind = "maximize", motion = "bending_y" }
-[mesh]
-size = "5 mm"
-[optimizer]
-iterations = 2
-"""
+FILE = (
+    tiny(
+        control_density='"0.4 /mm"',
+        spring='{ bending_y = "50 N*mm/rad" }',
+        pressure='{ A = { start = "50 kPa", min = "40 kPa", max = "60 kPa" } }',
+        objective='{ kind = "maximize", motion = "bending_y" }',
+        size='"5 mm"',
+    )
+    .replace('name = "extend"', 'name = "bend"')
+    .replace(
+        "[[body.chamber]]",
+        'ripple = { amplitude = "0.3 mm", period = "10 mm" }\nsymmetry = { mirror = ["xz"] }\n[[body.chamber]]',
+    )
+)
 
 
 @pytest.fixture(scope="module")

@@ -77,7 +77,9 @@ def solved(problem, space, disc, phi, near=None):
 
 def test_the_gradient_by_shape_and_by_pressures(case):
     problem, space, disc, phi, at = case
+    spent = disc.factorisations
     slope = design_gradient(problem, space, disc, at)
+    assert disc.factorisations == spent
     assert len(space.free_pressures) == 3
     # Both a step of the shape and one of the pressures matter to both tasks.
     shape, pressures = np.zeros(space.n), np.zeros(space.n)

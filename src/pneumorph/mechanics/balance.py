@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -21,7 +23,7 @@ def scaled(full: Loads, fraction: float) -> Loads:
 
 def unloaded(at: Configuration) -> Configuration:
     """The same body and springs without pressures, weights and plate loads."""
-    return Configuration(at.model, at.X, scaled(at.loads, 0.0), at.blocked)
+    return replace(at, loads=scaled(at.loads, 0.0))
 
 
 def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:

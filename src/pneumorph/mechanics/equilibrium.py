@@ -7,7 +7,7 @@ method (`saddle.py`). Both find stable states; a load that has none is answered 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -96,7 +96,7 @@ def loads(
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
-    They are those of the whole body and, where the model is half of it, symmetric like it (see `setup.mirror_of`).
+    They are those of the whole body and, where the model is half of it, symmetric like it (see `mirror.mirror_of`).
     """
     zero = np.zeros(6)
     force = np.zeros(3) if acceleration is None else model.rubber.density * np.asarray(acceleration, float)
@@ -142,22 +142,21 @@ def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
     """From rest: weights and plate loads first, which make the body sag, then the pressures."""
     loads, begin = at.loads, rest(at.model)
-    sagging = Configuration(at.model, at.X, loads._replace(pressure=0.0 * loads.pressure), at.blocked)
-    if np.any(loads.pressure) and (np.any(loads.body_force) or np.any(loads.wrench)):
+    if np.any(loads.body_force) or np.any(loads.wrench):
+        sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure))
         # As near as the full load asks for: a small weight's own forces may be lost in the rounding of the residual.
         near = tolerance * max(1.0, applied_force(at, begin) / applied_force(sagging, begin))
-        sag = _raise(lambda part: _loaded(sagging, scaled(sagging.loads, part)), begin, tangent, before, near)
-        if isinstance(sag, NoEquilibrium):
+        sag = _raise(lambda part: replace(at, loads=scaled(sagging.loads, part)), begin, tangent, before, near)
+        if isinstance(sag, NoEquilibrium) or not np.any(loads.pressure):
             return sag
         begin = sag.state
-        return _raise(
-            lambda part: _loaded(at, loads._replace(pressure=part * loads.pressure)), begin, tangent, before, tolerance
-        )
-    return _raise(lambda part: _loaded(at, scaled(loads, part)), begin, tangent, before, tolerance)
-
-
-def _loaded(at: Configuration, loads: Loads) -> Configuration:
-    return Configuration(at.model, at.X, loads, at.blocked)
+    return _raise(
+        lambda part: replace(at, loads=loads._replace(pressure=part * loads.pressure)),
+        begin,
+        tangent,
+        before,
+        tolerance,
+    )
 
 
 def _raise(

@@ -14,7 +14,7 @@ K⁻¹f at the point before, of unit length in the displacements.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -200,7 +200,7 @@ def _in_words(at: Configuration, load: float) -> str:
 
 
 def _loaded(at: Configuration, load: float) -> Configuration:
-    return Configuration(at.model, at.X, at.loads._replace(pressure=at.loads.pressure * load), at.blocked)
+    return replace(at, loads=at.loads._replace(pressure=at.loads.pressure * load))
 
 
 def _ended(at: Configuration, here: _Place, volume: float | None, load: float | None) -> str:

@@ -22,10 +22,14 @@ def rotation(theta: Array) -> Array:
     # exact to 1e-17.
     sine = jnp.where(small, 1 - square / 6 + square**2 / 120 - square**3 / 5040, jnp.sin(angle) / angle)
     cosine = jnp.where(small, 0.5 - square / 24 + square**2 / 720 - square**3 / 40320, (1 - jnp.cos(angle)) / angle**2)
-    x, y, z = theta
+    return jnp.eye(3) + sine * skew(theta) + cosine * (jnp.outer(theta, theta) - square * jnp.eye(3))
+
+
+def skew(a: Array) -> Array:
+    """â, the matrix (3, 3) of the cross product with a (3,)."""
+    x, y, z = a
     zero = jnp.zeros(())
-    hat = jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
-    return jnp.eye(3) + sine * hat + cosine * (jnp.outer(theta, theta) - square * jnp.eye(3))
+    return jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
 
 
 def rigid_displacement(X: Array, centre: Array, plate: Array) -> Array:

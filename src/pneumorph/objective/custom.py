@@ -37,13 +37,17 @@ def custom(key: str, asked: Custom, chambers: tuple[str, ...]) -> Callable[[Feat
         jnp.zeros((asked.sections, 3)),
         jnp.zeros((asked.sections, 3, 3)),
     )
-    found = _guarded(key, lambda: jax.eval_shape(lambda f: jnp.asarray(function(f)), none))
+
+    def measure(f: Features) -> Array:
+        return jnp.asarray(function(f))
+
+    found = _guarded(key, lambda: jax.eval_shape(measure, none))
     if found.shape != () or not jnp.issubdtype(found.dtype, jnp.floating):
         raise ProblemError(
             f"{key}.function: {asked.function} gives an array of shape {found.shape} and kind {found.dtype}; "
             "let it return one real number"
         )
-    return lambda f: jnp.asarray(function(f))
+    return measure
 
 
 def _guarded(key: str, call: Callable[[], Any]) -> Any:

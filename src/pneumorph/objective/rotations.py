@@ -6,6 +6,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from pneumorph.mechanics.plate import skew
+
 
 @jax.custom_jvp
 def polar_rotation(M: Array) -> Array:
@@ -28,13 +30,6 @@ def _polar_rotation_jvp(primals, tangents):
     # For a skew Ω with the vector ω: Ω S + S Ω is the skew matrix of (tr S − S) ω.
     omega = jnp.linalg.solve(jnp.trace(S) * jnp.eye(3) - S, 2 * axial(turned))
     return R, R @ skew(omega)
-
-
-def skew(a: Array) -> Array:
-    """The matrix (3, 3) of the cross product with a."""
-    x, y, z = a
-    zero = jnp.zeros(())
-    return jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
 
 
 def axial(A: Array) -> Array:

@@ -32,6 +32,11 @@ SMALL_MARGIN = 0.004
 """Limits are tightened by these fractions, for what lies between the optimiser's samples: measured against samples
 twice as fine."""
 
+REPORTED = {"rim": "fold"}
+"""Limits that the report has under another name."""
+
+NOT_WIDER: Mapping[str, float] = {}
+
 PROXIMITY = 1.0
 """Variables whose gradient is below this multiple of the mean do not go the whole radius: what is noise of the mesh
 there stays small."""
@@ -88,7 +93,7 @@ class AugmentedLagrangian:
         return replace(found, learnt=(found.learnt, curvature))
 
     def restoring(self, phi: np.ndarray, radius: float, wider: Mapping[str, float]) -> Step:
-        """A step back within the limits, whatever the objective does; some margins are by so much `wider`."""
+        """A step back within the limits, whatever the objective does; margins are `wider` by limits of the report."""
         nothing = Proxy(np.zeros_like(phi), np.zeros((0, len(phi))), 0.0)
         return self._minimise(phi, nothing, radius, self._none(), 100 * STIFFNESS, wider, RESTORING)
 
@@ -119,13 +124,13 @@ class AugmentedLagrangian:
         phi,
         proxy: Proxy,
         radius,
-        multipliers,
+        multipliers: Mapping[str, Any],
         stiffness,
-        wider: Mapping[str, float] | None = None,
+        wider: Mapping[str, float] = NOT_WIDER,
         iterations=MOST_ITERATIONS,
     ) -> Step:
         space, limits, smooth = self.space, self.limits, self.smooth
-        margins = {name: _margin(name) + (wider or {}).get(name, 0.0) for name in multipliers}
+        margins = {name: _margin(name) + wider.get(REPORTED.get(name, name), 0.0) for name in multipliers}
         start = space.control_points(phi)
         pairs = _on_device(limits.pairs(start))
         multipliers = _on_device(multipliers)

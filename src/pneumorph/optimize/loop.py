@@ -238,7 +238,6 @@ def _restore(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing]:
         if attempt:
             for reading in found.violated():
                 wider[reading.limit] = wider.get(reading.limit, 0.0) + reading.excess()
-            wider["rim"] = wider.get("fold", 0.0)
         clock = Clock()
         with clock.phase("subproblem"):
             step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, wider)

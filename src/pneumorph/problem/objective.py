@@ -80,7 +80,9 @@ class MatchCurve(Table):
                 "control_points",
                 "the curve leaves the base by more than 60° from the body's axis z; let it begin along +z",
             )
-        return _weighted(self, "position_weight")
+        if self.orientation_weight == 0 and self.position_weight == 0:
+            raise Misfit("position_weight", "is zero, and orientation_weight too; give one of them a weight above 0")
+        return self
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `Maximize.keeps`: a curve in the mirror plane has its image in itself."""
@@ -164,12 +166,6 @@ class Custom(Table):
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `Maximize.keeps`: nobody knows what the function does."""
         return False
-
-
-def _weighted(table: Any, key: str) -> Any:
-    if table.orientation_weight == 0 and table.position_weight == 0:
-        raise Misfit(key, "is zero, and orientation_weight too; give one of them a weight above 0")
-    return table
 
 
 KINDS = {
