@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve
+from pneumorph.mechanics.assembly import tangent
 from pneumorph.mechanics.linear import SuperLU
-from pneumorph.mechanics.model import tangent
 from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
@@ -41,6 +41,15 @@ def test_warm_starts_are_cheap():
     assert again.factorisations == 1
     near = solve(configuration(built, mesh.points, loads(built, {"A": 0.051})), solver, first.state)
     assert near.factorisations <= 3
+
+
+def test_the_answer_is_factorised_once():
+    """A load so small that the tangent at rest leads there: one factorisation at rest, one at the answer."""
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = model(mesh, RUBBER)
+    for more in ({}, {"acceleration": np.array([0.0, 10.0, 0.0])}):
+        found = solve(configuration(built, mesh.points, loads(built, {"A": 1e-5}, **more)), Tangent(built))
+        assert found.factorisations == 2 + len(more)
 
 
 def test_superlu_serves_where_there_is_no_mkl():

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rest, rubber, solve
 from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.model import tangent
+from pneumorph.mechanics.assembly import tangent
 from pneumorph.mechanics.plate import rotation, rotation_vector
 from pneumorph.verify.solids import tube, with_lids
 

@@ -7,7 +7,6 @@ matrix products element by element.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 
 import jax.numpy as jnp
@@ -15,7 +14,7 @@ import numpy as np
 from jax import Array
 
 from pneumorph.mechanics.energies import determinant
-from pneumorph.mechanics.material import Energy, complete
+from pneumorph.mechanics.material import Energy, with_volume
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape, triangle_gradient, triangle_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)
@@ -28,29 +27,16 @@ TRIANGLE_N, TRIANGLE_DN = triangle_shape(TRIANGLE_RULE[0]), triangle_gradient(TR
 TRIANGLE_WEIGHTS = TRIANGLE_RULE[1]
 
 
-Density = Callable[[Array, Array, Array], Array]
-"""ψ(F, π, parameters) at points: what elements integrate."""
-
-
 @cache
-def quadratic(isochoric: Energy) -> Density:
-    """The density of the plain element: the rubber's whole energy, and no π."""
-    energy = complete(isochoric)
-    return lambda F, pressure, parameters: energy(F, parameters)
-
-
-@cache
-def mixed(isochoric: Energy) -> Density:
+def mixed(isochoric: Energy) -> Energy:
     """The perturbed Lagrangian ψ_iso(F) + π (J − 1) − π²/2κ of the mixed element; the last parameter is κ.
 
     Stationary in π where π = κ (J − 1), and there it is the whole energy: with a linear, continuous π this is the
     element of Taylor and Hood, which does not lock as κ/μ grows. π is a tension: minus the pressure in the rubber.
     """
-
-    def density(F: Array, pressure: Array, parameters: Array) -> Array:
-        return isochoric(F, parameters) + pressure * (determinant(F) - 1.0) - 0.5 * pressure * pressure / parameters[-1]
-
-    return density
+    return with_volume(
+        isochoric, lambda J, pressure, parameters: pressure * (J - 1.0) - 0.5 * pressure * pressure / parameters[-1]
+    )
 
 
 def inverse(F: Array) -> Array:
@@ -83,7 +69,7 @@ def deformation_gradients(u: Array, inverse_jacobian: Array) -> Array:
     return jnp.eye(3)[:, :, None, None] + matrix_product(reference_gradients(u), inverse_jacobian)
 
 
-def tet_energies(X: Array, u: Array, pressure: Array, density: Density, parameters: Array, body_force: Array) -> Array:
+def tet_energies(X: Array, u: Array, pressure: Array, density: Energy, parameters: Array, body_force: Array) -> Array:
     """∫ ψ(F, π) − ρ₀ g·u over each tetrahedron, (M,) in N·mm.
 
     Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa, body force ρ₀ g (3,) in

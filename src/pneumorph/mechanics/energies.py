@@ -1,14 +1,18 @@
 """Isochoric strain-energy densities ψ_iso(F, parameters): one function for each model, everything else its derivatives.
 
 All take deformation gradients F (3, 3, …), whose trailing axes are points, and parameters that end with the bulk
-modulus, which they do not use; the answer (…) is in MPa. They depend on C̄ = J^(−2/3) FᵀF alone, by its invariants
-Ī₁ = tr C̄, Ī₂ = tr C̄⁻¹ or its principal stretches λ̄. None of them gives NaN for any finite F: see `log_ratio` for J
-near zero and below, and each model for stretches it cannot bear. Derivatives are exact to the second order.
+modulus, which they do not use; the answer (…) is in MPa. They depend on C̄ = J^(−2/3) FᵀF alone: by its invariants
+Ī₁ = tr C̄ and Ī₂ = tr C̄⁻¹, and then are written as functions of the `Invariants` of F, or by its principal stretches λ̄.
+None of them gives NaN for any finite F: see `log_ratio` for J near zero and below, and each model for stretches it
+cannot bear. Derivatives are exact to the second order.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import reduce
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 from jax import Array
@@ -43,31 +47,63 @@ def log_ratio(J: Array) -> Array:
     )
 
 
-def first_invariant(F: Array) -> Array:
-    """Ī₁ = J^(−2/3) tr FᵀF."""
+class Invariants(NamedTuple):
+    """I₁ = tr FᵀF, I₂ = |cof F|² and J = det F of deformation gradients, each (…)."""
+
+    first: Array
+    second: Array
+    ratio: Array
+
+
+def invariants(F: Array) -> Invariants:
+    """The invariants of deformation gradients F (3, 3, …)."""
+    cofactor = jnp.stack([jnp.cross(F[:, i - 2], F[:, i - 1], axis=0) for i in range(3)])
+    return Invariants(jnp.sum(F * F, axis=(0, 1)), jnp.sum(cofactor * cofactor, axis=(0, 1)), determinant(F))
+
+
+@dataclass(frozen=True)
+class OfInvariants:
+    """A function of F that depends on it by its invariants alone: its derivatives by F follow from nine by them.
+
+    Attributes
+    ----------
+    function : callable
+        Of `Invariants` and whatever else follows F in the call.
+    """
+
+    function: Callable[..., Array]
+
+    def __call__(self, F: Array, *rest: Any) -> Array:
+        return self.function(invariants(F), *rest)
+
+
+def first_bar(of: Invariants) -> Array:
+    """Ī₁ = J^(−2/3) I₁."""
     # exp and log run as vector instructions where a power does not.
-    return jnp.sum(F * F, axis=(0, 1)) * jnp.exp(-2.0 / 3.0 * log_ratio(determinant(F)))
+    return of.first * jnp.exp(-2.0 / 3.0 * log_ratio(of.ratio))
 
 
-def second_invariant(F: Array) -> Array:
-    """Ī₂ = J^(−4/3) |cof F|²."""
-    columns = [jnp.cross(F[:, i - 2], F[:, i - 1], axis=0) for i in range(3)]
-    return sum(jnp.sum(c * c, axis=0) for c in columns) * jnp.exp(-4.0 / 3.0 * log_ratio(determinant(F)))
+def second_bar(of: Invariants) -> Array:
+    """Ī₂ = J^(−4/3) I₂."""
+    return of.second * jnp.exp(-4.0 / 3.0 * log_ratio(of.ratio))
 
 
-def neo_hookean(F: Array, parameters: Array) -> Array:
+@OfInvariants
+def neo_hookean(of: Invariants, parameters: Array) -> Array:
     """Isochoric part of the paper's (41): μ/2 (Ī₁ − 3). Parameters: μ, κ in MPa."""
-    return 0.5 * parameters[0] * (first_invariant(F) - 3.0)
+    return 0.5 * parameters[0] * (first_bar(of) - 3.0)
 
 
-def mooney_rivlin(F: Array, parameters: Array) -> Array:
+@OfInvariants
+def mooney_rivlin(of: Invariants, parameters: Array) -> Array:
     """c₁₀ (Ī₁ − 3) + c₀₁ (Ī₂ − 3) (Mooney 1940, Rivlin 1948). Parameters: c₁₀, c₀₁, κ in MPa; μ = 2 (c₁₀ + c₀₁)."""
-    return parameters[0] * (first_invariant(F) - 3.0) + parameters[1] * (second_invariant(F) - 3.0)
+    return parameters[0] * (first_bar(of) - 3.0) + parameters[1] * (second_bar(of) - 3.0)
 
 
-def yeoh(F: Array, parameters: Array) -> Array:
+@OfInvariants
+def yeoh(of: Invariants, parameters: Array) -> Array:
     """Σ cᵢ (Ī₁ − 3)ⁱ with any number of coefficients (Yeoh 1993). Parameters: c₁, c₂, …, κ in MPa; μ = 2 c₁."""
-    excess = first_invariant(F) - 3.0
+    excess = first_bar(of) - 3.0
     coefficients = [parameters[i] for i in reversed(range(len(parameters) - 1))]
     return reduce(lambda value, c: value * excess + c, coefficients, jnp.zeros_like(excess)) * excess
 
@@ -76,7 +112,8 @@ GENT_END = 0.99
 """Part of the limit J_m up to which Gent's logarithm is used."""
 
 
-def gent(F: Array, parameters: Array) -> Array:
+@OfInvariants
+def gent(of: Invariants, parameters: Array) -> Array:
     """−μ J_m/2 ln(1 − x), x = (Ī₁ − 3)/J_m (Gent 1996). Parameters: μ in MPa, the limit J_m, κ in MPa.
 
     Beyond x = `GENT_END` the logarithm goes on as its quadratic Taylor polynomial there: same value, stress and
@@ -84,7 +121,7 @@ def gent(F: Array, parameters: Array) -> Array:
     negative number. A state that far is beyond the model, and told to be (`Rubber.valid_stretch`).
     """
     shear, limit = parameters[0], parameters[1]
-    used = (first_invariant(F) - 3.0) / limit
+    used = (first_bar(of) - 3.0) / limit
     rest = 1.0 - jnp.minimum(used, GENT_END)
     beyond = jnp.maximum(used - GENT_END, 0.0) / (1.0 - GENT_END)
     return 0.5 * shear * limit * (-jnp.log(rest) + beyond + 0.5 * beyond**2)
@@ -94,7 +131,8 @@ ARRUDA_BOYCE = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)
 """Coefficients of the inverse Langevin function's series, integrated (Arruda and Boyce 1993, their (18))."""
 
 
-def arruda_boyce(F: Array, parameters: Array) -> Array:
+@OfInvariants
+def arruda_boyce(of: Invariants, parameters: Array) -> Array:
     """μ Σ Cᵢ λ_m^(2 − 2i) (Ī₁ⁱ − 3ⁱ), i = 1…5 (Arruda and Boyce 1993). Parameters: μ in MPa, λ_m, κ in MPa.
 
     The series of the eight-chain model, as finite-element programs have it: a polynomial, finite and stiffening also
@@ -102,7 +140,7 @@ def arruda_boyce(F: Array, parameters: Array) -> Array:
     initial shear modulus is larger by the factor 1 + 3/(5 λ_m²) + …
     """
     shear, locking = parameters[0], parameters[1]
-    stretched, at_rest = first_invariant(F) / locking**2, 3.0 / locking**2
+    stretched, at_rest = first_bar(of) / locking**2, 3.0 / locking**2
     terms = [C * (stretched**i - at_rest**i) for i, C in enumerate(ARRUDA_BOYCE, start=1)]
     return shear * locking**2 * sum(terms[1:], start=terms[0])
 

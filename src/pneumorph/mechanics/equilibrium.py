@@ -164,9 +164,9 @@ def _raise(
 ) -> Equilibrium | NoEquilibrium:
     """Raise a load, from the state of its part 0 on, with steps that adapt."""
     state, residual, reached, step = begin, 0.0, 0.0, 1.0
-    last = None
+    last, at = None, None
     reason = ""
-    while reached < 1.0:
+    while at is None or reached < 1.0:
         fraction = min(1.0, reached + step)
         part = loaded(fraction)
         start = state if last is None else _extrapolate(part, state, last, reached, fraction)
@@ -179,15 +179,13 @@ def _raise(
         if isinstance(found, str):
             reason, step = found, step / 2
             if step < SMALLEST_FRACTION / 2:
-                held = None
-                if reached > 0:
-                    held = read_off(loaded(reached), tangent, state, 0.0, before)
+                held = None if at is None else read_off(at, tangent, state, 0.0, before)
                 return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, held)
             continue
         last = (reached, state)
-        (state, residual), reached = found, fraction
+        (state, residual), reached, at = found, fraction, part
         step *= 1.5
-    return read_off(loaded(1.0), tangent, state, residual, before)
+    return read_off(at, tangent, state, residual, before)
 
 
 def _where(at: Configuration, fraction: float) -> str:

@@ -10,9 +10,10 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from pneumorph.mechanics.energies import determinant, neo_hookean
+from pneumorph.mechanics.energies import OfInvariants, determinant, neo_hookean
 
-Energy = Callable[[Array, Array], Array]
+Energy = Callable[..., Array]
+"""ψ(F, parameters) in MPa; of an element ψ(F, π, parameters), whose π only mixed ones use."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +60,16 @@ class Rubber:
 
 @cache
 def complete(isochoric: Energy) -> Energy:
-    """ψ(F, parameters) = ψ_iso + κ/2 (J − 1)² of an isochoric energy; κ is the last of the parameters."""
+    """ψ(F, …, parameters) = ψ_iso + κ/2 (J − 1)² of an isochoric energy; κ is the last of the parameters."""
+    return with_volume(isochoric, lambda J, *rest: 0.5 * rest[-1][-1] * (J - 1.0) ** 2)
 
-    def energy(F: Array, parameters: Array) -> Array:
-        return isochoric(F, parameters) + 0.5 * parameters[-1] * (determinant(F) - 1.0) ** 2
 
-    return energy
+def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
+    """ψ_iso(F, parameters) + U(J, …, parameters): a function (F, …, parameters), of invariants where ψ_iso is one."""
+    if isinstance(isochoric, OfInvariants):
+        shape = isochoric.function
+        return OfInvariants(lambda of, *rest: shape(of, rest[-1]) + volumetric(of.ratio, *rest))
+    return lambda F, *rest: isochoric(F, rest[-1]) + volumetric(determinant(F), *rest)
 
 
 @cache

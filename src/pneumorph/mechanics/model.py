@@ -9,11 +9,10 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import block_diag
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.element import TET_CORNER_N, TET_DN, mixed, quadratic
+from pneumorph.mechanics.element import mixed
 from pneumorph.mechanics.material import Rubber
-from pneumorph.mechanics.pattern import Pattern, coupling_blocks, element_blocks, gather, pattern, scatter
-from pneumorph.mechanics.potential import Loads, State, Topology, padded
+from pneumorph.mechanics.pattern import Pattern, pattern
+from pneumorph.mechanics.potential import State, Topology, padded
 from pneumorph.mesh.tets import TetMesh, chambers_of
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
@@ -93,7 +92,7 @@ class Model:
     @property
     def rubber_arguments(self):
         """What every kernel takes first."""
-        density = (mixed if self.mixed else quadratic)(self.rubber.isochoric)
+        density = mixed(self.rubber.isochoric) if self.mixed else self.rubber.energy
         return density, jnp.asarray(self.rubber.parameters, dtype=float)
 
     def pad(self, nodal: np.ndarray) -> jnp.ndarray:
@@ -174,55 +173,6 @@ def model(
         supported_values=supported,
         diagonal=sparsity.indptr[:-1],
     )
-
-
-def tangent(model: Model, X, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
-    """Values of the tangent ∂²Π in the pattern's order.
-
-    Rows and columns of fixed and of `held` (6,) plate unknowns are the identity's.
-    """
-    sparsity = model.pattern
-    moduli, inverse_jacobian = kernels.moduli(*model.rubber_arguments, model.top, X, state)
-    blocks = np.empty((model.elements, 55, 9))
-    element_blocks(np.asarray(moduli), np.asarray(inverse_jacobian), TET_DN, blocks)
-    data = np.zeros(len(sparsity.indices))
-    gather(blocks, sparsity.visits, sparsity.visit_start, sparsity.slot, sparsity.indptr, data)
-    if model.mixed:
-        slopes, compressions = kernels.couplings(*model.rubber_arguments, model.top, X, state)
-        coupling = np.empty((model.elements, 10, 4, 3))
-        coupling_blocks(np.asarray(slopes), np.asarray(inverse_jacobian), TET_DN, TET_CORNER_N, coupling)
-        scatter(coupling.ravel(), sparsity.coupling_places, data)
-        among = np.asarray(compressions)[:, : model.elements]
-        compression = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
-        scatter(compression.ravel(), sparsity.compression_places, data)
-    if len(model.chamber_places):
-        hessians = np.asarray(kernels.volume_hessians(model.top, X, state, loads.pressure))
-        scatter(hessians.ravel(), model.chamber_places, data)
-    if model.plate:
-        columns = kernels.plate_columns(*model.rubber_arguments, model.near_tip, X, state, loads)
-        number = sparsity.number[sparsity.beside_tip]
-        row_ends = sparsity.indptr[(3 * number[:, None] + np.arange(3)) + 1]
-        data[row_ends[:, :, None] + np.arange(-6, 0)] = np.asarray(columns.u)[sparsity.beside_tip]
-        if model.mixed:
-            beside = sparsity.corners_beside_tip
-            row_ends = sparsity.indptr[3 * len(model.off_tip) + beside + 1]
-            data[row_ends[:, None] + np.arange(-6, 0)] = np.asarray(columns.pressure)[sparsity.corners[beside]]
-        data[-21:] = np.asarray(columns.plate)[np.triu_indices(6)]
-    data[model.supported_values] = 0.0
-    data[model.diagonal[model.fixed]] = 1.0
-    if model.plate and held.any():
-        _hold(model, data, held)
-    return data
-
-
-def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:
-    sparsity = model.pattern
-    columns = sparsity.size - 6 + np.flatnonzero(held)
-    data[np.isin(sparsity.indices, columns)] = 0.0
-    corner = data[-21:]
-    rows, _ = np.triu_indices(6)
-    corner[held[rows]] = 0.0
-    data[model.diagonal[columns]] = 1.0
 
 
 def _odd(mirror: str | None) -> np.ndarray:

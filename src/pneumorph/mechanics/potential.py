@@ -22,7 +22,6 @@ from jax import Array
 from pneumorph.mechanics.element import (
     TET_CORNER_N,
     TET_WEIGHT,
-    Density,
     deformation_gradients,
     inverse,
     reference_gradients,
@@ -30,7 +29,8 @@ from pneumorph.mechanics.element import (
     triangle_integrals,
     triangle_volumes,
 )
-from pneumorph.mechanics.energies import determinant
+from pneumorph.mechanics.energies import Invariants, OfInvariants, determinant, invariants
+from pneumorph.mechanics.material import Energy
 from pneumorph.mechanics.plate import rigid_displacement
 
 
@@ -111,7 +111,7 @@ def corner_pressures(top: Topology, state: State) -> Array:
     return jnp.asarray(state.pressure)[top.tets[:, :4]]
 
 
-def potential(density: Density, parameters: Array, top: Topology, X: Array, state: State, loads: Loads) -> Array:
+def potential(density: Energy, parameters: Array, top: Topology, X: Array, state: State, loads: Loads) -> Array:
     """Π in N·mm."""
     u = displacement(top, X, state)
     solid = tet_energies(X[top.tets], u[top.tets], corner_pressures(top, state), density, parameters, loads.body_force)
@@ -176,6 +176,23 @@ def moduli(density, parameters, top, X, state) -> tuple[Array, Array]:
     units = jnp.broadcast_to(jnp.eye(9).reshape(9, 3, 3, 1, 1), (9, *F.shape))
     rows = jax.vmap(lambda unit: jax.jvp(stress, (F,), (unit,))[1])(units)
     return measure * rows.reshape(9, 9, *measure.shape), inverse_jacobian
+
+
+@partial(jax.jit, static_argnums=0)
+def invariant_derivatives(density: OfInvariants, parameters, top, X, state) -> tuple[Array, Array, Array]:
+    """Derivatives of ψ by the invariants of F, times the quadrature weight, F (3, 3, 4, M) and ∂ξ/∂X likewise.
+
+    The derivatives (9, 4, M) are w₁, w₂, w₃ by I₁, I₂, J, and w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃.
+    """
+    F, pressure, inverse_jacobian, measure = _points(top, X, state)
+    at = invariants(F)
+    slopes = jax.grad(lambda of: jnp.sum(density.function(of, pressure, parameters)))
+    ones, zeros = jnp.ones_like(measure), jnp.zeros_like(measure)
+    units = [Invariants(*(ones if i == k else zeros for i in range(3))) for k in range(3)]
+    first, _ = by_first = jax.jvp(slopes, (at,), (units[0],))
+    rows = [by_first[1], *(jax.jvp(slopes, (at,), (unit,))[1] for unit in units[1:])]
+    second = [rows[i][j] for i in range(3) for j in range(i, 3)]
+    return measure * jnp.stack([*first, *second]), F, inverse_jacobian
 
 
 @partial(jax.jit, static_argnums=0)

@@ -13,8 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.assembly import tangent
 from pneumorph.mechanics.linear import factorisation
-from pneumorph.mechanics.model import Model, tangent
+from pneumorph.mechanics.model import Model
 from pneumorph.mechanics.potential import Loads, State
 
 
