@@ -52,7 +52,9 @@ def connected(address: str | None, workers: int | None = None) -> Iterator[Clien
         return
     with (
         config.set({"distributed.scheduler.allowed-failures": KILLS}),
-        LocalCluster(n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address="") as cluster,
+        LocalCluster(
+            n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address="", silence_logs=logging.CRITICAL
+        ) as cluster,
         Client(cluster) as client,
     ):
         yield client
