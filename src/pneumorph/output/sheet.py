@@ -15,7 +15,7 @@ from pneumorph.output.view import Job
 from pneumorph.output.words import motion_of
 from pneumorph.run import RunDirectory
 
-PER_ROW = 6
+MOST_PER_ROW = 6
 SCALE = 0.45
 """Of the pictures of single runs."""
 
@@ -45,13 +45,14 @@ def draw_sheet(path: Path, title: str, tiles: list[Tile]) -> None:
     pictures = iter(render.images(Job(everything, view, extent, (1.0, highest))))
     left, right, bottom, top = extent
     panels = max(len(own) for own in shapes)
-    columns, rows = min(PER_ROW, len(tiles)), -(-len(tiles) // PER_ROW)
+    columns = _columns(len(tiles))
+    rows = -(-len(tiles) // columns)
     wide = SCALE * INCHES_PER_MM * (right - left) * panels + 0.2
     high = SCALE * INCHES_PER_MM * (top - bottom) + 0.75
     figure = Figure(figsize=(columns * wide, rows * high + 0.4), facecolor="white")
     width, height = figure.get_size_inches()
     for number, (tile, own) in enumerate(zip(tiles, shapes, strict=True)):
-        row, column = divmod(number, PER_ROW)
+        row, column = divmod(number, columns)
         base = height - 0.4 - (row + 1) * high
         for place, _ in enumerate(own):
             each = (wide - 0.2) / panels
@@ -68,3 +69,10 @@ def draw_sheet(path: Path, title: str, tiles: list[Tile]) -> None:
         )  # fmt: skip
     figure.suptitle(title, fontsize=11, fontweight="bold", y=1.0 - 0.1 / height, va="top")
     figure.savefig(path, dpi=160)
+
+
+def _columns(count: int) -> int:
+    """As many as leave the fewest places empty, and rather more of them than fewer."""
+    if count <= MOST_PER_ROW:
+        return count
+    return min(range(MOST_PER_ROW, 2, -1), key=lambda columns: -count % columns)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -75,22 +75,25 @@ def write_sheet(study: Study, out: Path, finished: Iterable[str]) -> Path:
         Where this machine cannot draw off-screen.
     """
     done = set(finished)
+    members = [member for member in study.members if member.name in done]
     tiles = [
-        Tile(member.name, _words(member), open_run(out / member.name))
-        for member in study.members
-        if member.name in done
+        Tile(member.name, caption, open_run(out / member.name))
+        for member, caption in zip(members, _captions(members), strict=True)
     ]
     path = out / "sheet.png"
     draw_sheet(path, study.title, tiles)
     return path
 
 
-def _words(member: Member) -> str:
-    """What sets a member apart, for people."""
-    changes: Mapping[str, Any] = member.changes
-    if not changes:
-        return member.name
-    return "\n".join(f"{key.split('.')[-1]}: {_short(value)}" for key, value in changes.items())
+def _captions(members: Sequence[Member]) -> list[str]:
+    """What sets members apart, for people: the changes that not all share, or their names where these do not tell."""
+    common = [item for item in members[0].changes.items() if all(item in each.changes.items() for each in members)]
+    captions = [
+        "\n".join(f"{key.split('.')[-1]}: {_short(value)}" for key, value in changes) or each.name
+        for each in members
+        for changes in [[item for item in each.changes.items() if item not in common]]
+    ]
+    return captions if len(set(captions)) == len(members) else [each.name for each in members]
 
 
 def _short(value: Any) -> str:
