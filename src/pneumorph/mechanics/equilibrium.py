@@ -115,13 +115,18 @@ def rest(model: Model) -> State:
 
 
 def solve(
-    at: Configuration, tangent: Tangent, start: State | None = None, tolerance: float = TOLERANCE
+    at: Configuration,
+    tangent: Tangent,
+    start: State | None = None,
+    tolerance: float = TOLERANCE,
+    since: tuple[Loads, State] | None = None,
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
-    Newton goes straight to the full load from `start`; without one, or where that fails, the load is stepped up from
-    rest: weights and plate loads, then pressures, with steps that adapt. `tolerance` is the residual norm over that of
-    the applied forces at which a state counts as converged.
+    Newton goes straight to the full load from `start`; without one, or where that fails, the load is stepped up with
+    steps that adapt: from the equilibrium of other loads on the same nodes that `since` tells, or else from rest,
+    weights and plate loads first, then pressures. `tolerance` is the residual norm over that of the applied forces at
+    which a state counts as converged.
     """
     before = tangent.factorisations, tangent.solves
     try:
@@ -129,9 +134,18 @@ def solve(
             found = _find(at, tangent, start, tolerance)
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
+        if since is not None:
+            earlier, state = since
+            return _raise(
+                lambda part: replace(at, loads=_between(earlier, at.loads, part)), state, tangent, before, tolerance
+            )
         return _step_up(at, tangent, before, tolerance)
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
+
+
+def _between(one: Loads, other: Loads, part: float) -> Loads:
+    return jax.tree.map(lambda a, b: a + part * (b - a), one, other)
 
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
@@ -162,7 +176,7 @@ def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> E
 def _raise(
     loaded: Callable[[float], Configuration], begin: State, tangent: Tangent, before, tolerance: float
 ) -> Equilibrium | NoEquilibrium:
-    """Raise a load, from the state of its part 0 on, with steps that adapt."""
+    """Raise a load from its part 0, whose equilibrium is `begin`, to the whole of it, with steps that adapt."""
     state, residual, reached, step = begin, 0.0, 0.0, 1.0
     last, at = None, None
     reason = ""

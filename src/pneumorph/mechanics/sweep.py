@@ -16,8 +16,9 @@ from pneumorph.mechanics.tangent import Configuration, Tangent
 def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibrium | NoEquilibrium]:
     """The equilibrium of every configuration of a path, each sought from the one before.
 
-    All configurations share the nodes; what differs is their loads. Where one has no equilibrium the walk is over: its
-    `NoEquilibrium` tells the limit that path following finds, and the rest of the path is answered without being tried.
+    All configurations share the nodes; what differs is their loads. Steps that are too long are made in several. Where
+    one has no equilibrium the walk is over: its `NoEquilibrium` tells the limit that path following finds, and the rest
+    of the path is answered without being tried.
 
     Parameters
     ----------
@@ -30,7 +31,7 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
         if stopped is not None:
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
-        found = solve(at, tangent, _start(walked, at.loads))
+        found = solve(at, tangent, _start(walked, at.loads), since=walked[-1] if walked else None)
         if isinstance(found, NoEquilibrium):
             found = explained(at, tangent, found)
         if isinstance(found, NoEquilibrium):
