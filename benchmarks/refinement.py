@@ -2,7 +2,8 @@
 
 python benchmarks/refinement.py runs/linear [2.0 1.5 …]
 
-Sizes are in mm; by default that of the problem, coarser and finer ones.
+Sizes are in mm; by default that of the problem, coarser and finer ones. From the coarsest mesh, solved from rest, the
+state is carried over to the next finer one, and so on.
 """
 
 import sys
@@ -10,7 +11,7 @@ import sys
 from pneumorph.errors import MeshError
 from pneumorph.geometry import design_space
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.optimize.analysis import analyse, discretise
+from pneumorph.optimize.analysis import analyse, carried_over, discretise
 from pneumorph.optimize.history import answers
 from pneumorph.output.words import motion_of
 from pneumorph.problem.models import MeshSpec
@@ -29,8 +30,9 @@ def main() -> None:
     sizes = [float(size) for size in sys.argv[2:]] or [
         factor * run.problem.mesh.size for factor in (0.75, 0.85, 1.0, 1.25, 1.5)
     ]
+    coarser = None
     print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  tasks")
-    for size in sizes:
+    for size in sorted(sizes, reverse=True):
         tasks = tuple(
             task.model_copy(
                 update={
@@ -53,10 +55,13 @@ def main() -> None:
         except MeshError as error:
             print(f"{size:7.2f} {error}")
             continue
-        found = analyse(problem, space, disc, space.start)
+        starts = carried_over(*coarser, disc) if coarser else None
+        found = analyse(problem, space, disc, space.start, starts)
         if isinstance(found, NoEquilibrium):
             print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {found.reason}")
             continue
+        states = {name: equilibrium.state for name, equilibrium in found.equilibria.items()}
+        coarser = disc, disc.morph.mesh.points, states
         told = answers(disc, found)
         words = ", ".join(f"{task.name} {motion_of(task, told[task.name])}" for task in problem.task)
         print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
