@@ -2,18 +2,21 @@
 
 python benchmarks/refinement.py runs/linear [2.0 1.5 …]
 
-Sizes are in mm; by default that of the problem, coarser and finer ones. From the coarsest mesh, solved from rest, the
-state is carried over to the next finer one, and so on.
+Sizes are in mm; by default that of the problem, coarser and finer ones. The state that the run ended with, on its own
+mesh, is carried over to the coarsest of them, from there to the next finer one, and so on.
 """
 
 import sys
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import design_space
+from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.optimize.analysis import analyse, carried_over, discretise
+from pneumorph.mechanics.potential import State
+from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, carried_over, discretise
+from pneumorph.optimize.checkpoint import unpack
 from pneumorph.optimize.history import answers
 from pneumorph.output.words import motion_of
+from pneumorph.problem import Problem
 from pneumorph.problem.models import MeshSpec
 from pneumorph.run import open_run
 from pneumorph.run.cache import use_compilation_cache
@@ -30,8 +33,11 @@ def main() -> None:
     sizes = [float(size) for size in sys.argv[2:]] or [
         factor * run.problem.mesh.size for factor in (0.75, 0.85, 1.0, 1.25, 1.5)
     ]
-    coarser = None
+    own = design_space(run.problem, starting_body(run.problem.body))
+    disc, found = unpack(run.problem, own, run.checkpoint()[1])
     print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  tasks")
+    tell("own", disc, found, run.problem)
+    coarser = disc, disc.morph.positions(own.control_points(found.phi)), states_of(found)
     for size in sorted(sizes, reverse=True):
         tasks = tuple(
             task.model_copy(
@@ -55,16 +61,23 @@ def main() -> None:
         except MeshError as error:
             print(f"{size:7.2f} {error}")
             continue
-        starts = carried_over(*coarser, disc) if coarser else None
+        starts = carried_over(*coarser, disc)
         found = analyse(problem, space, disc, space.start, starts)
         if isinstance(found, NoEquilibrium):
             print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {found.reason}")
             continue
-        states = {name: equilibrium.state for name, equilibrium in found.equilibria.items()}
-        coarser = disc, disc.morph.mesh.points, states
-        told = answers(disc, found)
-        words = ", ".join(f"{task.name} {motion_of(task, told[task.name])}" for task in problem.task)
-        print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
+        coarser = disc, disc.morph.mesh.points, states_of(found)
+        tell(f"{size:.2f}", disc, found, problem)
+
+
+def states_of(found: Analysis) -> dict[str, State]:
+    return {name: equilibrium.state for name, equilibrium in found.equilibria.items()}
+
+
+def tell(size: str, disc: Discretisation, found: Analysis, problem: Problem) -> None:
+    told = answers(disc, found)
+    words = ", ".join(f"{task.name} {motion_of(task, told[task.name])}" for task in problem.task)
+    print(f"{size:>7s} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
 
 
 if __name__ == "__main__":
