@@ -45,7 +45,7 @@ def main(folder: str, picture: str, *names: str) -> None:
         reaction = next(column for column in COLUMNS if column in blocked)
         motion, moved, held = COLUMNS[reaction]
         sign = np.sign(free[motion][-1])
-        (line,) = panel.plot(free[PRESSURE], sign * free[motion], "o-", ms=3, label="free")
+        (line,) = panel.plot(free[PRESSURE], sign * free[motion], "o-", ms=3)
         beside = panel.twinx()
         beside.plot(blocked[PRESSURE], np.abs(blocked[reaction]), "s--", ms=3, color="C1")
         panel.set(title=name, xlabel="pressure, kPa")

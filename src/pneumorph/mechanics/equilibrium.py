@@ -6,7 +6,6 @@ method (`saddle.py`). Both find stable states; a load that has none is answered 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import jax
@@ -135,17 +134,10 @@ def solve(
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
         if since is not None:
-            earlier, state = since
-            return _raise(
-                lambda part: replace(at, loads=_between(earlier, at.loads, part)), state, tangent, before, tolerance
-            )
+            return _raise(at, since, tangent, before, tolerance)
         return _step_up(at, tangent, before, tolerance)
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
-
-
-def _between(one: Loads, other: Loads, part: float) -> Loads:
-    return jax.tree.map(lambda a, b: a + part * (b - a), one, other)
 
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
@@ -155,35 +147,30 @@ def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
     """From rest: weights and plate loads first, which make the body sag, then the pressures."""
-    loads, begin = at.loads, rest(at.model)
+    loads, since = at.loads, (scaled(at.loads, 0.0), rest(at.model))
     if np.any(loads.body_force) or np.any(loads.wrench):
         sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure))
         # As near as the full load asks for: a small weight's own forces may be lost in the rounding of the residual.
-        near = tolerance * max(1.0, applied_force(at, begin) / applied_force(sagging, begin))
-        sag = _raise(lambda part: replace(at, loads=scaled(sagging.loads, part)), begin, tangent, before, near)
+        near = tolerance * max(1.0, applied_force(at, since[1]) / applied_force(sagging, since[1]))
+        sag = _raise(sagging, since, tangent, before, near)
         if isinstance(sag, NoEquilibrium) or not np.any(loads.pressure):
             return sag
-        begin = sag.state
-    return _raise(
-        lambda part: replace(at, loads=loads._replace(pressure=part * loads.pressure)),
-        begin,
-        tangent,
-        before,
-        tolerance,
-    )
+        since = sagging.loads, sag.state
+    return _raise(at, since, tangent, before, tolerance)
 
 
 def _raise(
-    loaded: Callable[[float], Configuration], begin: State, tangent: Tangent, before, tolerance: float
+    whole: Configuration, since: tuple[Loads, State], tangent: Tangent, before, tolerance: float
 ) -> Equilibrium | NoEquilibrium:
-    """Raise a load from its part 0, whose equilibrium is `begin`, to the whole of it, with steps that adapt."""
-    state, residual, reached, step = begin, 0.0, 0.0, 1.0
+    """From the equilibrium of other loads to those of `whole`, with steps that adapt."""
+    earlier, state = since
+    residual, reached, step = 0.0, 0.0, 1.0
     last, at = None, None
     reason = ""
     while at is None or reached < 1.0:
         fraction = min(1.0, reached + step)
-        part = loaded(fraction)
-        start = state if last is None else _extrapolate(part, state, last, reached, fraction)
+        part = replace(whole, loads=_between(earlier, whole.loads, fraction))
+        start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
         # Cold, Newton's own test needs fewer factorisations than descent, and fails sooner where there is nothing.
         found = settle(part, tangent, start, tolerance)
         if isinstance(found, str) and last is not None:
@@ -202,6 +189,11 @@ def _raise(
     return read_off(at, tangent, state, residual, before)
 
 
+def _between(one, other, part: float):
+    """Loads, or a state, on the straight line from one to the other or beyond it."""
+    return jax.tree.map(lambda a, b: a + part * (b - a), one, other)
+
+
 def _where(at: Configuration, fraction: float) -> str:
     """The loads near which nothing was found."""
     pressures = at.loads.pressure
@@ -209,12 +201,6 @@ def _where(at: Configuration, fraction: float) -> str:
         return f"at {fraction:.2g} of the weight and the plate's loads"
     named = zip(at.model.chambers, pressures, strict=True)
     return "near " + ", ".join(f"{name} = {1e3 * float(pressure):.3g} kPa" for name, pressure in named)
-
-
-def _extrapolate(at: Configuration, state: State, last, reached: float, fraction: float) -> State:
-    earlier, old = last
-    ratio = (fraction - reached) / (reached - earlier)
-    return jax.tree.map(lambda new, past: new + ratio * (new - past), state, old)
 
 
 def read_off(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:
