@@ -15,7 +15,7 @@ from pneumorph.output.view import Job
 from pneumorph.output.words import motion_of
 from pneumorph.run import RunDirectory
 
-MOST_PER_ROW = 6
+MOST_PER_ROW = 4
 SCALE = 0.45
 """Of the pictures of single runs."""
 
