@@ -28,7 +28,7 @@ class Factorisation(Protocol):
         ...
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
-        """Solve for one right-hand side (n,)."""
+        """Solve for a right-hand side (n,), or for several (n, k)."""
         ...
 
 
@@ -71,7 +71,7 @@ class Pardiso:
         self.negative_pivots = int(self._solver.get_iparm(23))
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
-        return self._call(33, np.asfortranarray(rhs.reshape(-1, 1), dtype=float)).ravel()
+        return self._call(33, np.asfortranarray(rhs.reshape(len(rhs), -1), dtype=float)).reshape(rhs.shape)
 
 
 class SuperLU:

@@ -100,8 +100,8 @@ class Tangent:
         self._place = None
 
     def precondition(self, rhs: np.ndarray) -> np.ndarray:
-        """One back-solve with the factorisation at hand."""
-        self.solves += 1
+        """Back-solve with the factorisation at hand for a right-hand side (n,), or for several (n, k)."""
+        self.solves += 1 if rhs.ndim == 1 else rhs.shape[1]
         return self._factor.solve(rhs)
 
     def solve(self, at: Configuration, state: State, rhs: np.ndarray, tolerance: float, most: int) -> Solution:

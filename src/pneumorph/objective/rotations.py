@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from pneumorph.mechanics.plate import skew
@@ -61,9 +62,9 @@ def continued_logarithm(R: Array, before: Array) -> Array:
     return vector * (1 + 2 * jnp.pi * jax.lax.stop_gradient(turns) / angle)
 
 
-def squared_angle(R: Array, target: Array) -> Array:
-    """The geodesic distance ‖log(Rᵀ R*)‖² of two rotations in the Frobenius norm, rad² (the paper's (10)).
+def angle_residual(R: Array, target: Array) -> Array:
+    """√2 times the rotation vector (3,) of Rᵀ R*, rad: its square is the paper's (10).
 
-    Twice the squared angle between them.
+    That is ‖log(Rᵀ R*)‖² in the Frobenius norm, twice the squared angle between the two rotations.
     """
-    return 2 * jnp.sum(rotation_logarithm(R.T @ target) ** 2)
+    return np.sqrt(2.0) * rotation_logarithm(R.T @ target)

@@ -18,7 +18,7 @@ from pneumorph.mechanics.potential import State
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
 from pneumorph.objective.features import NO_SLABS, Features, Slabs, equidistant, features
-from pneumorph.objective.rotations import squared_angle
+from pneumorph.objective.rotations import angle_residual
 from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach
 
 if TYPE_CHECKING:
@@ -43,11 +43,13 @@ class Objective:
     value : J of the features.
     slabs : the sections whose features it needs.
     errors : what a person wants to know of how far the target is; names end in their unit, "_mm" or "_rad".
+    residuals : what J is the sum of squares of, (k,); None where it is no such sum.
     """
 
     value: Measure
     slabs: Slabs = NO_SLABS
     errors: Mapping[str, Measure] = field(default_factory=dict)
+    residuals: Measure | None = None
 
     def features(self, model: Model, X: Array, state: State) -> Features:
         """The features it needs of a state on nodes X (N, 3), both padded."""
@@ -122,44 +124,53 @@ def match(
     steps = jnp.asarray(_relative(rotation))
     count = len(rotation)
 
-    def orientation(f: Features) -> Array:
-        turned = f.section_rotation
-        before = jnp.concatenate([jnp.eye(3)[None], turned[:-1]])
-        relative = jnp.swapaxes(before, 1, 2) @ turned
-        return jnp.sum(jax.vmap(squared_angle)(relative, steps))
+    def turned(f: Features) -> Array:
+        before = jnp.concatenate([jnp.eye(3)[None], f.section_rotation[:-1]])
+        relative = jnp.swapaxes(before, 1, 2) @ f.section_rotation
+        return jax.vmap(angle_residual)(relative, steps).ravel()
 
-    errors = {"orientation_rad": lambda f: jnp.sqrt(orientation(f) / (2 * count))}
-    if position is None:
-        return Objective(lambda f: orientation_weight * orientation(f), slabs, errors)
+    errors = {"orientation_rad": lambda f: jnp.sqrt(jnp.sum(turned(f) ** 2) / (2 * count))}
+    parts = [(orientation_weight, turned)]
+    if position is not None:
 
-    def place(f: Features) -> Array:
-        return jnp.sum((f.section_position - position) ** 2)
+        def away(f: Features) -> Array:
+            return (f.section_position - position).ravel()
 
-    errors["position_mm"] = lambda f: jnp.sqrt(place(f) / count)
-    return Objective(lambda f: orientation_weight * orientation(f) + position_weight * place(f), slabs, errors)
+        errors["position_mm"] = lambda f: jnp.sqrt(jnp.sum(away(f) ** 2) / count)
+        parts.append((position_weight, away))
+    return _squares(parts, slabs, errors)
 
 
 def reach(asked: Reach, length: float) -> Objective:
     """The plate's centre at a place from the base's centre, and the plate turned so (the paper's (8)–(10))."""
-    parts: list[Measure] = []
+    parts: list[tuple[float, Measure]] = []
     errors: dict[str, Measure] = {}
     if asked.position is not None:
         wanted = jnp.array(asked.position) - jnp.array([0.0, 0.0, length])
 
         def away(f: Features) -> Array:
-            return jnp.sum((f.translation - wanted) ** 2)
+            return f.translation - wanted
 
-        parts.append(lambda f: asked.position_weight * away(f))
-        errors["position_mm"] = lambda f: jnp.sqrt(away(f))
+        parts.append((asked.position_weight, away))
+        errors["position_mm"] = lambda f: jnp.sqrt(jnp.sum(away(f) ** 2))
     if asked.rotation is not None:
         turned = rotation_of(jnp.array(asked.rotation))
 
         def off(f: Features) -> Array:
-            return squared_angle(rotation_of(f.rotation), turned)
+            return angle_residual(rotation_of(f.rotation), turned)
 
-        parts.append(lambda f: asked.rotation_weight * off(f))
-        errors["orientation_rad"] = lambda f: jnp.sqrt(off(f) / 2)
-    return Objective(lambda f: sum((part(f) for part in parts), jnp.zeros(())), errors=errors)
+        parts.append((asked.rotation_weight, off))
+        errors["orientation_rad"] = lambda f: jnp.sqrt(jnp.sum(off(f) ** 2) / 2)
+    return _squares(parts, NO_SLABS, errors)
+
+
+def _squares(parts: list[tuple[float, Measure]], slabs: Slabs, errors: Mapping[str, Measure]) -> Objective:
+    """The weighted sum of squares of some residuals."""
+
+    def residuals(f: Features) -> Array:
+        return jnp.concatenate([np.sqrt(weight) * part(f) for weight, part in parts if weight > 0.0])
+
+    return Objective(lambda f: jnp.sum(residuals(f) ** 2), slabs, errors, residuals)
 
 
 def _relative(rotation: np.ndarray) -> np.ndarray:

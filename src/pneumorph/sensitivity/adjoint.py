@@ -1,4 +1,4 @@
-"""The exact gradient of the discrete problem: dJ/dX = ∂J/∂X − ∂(wᵀR)/∂X with K w = ∂J/∂u; the tangent is symmetric."""
+"""Exact derivatives of the discrete problem by adjoints: dJ/dX = ∂J/∂X − ∂(wᵀR)/∂X with K w = ∂J/∂u; K is symmetric."""
 
 from __future__ import annotations
 
@@ -32,6 +32,22 @@ class NodalGradient:
     adjoint: State
 
 
+@dataclass(frozen=True)
+class NodalJacobian:
+    """Derivatives of an objective's k residuals at an equilibrium.
+
+    Attributes
+    ----------
+    residuals : (k,) array
+    X : (k, N, 3) array, per mm of node motion, the equilibrium following.
+    pressure : (k, C) array, 1/MPa.
+    """
+
+    residuals: np.ndarray
+    X: np.ndarray
+    pressure: np.ndarray
+
+
 def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective) -> NodalGradient:
     """Gradient of `objective` with respect to every node and every chamber pressure, by one adjoint solve.
 
@@ -47,3 +63,33 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
         pressure=dict(zip(model.chambers, -np.asarray(pressure), strict=True)),
         adjoint=w,
     )
+
+
+def residual_jacobian(
+    at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective
+) -> NodalJacobian:
+    """Derivatives of an objective's residuals, one adjoint each, all with one call of the linear solver.
+
+    The tangent must be factorised at the equilibrium, as `solve` leaves it.
+    """
+    model, state = at.model, equilibrium.state
+    assert objective.residuals is not None
+    told = objective.residuals
+
+    def residuals(X, state):
+        return told(objective.features(model, X, state))
+
+    values, back = jax.vjp(residuals, at.X, state)
+    direct, seeds = [], []
+    for unit in np.eye(len(values)):
+        nodes, seed = back(jax.numpy.asarray(unit))
+        direct.append(nodes)
+        seeds.append(np.where(at.held, 0.0, model.vector(seed)))
+    shapes, pressures = [], []
+    for nodes, w in zip(direct, tangent.precondition(np.array(seeds).T).T, strict=True):
+        shape, pressure = kernels.shape_pullback(
+            *model.rubber_arguments, model.top, at.X, state, at.loads, model.state(w)
+        )
+        shapes.append(np.asarray(nodes - shape)[: model.nodes])
+        pressures.append(-np.asarray(pressure))
+    return NodalJacobian(np.asarray(values), np.array(shapes), np.array(pressures))
