@@ -13,7 +13,7 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from pneumorph.optimize import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
+from pneumorph.optimize import BroughtWithin, DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
 from pneumorph.output.limits import bounds
 from pneumorph.output.words import analysed, duration, motion_of
 from pneumorph.problem import Problem
@@ -58,6 +58,11 @@ class Screen:
         match event:
             case Started():
                 self._started(event)
+            case BroughtWithin():
+                self.say(
+                    f"the start breaks limits: {'; '.join(event.broken)}; it was brought within them by moving its "
+                    f"surfaces by up to {event.moved_mm:.2g} mm"
+                )
             case DesignAccepted():
                 self.row(event.line)
                 self._stand(event)

@@ -16,7 +16,8 @@ import numpy as np
 
 from pneumorph.constraint import Limits
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.optimize.step import Step, proxy_scale
+from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.step import Step
 
 ORDER = 5
 TOLERANCE = 0.05
@@ -45,9 +46,9 @@ class PaperStepper:
     iterations: float
     last_slope: np.ndarray
 
-    def step(self, phi: np.ndarray, slope: np.ndarray, radius: float) -> Step:
-        """See `Stepper.step`."""
-        space, limits = self.space, self.limits
+    def step(self, phi: np.ndarray, proxy: Proxy, radius: float) -> Step:
+        """See `Stepper.step`; the paper's proxy (31) is linear."""
+        space, limits, slope = self.space, self.limits, proxy.slope
         scale = proxy_scale(slope, self.reference)
         start = space.control_points(phi)
         pairs = jax.tree.map(jnp.asarray, limits.pairs(start))
@@ -62,15 +63,10 @@ class PaperStepper:
             return value, change
 
         counted = _Counted(merit)
-        before, first_slope = merit(np.zeros_like(phi))
+        _, first_slope = merit(np.zeros_like(phi))
         psi = minimise_dfp(counted, np.zeros_like(phi), int(self.iterations))
         psi = np.clip(psi, np.where(below, space.lower - phi, -np.inf), np.where(above, space.upper - phi, np.inf))
-        after, _ = merit(psi)
-        return Step(psi, scale, float(slope @ psi), before - after, counted.count, first_slope)
-
-    def taught(self, step: Step, slope: np.ndarray, slope_there: np.ndarray) -> PaperStepper:
-        """See `Stepper.taught`; the paper's proxy is linear and learns nothing."""
-        return self
+        return Step(psi, counted.count, first_slope)
 
     def after(self, step: Step) -> PaperStepper:
         """The ℵ-rule (37): more iterations while the gradient changes little (38)."""
@@ -87,6 +83,11 @@ class PaperStepper:
     def unpack(self, state: dict[str, Any]) -> PaperStepper:
         """See `Stepper.unpack`."""
         return replace(self, last_slope=np.asarray(state["dfp_slope"]), iterations=float(state["dfp_iterations"]))
+
+
+def proxy_scale(slope: np.ndarray, reference: float) -> float:
+    """Scale of the objective in the merit, 1/(Ξ₀ ‖∂J/∂Φ‖₁): the units of Φ, pressures and J drop out; Ξ₀ in mm."""
+    return 1.0 / (reference * max(float(np.abs(slope).sum()), 1e-300))
 
 
 class _Counted:

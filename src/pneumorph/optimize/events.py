@@ -26,6 +26,14 @@ class Started:
 
 
 @dataclass(frozen=True)
+class BroughtWithin:
+    """The start broke the limits that `broken` tells in sentences; moving its points by up to `moved_mm` mended it."""
+
+    broken: tuple[str, ...]
+    moved_mm: float
+
+
+@dataclass(frozen=True)
 class Remeshed:
     """The body was meshed anew for a reason given as a sentence."""
 
@@ -69,8 +77,8 @@ class DesignAccepted:
 class Finished:
     """The loop has ended for a reason given as a sentence.
 
-    `held` tells whether the last design keeps every limit, `stable` by task whether its state is stable, as a whole
-    body too where half of it was analysed.
+    The last design is the best: each is better than the one before, measured on one mesh. `held` tells whether it keeps
+    every limit, `stable` by task whether its state is stable, as a whole body too where half of it was analysed.
     """
 
     iteration: int
@@ -79,4 +87,4 @@ class Finished:
     stable: dict[str, bool]
 
 
-Event = Started | Remeshed | DesignRejected | DesignAccepted | Finished
+Event = Started | BroughtWithin | Remeshed | DesignRejected | DesignAccepted | Finished

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ import numpy as np
 from pneumorph.constraint import LimitReport
 from pneumorph.mechanics.plate import rotation_vector
 from pneumorph.optimize.analysis import Analysis, Discretisation
-from pneumorph.optimize.step import Step
 from pneumorph.problem import Problem
 
 PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
@@ -63,38 +63,56 @@ def answers(disc: Discretisation, analysis: Analysis) -> dict[str, dict[str, Any
     return told
 
 
+@dataclass(frozen=True)
+class Told:
+    """How a design was come by.
+
+    Attributes
+    ----------
+    factorisations : of all tries.
+    remeshed : whether it has a new mesh.
+    step_mm, ratio, evaluations : longest motion of a control point, actual over predicted gain, and how often limits
+        were evaluated in the sub-problem; None for the start.
+    """
+
+    factorisations: int
+    remeshed: bool
+    step_mm: float | None = None
+    ratio: float | None = None
+    evaluations: int | None = None
+
+
 def history_line(
     problem: Problem,
     iteration: int,
     analysis: Analysis,
     disc: Discretisation,
     limits: LimitReport,
+    optimality: float,
     clock: Clock,
-    factorisations: int,
-    remeshed: bool,
-    step: Step | None = None,
-    ratio: float | None = None,
+    told: Told,
 ) -> dict[str, Any]:
-    """The history line of a design; without a step, of the starting one.
+    """The history line of a design.
 
     `equivalents` is the time of the whole iteration over that of one tangent assembly with factorisation on the same
-    mesh.
+    mesh; `optimality` is the part of the gradient that the limits leave.
     """
     seconds = clock.seconds()
     unit = sum(tangent.unit_seconds for tangent in disc.tangents.values()) / len(disc.tangents)
     return {
         "iteration": iteration,
         "objective": analysis.value,
+        "optimality": optimality,
         "tasks": answers(disc, analysis),
         "limits": limits.values(),
         "held": limits.held(),
         "elements": disc.model.elements,
         "dofs": disc.model.size,
-        "factorisations": factorisations,
+        "factorisations": told.factorisations,
         "seconds": seconds,
         "equivalents": seconds["total"] / unit,
-        "step_mm": None if step is None else float(abs(step.change).max()),
-        "ratio": ratio,
-        "remeshed": remeshed,
-        "evaluations": None if step is None else step.evaluations,
+        "step_mm": told.step_mm,
+        "ratio": told.ratio,
+        "remeshed": told.remeshed,
+        "evaluations": told.evaluations,
     }

@@ -1,6 +1,6 @@
 """The design loop (the paper's Algorithm 1).
 
-Gradient, sub-problem, new shape, equilibrium, trust region, until no more is to be gained.
+Derivatives, sub-problem, new shape within its limits, equilibrium, trust region, until no more is to be gained.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.constraint import LimitReport, limits_of, report
+from pneumorph.constraint.rows import Sampled, sampled
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, design_space
@@ -22,33 +23,39 @@ from pneumorph.optimize import checkpoint
 from pneumorph.optimize.analysis import (
     Analysis,
     Discretisation,
+    Slopes,
     analyse,
     carried_over,
-    design_gradient,
+    design_slopes,
     discretise,
     predicted,
     stable,
 )
-from pneumorph.optimize.augmented import AugmentedLagrangian, augmented_lagrangian
+from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
-from pneumorph.optimize.events import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
-from pneumorph.optimize.history import Clock, history_line
-from pneumorph.optimize.smoothing import smoothing
-from pneumorph.optimize.step import Step, Stepper
+from pneumorph.optimize.events import BroughtWithin, DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
+from pneumorph.optimize.history import Clock, Told, history_line
+from pneumorph.optimize.optimality import optimality
+from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.smoothing import Smoothing, smoothing
+from pneumorph.optimize.step import Stepper
+from pneumorph.optimize.subproblem import sequential_quadratic
+from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
 
-GROW, SHRINK = 1.3, 0.5
+GROW, SHRINK = 1.5, 0.5
 GOOD, FAIR, POOR = 0.7, 0.4, 0.05
 """Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the
 third a step is taken back."""
 
-LARGEST, SMALLEST = 2.0, 1 / 32
+LARGEST, SMALLEST = 4.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
 
-PATIENCE, PROGRESS = 5, 0.005
-"""The loop stops when this many designs together improve the objective by less than this fraction of it."""
+OPTIMAL = 0.02
+"""The loop stops where the limits leave no more than this part of the gradient."""
 
-MOST_RESTORATIONS = 8
+PATIENCE, PROGRESS = 5, 0.005
+"""The loop stops, too, when this many designs together improve the objective by less than this fraction of it."""
 
 BEARABLE = 0.002
 """A mesh whose worst element is better goes on where no new one can be made."""
@@ -60,8 +67,12 @@ class _Standing:
 
     iteration: int
     analysis: Analysis
+    slopes: Slopes
+    optimality: float
+    report: LimitReport
     disc: Discretisation
     stepper: Stepper
+    memory: Curvature
     radius: float
     values: tuple[float, ...]
 
@@ -73,19 +84,25 @@ class _Loop:
         body = starting_body(problem.body)
         self.problem = problem
         self.space: DesignSpace = design_space(problem, body)
-        reference = problem.optimizer.step
-        limits = limits_of(body, problem.limits, reach=2.5 * LARGEST * reference)
-        self.augmented: AugmentedLagrangian = augmented_lagrangian(self.space, smoothing(self.space), limits, reference)
-        self.stepper: Stepper = self.augmented
+        self.smooth: Smoothing = smoothing(self.space)
+        self.limits: Sampled = sampled(body, problem.limits)
+        self.stepper: Stepper = sequential_quadratic(self.space, self.smooth, self.limits)
         if problem.optimizer.method == "dfp":
-            self.stepper = PaperStepper(self.space, limits, reference, FIRST_ITERATIONS, np.zeros(0))
+            reference = problem.optimizer.step
+            all_samples = limits_of(body, problem.limits, reach=2.5 * LARGEST * reference)
+            self.stepper = PaperStepper(self.space, all_samples, reference, FIRST_ITERATIONS, np.zeros(0))
 
-    def report(self, analysis: Analysis) -> LimitReport:
-        return report(self.space.body(analysis.phi), self.problem.limits)
+    def within(self, phi: np.ndarray) -> Within | LimitReport:
+        return within(self.space, self.smooth, self.limits, phi)
+
+    def optimality(self, phi: np.ndarray, slope: np.ndarray) -> float:
+        return optimality(self.space, self.smooth, self.limits, phi, slope)
 
 
 def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Event]:
     """Design a body for a problem: yields what happens, every accepted design with all that is known of it.
+
+    Every accepted design keeps every limit and is better than the one before.
 
     Parameters
     ----------
@@ -94,107 +111,187 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     Raises
     ------
     ComputationError
-        When the starting design cannot be meshed or has no equilibrium.
+        When the starting design cannot be brought within its limits, cannot be meshed or has no equilibrium.
     """
     loop = _Loop(problem)
     clock = Clock()
-    now = _first(loop, clock) if state is None else _resumed(loop, state)
+    now = (yield from _first(loop, clock)) if state is None else _resumed(loop, state)
     model = now.disc.model
     iterations = problem.optimizer.iterations
     yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.mirror)
     if state is None:
-        yield _accepted(loop, now, clock, now.disc.factorisations, False)
+        yield _accepted(loop, now, clock, Told(now.disc.factorisations, False))
     reason = "the number of designs that was asked for is reached"
-    while now.iteration < problem.optimizer.iterations:
-        following = yield from _next(loop, now)
-        if following is None:
-            reason = "no step improves the design any more: the trust region has shrunk to nothing"
+    while now.iteration < iterations:
+        if now.optimality <= OPTIMAL:
+            reason = f"the design is optimal: its limits leave {100 * now.optimality:.1f} % of the objective's gradient"
             break
-        now = following
         if _settled(now.values):
             reason = f"{PATIENCE} designs together improved the objective by less than {100 * PROGRESS:g} %"
             break
-    now = yield from _restore(loop, now)
-    found = loop.report(now.analysis)
-    if not found.held():
-        reason += "; not every limit is held: " + "; ".join(map(str, found.violated()))
+        following = yield from _next(loop, now)
+        if isinstance(following, str):
+            reason = following
+            break
+        now = following
+    if now.optimality > OPTIMAL:
+        reason += f"; the limits leave {100 * now.optimality:.0f} % of the objective's gradient"
     is_stable = stable(now.disc, now.analysis)
     for name, equilibrium in now.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
-    yield Finished(now.iteration, reason, found.held(), is_stable)
+    yield Finished(now.iteration, reason, now.report.held(), is_stable)
 
 
-def _first(loop: _Loop, clock: Clock) -> _Standing:
+def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
     problem, space = loop.problem, loop.space
     with clock.phase("geometry"):
-        disc = discretise(problem, space.body(space.start))
+        start, moved = _start(loop)
+        if moved is not None:
+            yield moved
+        disc = discretise(problem, space.body(start.phi))
     with clock.phase("equilibrium"):
-        analysis = analyse(problem, space, disc, space.start, explain=True)
+        analysis = analyse(problem, space, disc, start.phi, explain=True)
     if isinstance(analysis, NoEquilibrium):
         raise ComputationError(f"the starting design cannot be analysed: {analysis.reason}")
-    return _Standing(0, analysis, disc, loop.stepper, problem.optimizer.step, (analysis.value,))
+    return _standing(loop, 0, analysis, disc, start.report, clock, loop.stepper, no_curvature(space.n), 1.0, ())
+
+
+def _start(loop: _Loop) -> tuple[Within, BroughtWithin | None]:
+    """The starting design, moved where it breaks a limit."""
+    asked = loop.space.start
+    before = report(loop.space.body(asked), loop.problem.limits)
+    if before.held():
+        return Within(asked, before), None
+    start = loop.within(asked)
+    if not isinstance(start, Within):
+        broken = "; ".join(map(str, start.violated()))
+        raise ComputationError(
+            f"the start breaks limits that no design near it keeps together: {broken}; widen one of them, or change "
+            "the body"
+        )
+    moved = float(np.abs(start.phi - asked).max())
+    return start, BroughtWithin(tuple(map(str, before.violated())), moved)
 
 
 def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
     disc, analysis = checkpoint.unpack(loop.problem, loop.space, state)
     values = tuple(map(float, state["values"]))
-    return _Standing(
-        int(state["iteration"]), analysis, disc, loop.stepper.unpack(state), float(state["radius"]), values
+    return _standing(
+        loop,
+        int(state["iteration"]),
+        analysis,
+        disc,
+        report(loop.space.body(analysis.phi), loop.problem.limits),
+        Clock(),
+        loop.stepper.unpack(state),
+        unpack_curvature(state),
+        float(state["radius"]),
+        values[:-1],
     )
 
 
-def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | None]:
-    """The next accepted design, or None when the trust region has shrunk to nothing."""
-    clock, radius, spent, stepper = Clock(), now.radius, 0, now.stepper
+def _standing(
+    loop: _Loop,
+    iteration: int,
+    analysis: Analysis,
+    disc: Discretisation,
+    kept: LimitReport,
+    clock: Clock,
+    stepper: Stepper,
+    memory: Curvature,
+    radius: float,
+    values: tuple[float, ...],
+) -> _Standing:
+    """Take the derivatives of a design that is accepted."""
     with clock.phase("gradient"):
-        slope = design_gradient(loop.problem, loop.space, now.disc, now.analysis)
-    while radius >= SMALLEST * loop.problem.optimizer.step:
+        slopes = design_slopes(loop.problem, loop.space, disc, analysis)
+    with clock.phase("subproblem"):
+        left = loop.optimality(analysis.phi, slopes.total)
+    values = (*values, analysis.value)
+    return _Standing(iteration, analysis, slopes, left, kept, disc, stepper, memory, radius, values)
+
+
+def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str]:
+    """The next accepted design, or why there is none."""
+    reference = loop.problem.optimizer.step
+    clock, radius, spent = Clock(), now.radius, 0
+    memory = now.memory.seen(now.analysis.phi, now.slopes.rest)
+    gained = False
+    while radius >= SMALLEST:
+        proxy = Proxy(now.slopes.total, np.concatenate([now.slopes.factors, memory.factors()]))
         with clock.phase("subproblem"):
-            step = stepper.step(now.analysis.phi, slope, radius)
-        if not step.gain > 0:
-            return None
-        trial = yield from _try(loop, now, step.change, clock)
+            step = now.stepper.step(now.analysis.phi, proxy, radius * reference)
+            target = loop.within(now.analysis.phi + step.change)
+        if not isinstance(target, Within):
+            radius *= SHRINK
+            broken = "; ".join(map(str, target.violated()))
+            yield DesignRejected(now.iteration + 1, f"limits could not be kept: {broken}", radius * reference)
+            continue
+        change = target.phi - now.analysis.phi
+        expected = -proxy.change(change)[0]
+        if not expected > 0:
+            radius *= SHRINK
+            continue
+        gained = True
+        trial = yield from _try(loop, now, target.phi, clock)
         spent += trial.factorisations
         if trial.analysis is None:
             radius *= SHRINK
-            yield DesignRejected(now.iteration + 1, trial.reason, radius)
+            yield DesignRejected(now.iteration + 1, trial.reason, radius * reference)
             continue
-        ratio = step.ratio(now.analysis.value, trial.analysis.value)
-        if ratio < POOR and not trial.remeshed:
+        ratio = (trial.before - trial.analysis.value) / expected
+        if ratio < POOR:
             radius *= SHRINK
-            yield DesignRejected(now.iteration + 1, f"the gain was {ratio:.2f} of the predicted one", radius)
+            reason = f"the gain was {ratio:.2f} of the predicted one"
+            yield DesignRejected(now.iteration + 1, reason, radius * reference)
             with clock.phase("gradient"):
-                there = design_gradient(loop.problem, loop.space, trial.disc, trial.analysis)
-            stepper = stepper.taught(step, slope, there)
+                there = design_slopes(loop.problem, loop.space, trial.disc, trial.analysis)
+            memory = memory.with_pair(change, there.rest - now.slopes.rest)
             continue
         if ratio > GOOD:
             radius *= GROW
         elif ratio < FAIR:
             radius *= SHRINK
-        radius = min(radius, LARGEST * loop.problem.optimizer.step)
-        values = (*now.values, trial.analysis.value)
-        following = _Standing(now.iteration + 1, trial.analysis, trial.disc, stepper.after(step), radius, values)
-        yield _accepted(loop, following, clock, spent, trial.remeshed, step, ratio)
+        following = _standing(
+            loop,
+            now.iteration + 1,
+            trial.analysis,
+            trial.disc,
+            target.report,
+            clock,
+            now.stepper.after(step),
+            memory,
+            min(radius, LARGEST),
+            now.values,
+        )
+        told = Told(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
+        yield _accepted(loop, following, clock, told)
         return following
-    return None
+    if not gained:
+        return "no step within the limits improves the design"
+    return "the trust region has shrunk to nothing: no step that was tried improved the design"
 
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A tried design; without an analysis, the reason why there is none."""
+    """A tried design; without an analysis, the reason why there is none.
+
+    `before` is the objective of the design that the step was made from, on the trial's mesh.
+    """
 
     disc: Discretisation
     analysis: Analysis | None
     reason: str
+    before: float
     remeshed: bool
     factorisations: int
 
 
-def _try(loop: _Loop, now: _Standing, change: np.ndarray, clock: Clock) -> Generator[Event, None, _Trial]:
+def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generator[Event, None, _Trial]:
     """Analyse the design after a step, on a new mesh if the old one has become poor."""
     problem, space, disc = loop.problem, loop.space, now.disc
-    phi, before = now.analysis.phi + change, now.disc.factorisations
+    count = disc.factorisations
     points = space.control_points(phi)
     with clock.phase("equilibrium"):
         starts = predicted(space, disc, now.analysis, phi)
@@ -205,52 +302,34 @@ def _try(loop: _Loop, now: _Standing, change: np.ndarray, clock: Clock) -> Gener
                 new = discretise(problem, space.body(phi))
             except MeshError as error:
                 if _quality(disc, points) < BEARABLE:
-                    return _Trial(disc, None, str(error), True, 0)
+                    return _Trial(disc, None, str(error), now.analysis.value, True, 0)
                 poor = None
             else:
                 starts = carried_over(disc, disc.morph.positions(points), starts, new)
-                disc, before = new, 0
+                disc, count = new, 0
     if poor is not None:
         yield Remeshed(now.iteration + 1, poor, disc.model.elements, _quality(disc, points))
+    before = now.analysis.value
     with clock.phase("equilibrium"):
         analysis = analyse(problem, space, disc, phi, starts)
-    spent = disc.factorisations - before
+        if not isinstance(analysis, NoEquilibrium) and poor is not None and analysis.value > before:
+            before = _before(loop, now, disc, analysis)
+    spent = disc.factorisations - count
     if isinstance(analysis, NoEquilibrium):
-        return _Trial(disc, None, analysis.reason, poor is not None, spent)
-    return _Trial(disc, analysis, "", poor is not None, spent)
+        return _Trial(disc, None, analysis.reason, before, poor is not None, spent)
+    return _Trial(disc, analysis, "", before, poor is not None, spent)
+
+
+def _before(loop: _Loop, now: _Standing, disc: Discretisation, trial: Analysis) -> float:
+    """The objective before a step on the mesh after it: meshes differ by as much as a small step gains."""
+    starts = predicted(loop.space, disc, trial, now.analysis.phi)
+    again = analyse(loop.problem, loop.space, disc, now.analysis.phi, starts)
+    return now.analysis.value if isinstance(again, NoEquilibrium) else again.value
 
 
 def _quality(disc: Discretisation, points: np.ndarray) -> float:
     """Of the worst element, where the mesh follows the control points."""
     return float(scaled_jacobian(disc.morph.positions(points), disc.morph.mesh.tets).min())
-
-
-def _restore(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing]:
-    """Bring a last design that breaks a limit back within all of them.
-
-    What the finer report still finds broken gets a wider margin in the next attempt.
-    """
-    wider: dict[str, float] = {}
-    for attempt in range(MOST_RESTORATIONS):
-        found = loop.report(now.analysis)
-        if found.held():
-            break
-        if attempt:
-            for reading in found.violated():
-                wider[reading.limit] = wider.get(reading.limit, 0.0) + reading.excess()
-        clock = Clock()
-        with clock.phase("subproblem"):
-            step = loop.augmented.restoring(now.analysis.phi, loop.problem.optimizer.step, wider)
-        if not np.any(np.abs(step.change) > 1e-6):
-            continue
-        trial = yield from _try(loop, now, step.change, clock)
-        if trial.analysis is None:
-            yield DesignRejected(now.iteration + 1, trial.reason, 0.0)
-            break
-        values = (*now.values, trial.analysis.value)
-        now = _Standing(now.iteration + 1, trial.analysis, trial.disc, now.stepper, now.radius, values)
-        yield _accepted(loop, now, clock, trial.factorisations, trial.remeshed, step)
-    return now
 
 
 def _settled(values: tuple[float, ...]) -> bool:
@@ -259,24 +338,14 @@ def _settled(values: tuple[float, ...]) -> bool:
     return values[-1 - PATIENCE] - values[-1] < PROGRESS * abs(values[-1])
 
 
-def _accepted(
-    loop: _Loop,
-    now: _Standing,
-    clock: Clock,
-    factorisations: int,
-    remeshed: bool,
-    step: Step | None = None,
-    ratio: float | None = None,
-) -> DesignAccepted:
-    limits = loop.report(now.analysis)
-    line = history_line(
-        loop.problem, now.iteration, now.analysis, now.disc, limits, clock, factorisations, remeshed, step, ratio
-    )
+def _accepted(loop: _Loop, now: _Standing, clock: Clock, told: Told) -> DesignAccepted:
+    line = history_line(loop.problem, now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, told)
     state = {
         "iteration": now.iteration,
         "radius": now.radius,
         "values": np.array(now.values),
         **now.stepper.pack(),
+        **now.memory.pack(),
         **checkpoint.pack(now.analysis, now.disc),
     }
     return DesignAccepted(now.iteration, line, loop.space.body(now.analysis.phi), now.analysis.pressures, state)

@@ -1,7 +1,15 @@
 """How an objective depends on shape and pressures: the exact gradient, the paper's boundary formula, Taylor tests."""
 
-from pneumorph.sensitivity.adjoint import NodalGradient, gradient
+from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian
 from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
 
-__all__ = ["NodalGradient", "TaylorTest", "boundary_gradient", "gradient", "taylor_test"]
+__all__ = [
+    "NodalGradient",
+    "NodalJacobian",
+    "TaylorTest",
+    "boundary_gradient",
+    "gradient",
+    "residual_jacobian",
+    "taylor_test",
+]

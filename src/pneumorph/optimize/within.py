@@ -1,0 +1,99 @@
+"""Bring a design within its limits by the least smooth motion of its surfaces.
+
+Every design that the loop analyses goes through here: a feasible-point method, whose acceptance needs no more than the
+objective (Wright & Tenny 2004, "A feasible trust-region sequential quadratic programming algorithm"). Limits depend on
+the control points alone, so this costs no equilibrium.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize, sparse
+
+from pneumorph.constraint import LimitReport, report
+from pneumorph.constraint.rows import KINDS, Sampled
+from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.optimize.smoothing import Smoothing
+from pneumorph.optimize.subproblem import limits_by_variables
+
+MARGIN = {"curvature": 0.003, "skew": 0.003, "stretch": 0.003, "area": 0.003}
+SMALL_MARGIN = 0.002
+"""How far within their bounds limits are brought, as fractions of them: a part of the tolerance they are held to."""
+
+ACCURACY = 5e-4
+"""Fraction of their bounds to which limits on samples are met."""
+
+PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 4, 60
+"""Most linearisations, most certificates that may each widen the margins, and most iterations of L-BFGS-B."""
+
+REACH, LEAST = 0.1, -0.05
+"""Distances this much (mm) within their bound, and measures from here on (0 is the bound), are held while moving."""
+
+
+@dataclass(frozen=True, eq=False)
+class Within:
+    """A design that keeps every limit: its variables, and the report that says so."""
+
+    phi: np.ndarray
+    report: LimitReport
+
+
+def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray) -> Within | LimitReport:
+    """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else what is left broken."""
+    margins = np.array([MARGIN.get(kind, SMALL_MARGIN) for kind in KINDS])
+    found = report(space.body(phi), limits.spec)
+    for _ in range(CERTIFICATES):
+        phi = _projected(space, smooth, limits, phi, margins)
+        found = report(space.body(phi), limits.spec)
+        if found.held():
+            return Within(phi, found)
+        for reading in found.violated():
+            margins[[REPORTED.get(kind, kind) == reading.limit for kind in KINDS]] += max(reading.excess(), 0.002)
+    return found
+
+
+REPORTED = {"rim": "fold"}
+"""Kinds that the report has under another name."""
+
+
+def _projected(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray, margins: np.ndarray):
+    for _ in range(PROJECTIONS):
+        rows = limits.rows(space.body(phi), REACH, LEAST)
+        excess = rows.value + margins[rows.kind]
+        if not len(excess) or excess.max() <= ACCURACY:
+            break
+        motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess)
+        phi = np.clip(phi + motion.smooth, space.lower, space.upper)
+    return phi
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A smooth step Ψ = S z: raw z and smooth Ψ, (n,) each."""
+
+    raw: np.ndarray
+    smooth: np.ndarray
+
+
+def least_motion(
+    smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray | float = 0.0
+) -> Motion:
+    """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0.
+
+    By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ).
+    """
+    transposed = sparse.csr_array(jacobian.T)
+    size = np.sqrt(np.maximum(jacobian.power(2).sum(axis=1), 1e-12))
+
+    def dual(y):
+        z = smooth.transpose(slope + transposed @ (y / size))
+        return 0.5 * float(z @ z) - float(excess @ (y / size)), (jacobian @ smooth.apply(z) - excess) / size
+
+    start = np.maximum(excess, 0.0) / size
+    options = {"maxiter": MOST_ITERATIONS, "maxcor": 20, "ftol": 1e-15, "gtol": 1e-7}
+    bounds = np.column_stack([np.zeros(len(excess)), np.full(len(excess), np.inf)])
+    y = optimize.minimize(dual, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x
+    raw = -smooth.transpose(slope + transposed @ (y / size))
+    return Motion(raw, smooth.apply(raw))
