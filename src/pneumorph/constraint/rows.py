@@ -38,8 +38,8 @@ KINDS = (*SHAPE, "wall", "fold", "rim", "ends", "envelope")
 FINE, COARSE = (4, 8), (2, 4)
 """Samples to each knot span in q and r: of what curvature and the like peak in, and of what distances start from."""
 
-NEARBY = np.array([-0.67, -0.33, 0.0, 0.33, 0.67])
-"""Places between samples, in steps of them, that are looked at around the worst ones."""
+NEARBY, CLOSE = np.array([-0.5, 0.0, 0.5]), -0.1
+"""Places between samples, in steps of them, that are looked at around the worst ones where c is above the latter."""
 
 
 class Rows(NamedTuple):
@@ -143,12 +143,18 @@ def _shapes(limits: Sampled, body: Body, least: float) -> Iterator[_Part]:
         chosen = []
         for kind, measure in enumerate(found):
             c = scale[kind] * np.asarray(measure) + shift[kind]
-            row, column, cell = _worst_samples(c, samples.measured.start or 0, FINE, limits.spans[number], least)
-            chosen.append((np.full(len(cell), kind), cell, row, column))
-        kind, cell, row, column = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
+            first_row = samples.measured.start or 0
+            row, column, cell = _worst_samples(c, first_row, FINE, limits.spans[number], least)
+            chosen.append((np.full(len(cell), kind), cell, row, column, c[row - first_row, column]))
+        kind, cell, row, column, worst = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
         if not len(kind):
             continue
-        q, r = _worst_nearby(surface, samples, kind, row, column, spec.stretch.form, scale)
+        q, r = samples.q[column], samples.r[row]
+        close = np.flatnonzero(worst > CLOSE)
+        if len(close):
+            q[close], r[close] = _worst_nearby(
+                surface, samples, kind[close], row[close], column[close], spec.stretch.form, scale
+            )
         value, entry, points = _gradient(surface, samples, kind, q, r, spec.stretch.form)
         yield _Part(
             kind,
@@ -181,7 +187,7 @@ def _worst_of_cells(c: Floats, cell: Ints) -> Ints:
 def _worst_nearby(
     surface: TubeSurface, samples: Grid, kind: Ints, row: Ints, column: Ints, form: Form, scale: Floats
 ) -> tuple[Floats, Floats]:
-    """The worst of 25 places around each chosen sample: what is limited peaks between samples."""
+    """The worst of nine places around each chosen sample: what is limited peaks between samples."""
     rise, aside = (part.ravel() for part in np.meshgrid(NEARBY, NEARBY, indexing="ij"))
     q = (samples.q[column][:, None] + aside / len(samples.q)).ravel() % 1.0
     low, high = samples.r[samples.measured][[0, -1]]

@@ -2,26 +2,36 @@
 
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound. Every program has the limits linearised at the
 step so far (`constraint.rows`), and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar 1973)
-whose rounds are minimised by L-BFGS-B: an evaluation costs two products with a sparse matrix. The prices of the limits,
-by kind and knot-span cell, are kept from design to design. What is left broken the loop mends (`within.py`).
+whose rounds are minimised by accelerated gradients: an evaluation costs two products with a sparse matrix. The prices
+of the limits, by kind and knot-span cell, are kept from design to design. What is left broken the loop mends
+(`within.py`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy import optimize, sparse
+from scipy import sparse
 
 from pneumorph.constraint.rows import KINDS, Sampled
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.optimize.accelerated import Map, minimise, tightened
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.step import Step
 
-PROGRAMS, ROUNDS, MOST_ITERATIONS = 3, 2, 25
-"""Linearisations in a sub-problem, updates of the prices in each, and L-BFGS-B iterations in each of those."""
+PROGRAMS, ROUNDS, MOST_ITERATIONS = 5, 2, 60
+"""Linearisations in a sub-problem, updates of the prices in each, and iterations in each of those."""
+
+NARROWING = 0.5
+"""Each program may move the step this part as far as the one before: without it curvature, which linear rows underrate,
+is passed anew every time."""
+
+ACCURACY = 1e-3
+"""Change of the raw step, in radii, at which iterations end."""
 
 STIFFNESS = 100.0
 """ρ, mm: price of a limit that is broken by its whole bound, in mean derivatives of the objective per mm."""
@@ -54,35 +64,23 @@ class SequentialQuadratic:
         space = self.space
         unit = max(float(np.abs(proxy.slope).mean()), 1e-300)
         scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
-        bounds = np.column_stack([np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)])
+        bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
         z, prices = np.zeros(space.n), self.prices.copy()
-        for _ in range(PROGRAMS):
+        for number in range(PROGRAMS):
+            room = NARROWING**number * radius
             change = self.smooth.apply(z)
             # Both walls of a gap may go the whole radius.
-            rows = self.limits.rows(space.body(phi + change), 2.2 * radius, LEAST)
+            rows = self.limits.rows(space.body(phi + change), 2.2 * room, LEAST)
             jacobian = limits_by_variables(space, rows.jacobian)
-            known = rows.value - jacobian @ change
-            price = prices[rows.kind, rows.cell]
+            program = _Program(scaled, self.smooth, jacobian, rows.value - jacobian @ change, PROXIMITY / radius)
+            price, scale = prices[rows.kind, rows.cell], program.scale()
+            lower, upper = np.maximum(bounds[0], z - room), np.minimum(bounds[1], z + room)
             for _ in range(ROUNDS):
-                z = self._minimise(scaled, jacobian, known, price, z, bounds, PROXIMITY / radius)
-                price = np.maximum(0.0, price + STIFFNESS * (known + jacobian @ self.smooth.apply(z)))
+                z = minimise(program.slope(price), z, lower, upper, scale, MOST_ITERATIONS, ACCURACY * radius)
+                price = program.price(price, self.smooth.apply(z))
             prices = np.zeros_like(prices)
             prices[rows.kind, rows.cell] = price
         return Step(self.smooth.apply(z), PROGRAMS, prices)
-
-    def _minimise(self, proxy: Proxy, jacobian, known, price, z, bounds, pull) -> np.ndarray:
-        """The raw step that minimises the augmented Lagrangian."""
-        transposed = sparse.csr_array(jacobian.T)
-
-        def merit(z):
-            change = self.smooth.apply(z)
-            expected, tilt = proxy.change(change)
-            dear = np.maximum(0.0, price + STIFFNESS * (known + jacobian @ change))
-            value = expected + float(dear @ dear) / (2 * STIFFNESS) + 0.5 * pull * float(z @ z)
-            return value, self.smooth.transpose(tilt + transposed @ dear) + pull * z
-
-        options = {"maxiter": MOST_ITERATIONS, "maxcor": 20, "ftol": 1e-14, "gtol": 1e-9}
-        return optimize.minimize(merit, z, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x
 
     def after(self, step: Step) -> SequentialQuadratic:
         """See `Stepper.after`."""
@@ -95,6 +93,53 @@ class SequentialQuadratic:
     def unpack(self, state: dict[str, Any]) -> SequentialQuadratic:
         """See `Stepper.unpack`."""
         return replace(self, prices=np.asarray(state["prices"]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Program:
+    """The augmented Lagrangian of a quadratic program: a proxy under linearised limits c + J S z ≤ 0.
+
+    Attributes
+    ----------
+    known : (m,) c.
+    pull : weight of ½‖z‖².
+    """
+
+    proxy: Proxy
+    smooth: Smoothing
+    jacobian: sparse.csr_array
+    known: np.ndarray
+    pull: float
+
+    @cached_property
+    def transposed(self) -> sparse.csr_array:
+        return sparse.csr_array(self.jacobian.T)
+
+    def price(self, price: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """λ ← max(0, λ + ρ c) after a smooth step."""
+        return np.maximum(0.0, price + STIFFNESS * (self.known + self.jacobian @ change))
+
+    def slope(self, price: np.ndarray) -> Map:
+        """Its gradient by z, for prices λ (m,)."""
+
+        def slope(z: np.ndarray) -> np.ndarray:
+            change = self.smooth.apply(z)
+            _, tilt = self.proxy.change(change)
+            return self.smooth.transpose(tilt + self.transposed @ self.price(price, change)) + self.pull * z
+
+        return slope
+
+    def scale(self) -> np.ndarray:
+        """A diagonal (n,) above its Hessian: sums of the rows' moduli, tightened."""
+        moduli, factors = abs(self.jacobian), self.proxy.factors
+
+        def bound(jacobian, transposed, factors, z):
+            change = self.smooth.apply(z)
+            image = STIFFNESS * (transposed @ (jacobian @ change)) + (factors @ change) @ factors
+            return self.smooth.transpose(image) + self.pull * z
+
+        whole = bound(moduli, sparse.csr_array(moduli.T), np.abs(factors), np.ones(len(self.proxy.slope)))
+        return tightened(whole, partial(bound, self.jacobian, self.transposed, factors))
 
 
 def sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: Sampled) -> SequentialQuadratic:

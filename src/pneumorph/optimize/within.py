@@ -10,11 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, sparse
+from scipy import sparse
 
 from pneumorph.constraint import LimitReport, report
 from pneumorph.constraint.rows import KINDS, Sampled
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.subproblem import limits_by_variables
 
@@ -25,8 +26,8 @@ SMALL_MARGIN = 0.002
 ACCURACY = 5e-4
 """Fraction of their bounds to which limits on samples are met."""
 
-PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 4, 60
-"""Most linearisations, most certificates that may each widen the margins, and most iterations of L-BFGS-B."""
+PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 4, 200
+"""Most linearisations, most certificates that may each widen the margins, and most iterations for a motion."""
 
 REACH, LEAST = 0.1, -0.05
 """Distances this much (mm) within their bound, and measures from here on (0 is the bound), are held while moving."""
@@ -84,16 +85,24 @@ def least_motion(
 
     By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ).
     """
-    transposed = sparse.csr_array(jacobian.T)
-    size = np.sqrt(np.maximum(jacobian.power(2).sum(axis=1), 1e-12))
+    transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 
-    def dual(y):
-        z = smooth.transpose(slope + transposed @ (y / size))
-        return 0.5 * float(z @ z) - float(excess @ (y / size)), (jacobian @ smooth.apply(z) - excess) / size
+    def raw(price: np.ndarray) -> np.ndarray:
+        return -smooth.transpose(slope + transposed @ price)
 
-    start = np.maximum(excess, 0.0) / size
-    options = {"maxiter": MOST_ITERATIONS, "maxcor": 20, "ftol": 1e-15, "gtol": 1e-7}
-    bounds = np.column_stack([np.zeros(len(excess)), np.full(len(excess), np.inf)])
-    y = optimize.minimize(dual, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x
-    raw = -smooth.transpose(slope + transposed @ (y / size))
-    return Motion(raw, smooth.apply(raw))
+    def product(price: np.ndarray) -> np.ndarray:
+        return jacobian @ smooth.apply(smooth.transpose(transposed @ price))
+
+    whole = moduli @ smooth.apply(smooth.transpose(moduli.T @ np.ones(len(excess))))
+    scale = tightened(np.maximum(whole, 1e-12), product)
+    found = minimise(
+        lambda price: -(excess + jacobian @ smooth.apply(raw(price))),
+        np.maximum(excess, 0.0) / scale,
+        np.zeros(len(excess)),
+        np.full(len(excess), np.inf),
+        scale,
+        MOST_ITERATIONS,
+        0.0,
+    )
+    z = raw(found)
+    return Motion(z, smooth.apply(z))
