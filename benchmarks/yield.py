@@ -281,7 +281,8 @@ def reason_of(outcome: dict[str, Any]) -> str:
     if outcome["end"] == "completed":
         return next((name for name, words in RETURNS.items() if words in outcome["reason"]), outcome["reason"])
     first = re.split(r"; (?:design|designs|no design)\b", outcome["reason"])[0]
-    return re.sub(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?", "#", first)[:150]
+    first = re.sub(r"(?:[\w-]+ = [-+.\de]+ kPa(?:, | and )?)+", "pressures ", first)
+    return re.sub(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?", "#", re.sub(r" \(volume [^)]*\)", "", first))[:150]
 
 
 def one_line(folder: Path) -> str:
@@ -358,7 +359,9 @@ def tables(folders: list[Path]) -> None:
     flags = sorted({flag for one in found for flag in one["flags"]})
     table([row(flag, [one for one in found if flag in one["flags"]]) for flag in flags])
     ends = Counter((one["end"], one["reason"]) for one in found)
-    table([[str(count), end, reason] for (end, reason), count in ends.most_common()], ("runs", "end", "reason"))
+    for (end, reason), count in ends.most_common():
+        print(f"{count:4d}  {end}: {reason}")
+    print()
     beyond = [pair for one in found for pair in one["beyond"]]
     if beyond:
         limits = sorted({limit for limit, _ in beyond})
