@@ -1,0 +1,423 @@
+"""How many random problems come to something: designs within their limits, gains, ends, time, factorisations, meshes.
+
+    python benchmarks/yield.py SEED COUNT [--out DIR] [--jobs 2] [--iterations 10] [--timeout 900] [--only INDEX]
+                               [--source OTHER/src] [--measure-again] [--table-only]
+
+Problems 0 to COUNT-1 of SEED (`random_problems.py`) are designed by the command `pneumorph design`, each in a process
+of its own and in a directory of its own; what has ended is not run again. With --source the command is that of another
+checkout. Every accepted design is then measured by the limit report of this one, whatever its run says of itself; with
+--measure-again what has been measured before is measured anew. --table-only prints the tables of what is there. Seconds
+include what is compiled on the way; keep PNEUMORPH_CACHE between the runs that are to be compared.
+
+The gain of a run is (J at the start − least J of a design that holds all limits) over the gain that the unconstrained
+first-order model promises: ITERATIONS steps from the start, each moving every smoothed variable by `optimizer.step`
+down the gradient g of the start, ITERATIONS · step · ‖Sᵀg‖₁. Free pressures count up to their bounds only, and of an
+objective that cannot fall below zero (targets) no more than all of it is promised.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+HERE = Path(__file__).resolve()
+SOURCE = HERE.parents[1] / "src"
+MEASURING = 1800
+"""Seconds after which measuring a run is given up."""
+
+RETURNS = {"number asked": "the number of designs", "settled": "designs together improved", "no step": "no step"}
+TARGETS = ("match_curve", "match_sections", "reach")
+
+
+# --- running ----------------------------------------------------------------------------------------------------------
+
+
+def prepare(seed: int, index: int, folder: Path) -> None:
+    """Write the problem and what it is an example of."""
+    if (folder / "drawn.json").exists():
+        return
+    from random_problems import draw
+
+    drawn = draw(seed, index)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "problem.toml").write_text(drawn.text, encoding="utf-8")
+    told = {key: value for key, value in asdict(drawn).items() if key != "text"}
+    write(folder / "drawn.json", {"seed": seed, "index": index, **told})
+
+
+def write(path: Path, content: Any) -> None:
+    """JSON in one step: what is there is whole."""
+    beside = path.with_suffix(".part")
+    beside.write_text(json.dumps(content, indent=1), encoding="utf-8")
+    beside.replace(path)
+
+
+def read(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+
+def environment(source: Path, threads: int) -> dict[str, str]:
+    counts = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), str(threads))
+    return {**os.environ, **counts, "PYTHONPATH": str(source), "PYTHONUNBUFFERED": "1"}
+
+
+RUNNING: set[subprocess.Popen] = set()
+
+
+def stop(*_: Any) -> None:
+    """End with all that has been started; the same command goes on later."""
+    for process in list(RUNNING):
+        os.killpg(process.pid, signal.SIGKILL)
+    os._exit(1)
+
+
+def call(arguments: list[str], env: dict[str, str], log: Path, errors: Path, timeout: float) -> int | None:
+    """Exit status of a command; None where it had to be stopped for the time it took."""
+    with log.open("a") as out, errors.open("w") as err:
+        process = subprocess.Popen(arguments, env=env, stdout=out, stderr=err, start_new_session=True)
+        RUNNING.add(process)
+        try:
+            return process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            return None
+        finally:
+            RUNNING.discard(process)
+
+
+def run(folder: Path, asked: argparse.Namespace) -> None:
+    """Design one problem, if that is not done, and write down how it ended."""
+    if (folder / "outcome.json").exists():
+        return
+    began = time.perf_counter()
+    command = [sys.executable, "-c", "from pneumorph.cli import app; app()", "design", str(folder / "problem.toml")]
+    command += ["--out", str(folder / "run"), "--iterations", str(asked.iterations), "--resume"]
+    env = environment(asked.source, asked.threads)
+    status = call(command, env, folder / "log.txt", folder / "errors.txt", asked.timeout)
+    seconds = time.perf_counter() - began
+    write(folder / "outcome.json", {**ending(folder, status), "seconds": seconds, "iterations": asked.iterations})
+
+
+def ending(folder: Path, status: int | None) -> dict[str, Any]:
+    """The kind of a run's end, and its reason as one line."""
+    errors = (folder / "errors.txt").read_text(encoding="utf-8", errors="replace").strip()
+    lines = errors.splitlines() or [""]
+    told = [line.removeprefix("pneumorph: ") for line in lines if line.startswith("pneumorph: ")]
+    result = read(folder / "run" / "result.json")
+    if status is None:
+        return {"end": "without end", "reason": f"stopped after {log_state(folder)}"}
+    if "Traceback" in errors:
+        return {"end": "traceback", "reason": lines[-1]}
+    if status == 0 and result is not None:
+        return {"end": "completed", "reason": result["reason"]}
+    if status == 1 and told:
+        return {"end": "failed", "reason": told[-1]}
+    if status == 2:
+        return {"end": "refused", "reason": (told or lines)[-1]}
+    return {"end": "crashed", "reason": f"exit status {status}: {lines[-1]}"}
+
+
+def log_state(folder: Path) -> str:
+    done = len(history(folder))
+    return f"{done - 1} designs" if done else "no design"
+
+
+# --- measuring --------------------------------------------------------------------------------------------------------
+
+
+def measure(folder: Path, asked: argparse.Namespace) -> None:
+    """The first-order prediction and the limits of every design, in processes of their own."""
+    env = environment(SOURCE, asked.threads)
+    itself = [sys.executable, str(HERE), "--measure", str(folder)]
+    if not (folder / "prediction.json").exists():
+        log = folder / "prediction.txt"
+        if call([*itself, "prediction"], env, log, folder / "prediction_errors.txt", asked.timeout) != 0:
+            write(folder / "prediction.json", {"gain": None})
+    if asked.measure_again or not (folder / "measured.json").exists():
+        log = folder / "measured.txt"
+        if call([*itself, "limits"], env, log, folder / "measured_errors.txt", MEASURING) != 0:
+            print(f"{folder}: its designs could not be measured, see measured_errors.txt", flush=True)
+
+
+def predict(folder: Path) -> None:
+    """Write prediction.json: what the unconstrained first-order model promises of the start, for one step of its kind.
+
+    `gain` is of the shape for one step, `pressures` lists for every free pressure its slope per step and how many steps
+    there are to its bound.
+    """
+    import numpy as np
+
+    from pneumorph.geometry import design_space, starting_body
+    from pneumorph.mechanics import NoEquilibrium
+    from pneumorph.optimize.analysis import analyse, design_gradient, discretise
+    from pneumorph.optimize.smoothing import smoothing
+    from pneumorph.problem import load
+    from pneumorph.run.cache import use_compilation_cache
+
+    use_compilation_cache()
+    problem = load(folder / "problem.toml")
+    body = starting_body(problem.body)
+    space = design_space(problem, body)
+    disc = discretise(problem, body)
+    found = analyse(problem, space, disc, space.start)
+    if isinstance(found, NoEquilibrium):
+        write(folder / "prediction.json", {"gain": None, "reason": found.reason})
+        return
+    step, shape = problem.optimizer.step, space.n_shape
+    slope = smoothing(space).transpose(design_gradient(problem, space, disc, found))
+    room = np.where(slope > 0, space.start - space.lower, space.upper - space.start)[shape:] / step
+    pressures = [[float(step * abs(a)), float(b)] for a, b in zip(slope[shape:], room, strict=True)]
+    gain = float(step * np.abs(slope[:shape]).sum())
+    write(folder / "prediction.json", {"objective": found.value, "gain": gain, "pressures": pressures})
+
+
+def measure_limits(folder: Path) -> None:
+    """Write measured.json: by design whether all limits are held, and the excess of each."""
+    from pneumorph.constraint import report
+    from pneumorph.run import open_run
+    from pneumorph.run.cache import use_compilation_cache
+
+    use_compilation_cache()
+    stored = open_run(folder / "run") if (folder / "run" / "problem.toml").exists() else None
+    designs = []
+    for line in history(folder):
+        found = report(stored.load_design(line["iteration"]).body(stored.problem), stored.problem.limits)
+        designs.append(
+            {
+                "iteration": line["iteration"],
+                "held": found.held(),
+                "violated": [reading.limit for reading in found.violated()],
+                "excess": {reading.limit: reading.excess() for reading in found.readings},
+            }
+        )
+    write(folder / "measured.json", designs)
+
+
+def history(folder: Path) -> list[dict[str, Any]]:
+    path = folder / "run" / "history.jsonl"
+    if not path.exists():
+        return []
+    lines = [
+        json.loads(line) for line in path.read_text(encoding="utf-8").splitlines(keepends=True) if line[-1] == "\n"
+    ]
+    return [line for line in lines if (folder / "run" / "designs" / f"{line['iteration']:04d}.npz").exists()]
+
+
+# --- what a run came to -----------------------------------------------------------------------------------------------
+
+
+def summary(folder: Path) -> dict[str, Any] | None:
+    """The numbers of one problem for the tables; None where it has not been run and measured."""
+    drawn, outcome, measured = (read(folder / f"{name}.json") for name in ("drawn", "outcome", "measured"))
+    if drawn is None or outcome is None or measured is None:
+        return None
+    lines, later = history(folder), [design for design in measured if design["iteration"] > 0]
+    values = {line["iteration"]: line["objective"] for line in lines}
+    held = {design["iteration"] for design in measured if design["held"]}
+    start = values.get(0)
+    best = min((value for number, value in values.items() if number in held and number > 0), default=None)
+    gained = start - best if start is not None and best is not None else 0.0
+    promised = promise(folder, outcome["iterations"], start)
+    # A gain below what the equilibria are solved to is none.
+    gains = start is not None and gained > 1e-6 * abs(start)
+    words = (folder / "log.txt").read_text(encoding="utf-8", errors="replace") if (folder / "log.txt").exists() else ""
+    ended = reason_of(outcome)
+    return {
+        **drawn,
+        "end": outcome["end"],
+        "reason": ended,
+        "told": outcome["reason"],
+        "ran": outcome["seconds"],
+        "designs": len(later),
+        "held": sum(design["held"] for design in later),
+        "start held": bool(measured) and measured[0]["held"],
+        "last held": bool(later) and later[-1]["held"],
+        "beyond": [(limit, design["excess"][limit]) for design in later for limit in design["violated"]],
+        "start": start,
+        "best": best,
+        "gained": gains,
+        "share": max(gained, 0.0) / promised if promised and start is not None else None,
+        "seconds": [line["seconds"]["total"] for line in lines if line["iteration"] > 0],
+        "same": [line["factorisations"] for line in lines if line["iteration"] > 0 and not line["remeshed"]],
+        "anew": [line["factorisations"] for line in lines if line["iteration"] > 0 and line["remeshed"]],
+        "remeshes": words.count("meshed anew"),
+        "taken back": words.count("step taken back"),
+        "mesh failures": sum(about_mesh(line) for line in words.splitlines() if "step taken back" in line)
+        + (outcome["end"] == "failed" and about_mesh(outcome["reason"])),
+    }
+
+
+def about_mesh(line: str) -> bool:
+    """Whether a reason is that the body could not be meshed."""
+    return re.search(r"mesh size of|(?:cannot|could not) be (?:meshed|filled)", line) is not None
+
+
+def promise(folder: Path, iterations: int, start: float | None) -> float | None:
+    """The gain that the unconstrained first-order model promises of so many steps."""
+    found = read(folder / "prediction.json")
+    if found is None or found["gain"] is None or start is None:
+        return None
+    whole = iterations * found["gain"] + sum(gain * min(iterations, room) for gain, room in found["pressures"])
+    tasks = tomllib.loads((folder / "problem.toml").read_text(encoding="utf-8"))["task"]
+    return min(whole, start) if all(task["objective"]["kind"] in TARGETS for task in tasks) else whole
+
+
+def reason_of(outcome: dict[str, Any]) -> str:
+    """Reasons that differ in numbers and names alone are one."""
+    if outcome["end"] == "completed":
+        return next((name for name, words in RETURNS.items() if words in outcome["reason"]), outcome["reason"])
+    first = re.split(r"; (?:design|designs|no design)\b", outcome["reason"])[0]
+    first = re.sub(r"(?:[\w-]+ = [-+.\de]+ kPa(?:, | and )?)+", "pressures ", first)
+    return re.sub(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?", "#", re.sub(r" \(volume [^)]*\)", "", first))[:150]
+
+
+def one_line(folder: Path) -> str:
+    found = summary(folder)
+    if found is None:
+        return f"{folder.name}: not measured"
+    value = {name: "–" if found[name] is None else f"{found[name]:.5g}" for name in ("start", "best")}
+    share = "" if found["share"] is None else f" ({100 * found['share']:.0f} % of promised)"
+    return (
+        f"{found['index']:4d} {found['layout']:8s} {found['objective']:14s} held {found['held']}/{found['designs']}  "
+        f"J {value['start']} → {value['best']}{share}  {found['ran']:.0f} s  {found['end']}: {found['told'][:160]}"
+    )
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+HEAD = ("", "runs", "ended", "starts", "designs", "held %", "ends held", "gained", "share %", "s/design", "fact.",
+        "fact. anew", "anew", "no mesh", "back")  # fmt: skip
+
+
+def row(name: str, found: list[dict[str, Any]]) -> list[str]:
+    designs, held = (sum(one[key] for one in found) for key in ("designs", "held"))
+    seconds, same, anew = ([value for one in found for value in one[key]] for key in ("seconds", "same", "anew"))
+    shares = [one["share"] for one in found if one["share"] is not None]
+    named = sum(one["end"] in ("completed", "failed", "refused") for one in found)
+
+    def middle(values: list[float], places: int = 1) -> str:
+        return f"{median(values):.{places}f}" if values else "–"
+
+    return [
+        name,
+        str(len(found)),
+        str(named),
+        str(sum(one["start held"] for one in found)),
+        str(designs),
+        f"{100 * held / designs:.1f}" if designs else "–",
+        str(sum(one["last held"] for one in found)),
+        str(sum(one["gained"] for one in found)),
+        middle([100 * share for share in shares], 0),
+        middle(seconds),
+        middle(same),
+        middle(anew),
+        str(sum(one["remeshes"] for one in found)),
+        str(sum(one["mesh failures"] for one in found)),
+        str(sum(one["taken back"] for one in found)),
+    ]
+
+
+def table(rows: list[list[str]], head: tuple[str, ...] = HEAD) -> None:
+    widths = [max(len(cell) for cell in column) for column in zip(head, *rows, strict=True)]
+    for cells in (head, *rows):
+        first, *rest = (f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+        print(f"{first.strip():{widths[0]}s}", *rest, sep="  ")
+    print()
+
+
+def tables(folders: list[Path]) -> None:
+    found = [one for one in map(summary, folders) if one is not None]
+    if not found:
+        print("nothing has been run and measured yet")
+        return
+    print(
+        f"{len(found)} of {len(folders)} problems, {sum(one['redraws'] for one in found)} draws refused before them\n\n"
+        "ended: with a reason of its own; starts: that hold all limits; designs: accepted after the start, and how\n"
+        "many of them hold all limits; ends held: runs whose last design does; gained: runs with a design within its\n"
+        "limits better than the start; share: median part of the promised gain; s/design, fact.: median seconds and\n"
+        "factorisations of a design, fact. anew: where the body was meshed anew; anew: new meshes; no mesh: steps\n"
+        "taken back for want of one; back: steps taken back in all\n"
+    )
+    table([row("all", found)])
+    for key in ("layout", "objective"):
+        table([row(name, [one for one in found if one[key] == name]) for name in sorted({one[key] for one in found})])
+    flags = sorted({flag for one in found for flag in one["flags"]})
+    table([row(flag, [one for one in found if flag in one["flags"]]) for flag in flags])
+    ends = Counter((one["end"], one["reason"]) for one in found)
+    for (end, reason), count in ends.most_common():
+        print(f"{count:4d}  {end}: {reason}")
+    print()
+    beyond = [pair for one in found for pair in one["beyond"]]
+    if beyond:
+        limits = sorted({limit for limit, _ in beyond})
+        excesses = {name: [excess for limit, excess in beyond if limit == name] for name in limits}
+        table(
+            [[name, str(len(worst)), f"{100 * max(worst):.1f}"] for name, worst in excesses.items()],
+            ("limit", "designs beyond", "worst, %"),
+        )
+    bad = [one for one in found if one["end"] in ("traceback", "crashed", "without end")]
+    for one in bad:
+        print(f"{one['index']:04d} {one['end']}: {one['told']}")
+
+
+# --- command ----------------------------------------------------------------------------------------------------------
+
+
+def main() -> None:
+    if sys.argv[1:2] == ["--measure"]:
+        {"prediction": predict, "limits": measure_limits}[sys.argv[3]](Path(sys.argv[2]))
+        return
+    parser = argparse.ArgumentParser(description="Yield of random problems.")
+    parser.add_argument("seed", type=int)
+    parser.add_argument("count", type=int)
+    parser.add_argument("--out", type=Path, default=None, help="by default runs/yield_SEED")
+    parser.add_argument("--source", type=Path, default=SOURCE, help="src of the checkout that designs")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=1, help="of every job")
+    parser.add_argument("--timeout", type=float, default=900.0, help="seconds of a run")
+    parser.add_argument("--iterations", type=int, default=10)
+    parser.add_argument("--only", type=int, default=None, help="one problem alone")
+    parser.add_argument("--measure-again", action="store_true")
+    parser.add_argument("--table-only", action="store_true")
+    asked = parser.parse_args()
+    out = asked.out or Path("runs") / f"yield_{asked.seed}"
+    numbers = range(asked.count) if asked.only is None else [asked.only]
+    folders = [out / f"{number:04d}" for number in numbers]
+
+    def whole(number: int) -> None:
+        folder = out / f"{number:04d}"
+        run(folder, asked)
+        measure(folder, asked)
+        print(one_line(folder), flush=True)
+
+    if not asked.table_only:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, stop)
+        for number, folder in zip(numbers, folders, strict=True):
+            prepare(asked.seed, number, folder)
+            drawn = read(folder / "drawn.json")
+            if (drawn["seed"], drawn["index"]) != (asked.seed, number):
+                sys.exit(f"{folder} holds another problem; name another --out")
+        with ThreadPoolExecutor(asked.jobs) as pool:
+            list(pool.map(whole, numbers))
+        print()
+    tables(folders)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""The second measurement of a run's limits: it agrees with the history, and notices a claim that is too good."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tiny import tiny
+
+from pneumorph.constraint import report
+from pneumorph.geometry import starting_body
+from pneumorph.problem import loads
+from pneumorph.run import Design, create
+
+SCRIPT = Path(__file__).parents[1] / "benchmarks" / "recheck.py"
+SERIES = (
+    'radius = "4 mm"\ncenter = ["0 mm", "0 mm"]\nspan = ["3 mm", "21 mm"]\n',
+    'radius = "4 mm"\ncenter = ["0 mm", "0 mm"]\nspan = ["3 mm", "11.5 mm"]\nends = "pole"\n'
+    '[[body.chamber]]\nname = "B"\nradius = "3 mm"\ncenter = ["1 mm", "0.5 mm"]\nspan = ["13.6 mm", "21.2 mm"]\n',
+)
+BODIES = {
+    "one chamber": tiny(control_density='"0.3 /mm"\nripple = { amplitude = "0.3 mm", period = "12 mm" }'),
+    "a flat end before a pole": tiny(control_density='"0.5 /mm"').replace(*SERIES)
+    + '[limits]\ncurvature = "9 /mm^2"\n',
+}
+
+
+def recheck(path):
+    return subprocess.run([sys.executable, SCRIPT, path], capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module", params=BODIES)
+def stored(request, tmp_path_factory):
+    """A run directory with one design, the starting body, and what the report says of it."""
+    problem = loads(BODIES[request.param])
+    body = starting_body(problem.body)
+    path = tmp_path_factory.mktemp("recheck") / "run"
+    run = create(path, problem)
+    line = {"iteration": 0, "limits": report(body, problem.limits).values()}
+    names = [chamber.name for chamber in problem.body.chamber]
+    run.record(line, Design.of(body, {"extend": dict.fromkeys(names, 0.06)}), {})
+    return path, line
+
+
+def test_it_agrees_with_the_report(stored):
+    path, line = stored
+    found = recheck(path)
+    assert found.returncode == 0, found.stdout + found.stderr
+    cells = found.stdout.splitlines()[2].replace("(", " ").replace(")", " ").split()
+    assert float(cells[1]) == pytest.approx(line["limits"]["wall_mm"], rel=5e-3)
+    assert float(cells[5]) == pytest.approx(line["limits"]["curvature"], rel=1e-2)
+
+
+@pytest.mark.parametrize(("key", "factor"), [("wall_mm", 1.01), ("curvature", 0.98)])
+def test_a_claim_that_is_too_good_is_noticed(stored, key, factor):
+    path, line = stored
+    history = path / "history.jsonl"
+    told = history.read_text()
+    spoiled = {**line, "limits": {**line["limits"], key: line["limits"][key] * factor}}
+    history.write_text(json.dumps(spoiled) + "\n")
+    try:
+        found = recheck(path)
+    finally:
+        history.write_text(told)
+    assert found.returncode == 1
+    assert f"worse than told: {key}" in found.stdout
+
+
+def test_what_is_no_run_is_told_in_one_line(tmp_path):
+    found = recheck(tmp_path)
+    assert found.returncode == 2
+    assert len(found.stderr.splitlines()) == 1
