@@ -68,6 +68,6 @@ def test_the_geodesic_distance_is_twice_the_squared_angle(seed, angle):
     there = here * Rotation.from_rotvec(angle * axis)
     found = jnp.sum(angle_residual(jnp.array(here.as_matrix()), jnp.array(there.as_matrix())) ** 2)
     assert float(found) == pytest.approx(2 * angle**2, abs=1e-8)
-    assert float(jnp.sum(angle_residual(jnp.array(there.as_matrix()), jnp.array(here.as_matrix())) ** 2)) == pytest.approx(
-        float(found), abs=1e-8
-    )
+    assert float(
+        jnp.sum(angle_residual(jnp.array(there.as_matrix()), jnp.array(here.as_matrix())) ** 2)
+    ) == pytest.approx(float(found), abs=1e-8)

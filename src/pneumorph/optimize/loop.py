@@ -43,7 +43,7 @@ from pneumorph.optimize.subproblem import sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
 
-GROW, SHRINK = 1.5, 0.5
+GROW, SHRINK = 2.0, 0.5
 GOOD, FAIR, POOR = 0.7, 0.4, 0.05
 """Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the
 third a step is taken back."""

@@ -1,0 +1,58 @@
+"""Linearised limits: they are what the report sees, and their derivatives are right."""
+
+import numpy as np
+import pytest
+
+from pneumorph.constraint import report
+from pneumorph.constraint.rows import KINDS, sampled
+
+CHAMBERS = {
+    "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
+    "two": ((2.2, (3.4, 0.0), (3.0, 27.0), "flat"), (2.2, (-3.4, 0.0), (4.0, 20.0), "pole")),
+}
+
+
+@pytest.mark.parametrize("chambers", CHAMBERS)
+def test_rows_are_first_derivatives(make_body, table, waved, chambers):
+    body = make_body(length=30.0, chambers=CHAMBERS[chambers])
+    points = waved(body, 3, wave=0.6, noise=0.1)
+    body = body.with_control_points(points)
+    limits = sampled(body, table(envelope=8.5))
+    here = limits.rows(body, 2.0, -0.9)
+    # Smooth motions keep the same samples the worst of their cells nearly everywhere.
+    way = 0.02 * np.sin(points[:, [1, 2, 0]] / 2.5) * np.where(points[:, 2:] % 30.0 < 1e-9, 0.0, 1.0)
+    linear = here.jacobian @ way.ravel()
+    errors = {}
+    for step in (1.0, 0.5):
+        there = limits.rows(body.with_control_points(points + step * way), 2.2, -0.95)
+        known = dict(zip(zip(there.kind, there.cell, strict=True), there.value, strict=True))
+        for kind in np.unique(here.kind):
+            some = np.flatnonzero(here.kind == kind)
+            found = np.array([known.get((kind, here.cell[i]), np.nan) for i in some])
+            remainder = np.abs(found - here.value[some] - step * linear[some])
+            errors.setdefault(KINDS[kind], []).append(float(np.nanmedian(remainder)))
+    assert {"curvature", "wall", "envelope", "ends", "rim"} <= set(errors)
+    for kind, (whole, half) in errors.items():
+        assert half < 0.4 * whole or whole < 1e-6, (kind, whole, half)
+
+
+def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
+    body = make_body(length=30.0, chambers=CHAMBERS["flat"])
+    body = body.with_control_points(waved(body, 1, wave=1.2))
+    spec = table(envelope=9.0)
+    rows, found = sampled(body, spec).rows(body, 5.0, -0.99), report(body, spec)
+    for kind, sense in (("wall", -1.0), ("fold", -1.0), ("curvature", 1.0), ("stretch", 1.0)):
+        reading = found[kind]
+        worst = float(rows.value[rows.kind == KINDS.index(kind)].max())
+        assert reading.bound * (1.0 + sense * worst) == pytest.approx(reading.value, rel=0.02), kind
+
+
+def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
+    body = make_body(length=30.0, chambers=((4.0, (0.0, 0.0), (3.0, 27.0), "flat"),))
+    limits = sampled(body, table())
+    points = body.control_points()
+    middle = np.abs(points[:, 2] - 15.0) < 5.0
+    inner = np.arange(len(points)) >= body.slices[1].start
+    points[inner & middle, :2] *= 2.15
+    rows = limits.rows(body.with_control_points(points), 1.0, -0.3)
+    assert float(rows.value[rows.kind == KINDS.index("wall")].max()) > 1.0
