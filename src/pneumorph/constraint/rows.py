@@ -8,7 +8,7 @@ exchange method for semi-infinite programs (Hettich & Kortanek 1993).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,12 +16,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from numpy.typing import NDArray
 from scipy import sparse
 
 from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
+from pneumorph.constraint.frame import frame
+from pneumorph.constraint.report import Places
 from pneumorph.constraint.sampling import Fields, Grid, grid, heights, rim_share
-from pneumorph.constraint.surface import MIN_AREA, Form, _pointwise, measures_of_net
+from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
+from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.geometry.local import at, local
 
@@ -32,8 +36,11 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SHAPE = ("curvature", "skew", "stretch", "area")
-KINDS = (*SHAPE, "wall", "fold", "rim", "ends", "envelope")
-"""Kinds of rows, in the order in which they are numbered."""
+KINDS = (*SHAPE, *(limit.name for limit in TABLE if limit.name not in SHAPE))
+"""Kinds of rows: the limits of the table, in the order in which they are numbered."""
+
+_BLOCK = 4096
+"""Places evaluated at a time: compiled code knows this size alone, whatever the body."""
 
 FINE, COARSE = (4, 8), (2, 4)
 """Samples to each knot span in q and r: of what curvature and the like peak in, and of what distances start from."""
@@ -95,7 +102,7 @@ class Sampled:
         """Number of each surface's first cell, and last the number of all cells."""
         return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
 
-    def rows(self, body: Body, reach: float, least: float) -> Rows:
+    def rows(self, body: Body, reach: float, least: float, places: Places | None = None) -> Rows:
         """Linearise the limits of a body.
 
         Parameters
@@ -106,8 +113,12 @@ class Sampled:
             Distances in mm up to this much within their bound give a row.
         least : float
             Measures of the shape with c above this give a row.
+        places : Places, optional
+            Where a certificate has found limits broken between the samples: rows of their own.
         """
-        parts = [*_shapes(self, body, least), *_distances(self, body, reach)]
+        parts = [*_shapes(self, body, least, places), *_distances(self, body, reach)]
+        if places is not None:
+            parts.extend(_gaps(self, body, name, places) for name in ("wall", "fold"))
         column = np.concatenate([part.column.ravel() for part in parts])
         entry = np.concatenate([part.entry.ravel() for part in parts])
         width = np.concatenate([np.full(len(part.cell), part.column.shape[1]) for part in parts])
@@ -134,27 +145,20 @@ def sampled(body: Body, spec: LimitsSpec) -> Sampled:
 # Measures of the shape.
 
 
-def _shapes(limits: Sampled, body: Body, least: float) -> Iterator[_Part]:
+def _shapes(limits: Sampled, body: Body, least: float, places: Places | None) -> Iterator[_Part]:
     spec = limits.spec
     scale = np.array([1 / spec.curvature, 1 / spec.skew, 1 / spec.stretch.limit, -1 / MIN_AREA])
     shift = np.array([-1.0, -1.0, -1.0, 1.0])
     for number, (surface, samples) in enumerate(zip(body.surfaces, limits.fine, strict=True)):
-        found = _measured(jnp.asarray(surface.net), samples, spec.stretch.form)
-        chosen = []
-        for kind, measure in enumerate(found):
-            c = scale[kind] * np.asarray(measure) + shift[kind]
-            first_row = samples.measured.start or 0
-            row, column, cell = _worst_samples(c, first_row, FINE, limits.spans[number], least)
-            chosen.append((np.full(len(cell), kind), cell, row, column, c[row - first_row, column]))
-        kind, cell, row, column, worst = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
-        if not len(kind):
-            continue
-        q, r = samples.q[column], samples.r[row]
-        close = np.flatnonzero(worst > CLOSE)
-        if len(close):
-            q[close], r[close] = _worst_nearby(
-                surface, samples, kind[close], row[close], column[close], spec.stretch.form, scale
-            )
+        c = scale[:, None, None] * _measured(surface, samples, spec.stretch.form) + shift[:, None, None]
+        chosen = [_added(limits, number, places)]
+        for kind, values in enumerate(c):
+            row, column, cell = _worst_samples(values, FINE, limits.spans[number], least)
+            q, r, worst = samples.q[column], samples.r[row], values[row, column]
+            close = np.flatnonzero(worst > CLOSE)
+            q[close], r[close] = _worst_nearby(surface, samples, kind, q[close], r[close], spec.stretch.form)
+            chosen.append((np.full(len(cell), kind), cell, q, r))
+        kind, cell, q, r = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
         value, entry, points = _gradient(surface, samples, kind, q, r, spec.stretch.form)
         yield _Part(
             kind,
@@ -165,17 +169,35 @@ def _shapes(limits: Sampled, body: Body, least: float) -> Iterator[_Part]:
         )
 
 
-_measured = jax.jit(measures_of_net, static_argnums=(1, 2))
+def _added(limits: Sampled, number: int, places: Places | None) -> tuple[Ints, Ints, Floats, Floats]:
+    """Kind, cell, q and r of the places on a surface where a certificate has found measures beyond their limits."""
+    none = np.zeros(0, dtype=np.int64)
+    if places is None:
+        return none, none, np.zeros(0), np.zeros(0)
+    parts = []
+    for kind, name in enumerate(SHAPE):
+        found = places.points[name]
+        here = found.surface == number
+        q, r = found.q[here], found.r[here]
+        parts.append((np.full(len(q), kind), _cell_of(limits, number, q, r), q, r))
+    kind, cell, q, r = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return kind, cell, q, r
+
+
+def _cell_of(limits: Sampled, number: int, q: Floats, r: Floats) -> Ints:
+    """Cells of places given by their parameters."""
+    around, along = limits.spans[number]
+    return np.minimum((r * along).astype(np.int64), along - 1) * around + (q % 1.0 * around).astype(np.int64)
 
 
 def _worst_samples(
-    c: Floats, first_row: int, per_span: tuple[int, int], spans: tuple[int, int], least: float
+    c: Floats, per_span: tuple[int, int], spans: tuple[int, int], least: float
 ) -> tuple[Ints, Ints, Ints]:
     """Row, column and cell of the worst sample of each cell, of values (rows, columns) above `least`."""
     row, column = np.nonzero(c > least)
-    cell = np.minimum((row + first_row) // per_span[1], spans[1] - 1) * spans[0] + column // per_span[0]
+    cell = np.minimum(row // per_span[1], spans[1] - 1) * spans[0] + column // per_span[0]
     pick = _worst_of_cells(c[row, column], cell)
-    return row[pick] + first_row, column[pick], cell[pick]
+    return row[pick], column[pick], cell[pick]
 
 
 def _worst_of_cells(c: Floats, cell: Ints) -> Ints:
@@ -185,68 +207,95 @@ def _worst_of_cells(c: Floats, cell: Ints) -> Ints:
 
 
 def _worst_nearby(
-    surface: TubeSurface, samples: Grid, kind: Ints, row: Ints, column: Ints, form: Form, scale: Floats
+    surface: TubeSurface, samples: Grid, kind: int, q: Floats, r: Floats, form: Form
 ) -> tuple[Floats, Floats]:
     """The worst of nine places around each chosen sample: what is limited peaks between samples."""
     rise, aside = (part.ravel() for part in np.meshgrid(NEARBY, NEARBY, indexing="ij"))
-    q = (samples.q[column][:, None] + aside / len(samples.q)).ravel() % 1.0
-    low, high = samples.r[samples.measured][[0, -1]]
-    r = np.clip((samples.r[row][:, None] + rise / (len(samples.r) - 1)).ravel(), low, high)
-    kinds = np.repeat(kind, len(rise))
-    found = _at_places(*_padded(_arguments(surface, samples, q, r)), samples.size[1] / samples.size[0], form)
-    c = (np.sign(scale)[kinds] * np.asarray(found)[kinds, np.arange(len(q))]).reshape(len(kind), -1)
-    pick = np.arange(len(kind)) * len(rise) + c.argmax(axis=1)
+    q = (q[:, None] + aside / len(samples.q)) % 1.0
+    r = np.clip(r[:, None] + rise / (len(samples.r) - 1), 0.0, 1.0)
+    found = _evaluated(*_tangents(surface, q.ravel(), r.ravel())[0], samples, form)[kind].reshape(q.shape)
+    pick = np.arange(len(q)), (found * (-1.0 if SHAPE[kind] == "area" else 1.0)).argmax(axis=1)
     return q[pick], r[pick]
+
+
+_ORDERS = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))
+"""Which functions of r (see `Frame`) and which derivative by q make U, r_r, U_q, U_r and r_rr."""
+
+
+def _measured(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
+    """All measures (4, rows, columns) on a grid."""
+    parts = samples.frame
+    along = [np.stack([part[c] @ surface.net[..., c] for c in range(3)]) for part in parts[:4]]
+    fields = np.stack([along[of] @ samples.values_q[order].T for of, order in _ORDERS])
+    shape = fields.shape[2:]
+    shrink, slope = (np.broadcast_to(part, shape).ravel() for part in (parts.shrink, parts.slope))
+    return _evaluated(fields.reshape(5, 3, -1), shrink, slope, samples, form).reshape(4, *shape)
+
+
+def _tangents(surface: TubeSurface, q: Floats, r: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats, Floats]:
+    """At places (m,): (U … r_rr (5, 3, m), S, dS/dr), and the functions of r (4, 3, m, 4) and q (3, m, 4) behind."""
+    in_q, in_r = local(surface.basis_q, q)[0], local(surface.basis_r, r)[0]
+    by_q = np.stack([local(surface.basis_q, q, order)[1] / surface.size[0] ** order for order in range(3)])
+    rows, back = np.unique(r, return_inverse=True)
+    parts = frame(surface, rows)
+    by_r = np.take_along_axis(np.stack(parts[:4])[:, :, back], in_r[None, None], axis=3)
+    net = surface.net[in_r[:, :, None], in_q[:, None, :]]
+    fields = np.stack(
+        [np.einsum("cmj,mjic,mi->cm", by_r[of], net, by_q[order], optimize=True) for of, order in _ORDERS]
+    )
+    return (fields, parts.shrink[back, 0], parts.slope[back, 0]), by_r, by_q
 
 
 def _gradient(
     surface: TubeSurface, samples: Grid, kind: Ints, q: Floats, r: Floats, form: Form
 ) -> tuple[Floats, Floats, Ints]:
     """Measures (m,) at places, derivatives (m, 48) by the control points (m, 16) that they depend on."""
-    arguments = _padded(_arguments(surface, samples, q, r))
-    wanted = np.zeros((len(SHAPE), len(arguments[0])))
+    arguments, by_r, by_q = _tangents(surface, q, r)
+    wanted = np.zeros((len(SHAPE), len(kind)))
     wanted[kind, np.arange(len(kind))] = 1.0
-    value, entry = _differentiated(*arguments, samples.size[1] / samples.size[0], wanted, form)
-    points, _ = at(surface, q, r)
-    return (
-        np.asarray(value)[kind, np.arange(len(kind))],
-        np.asarray(entry)[: len(kind)].reshape(len(kind), 48),
-        points,
+    aspect = samples.size[1] / samples.size[0]
+    value, slopes = _in_blocks(lambda *block: _differentiated(*block, aspect, form), (*arguments, wanted))
+    entry = sum(
+        np.einsum("cm,cmj,mi->mjic", slopes[k], by_r[of], by_q[order], optimize=True)
+        for k, (of, order) in enumerate(_ORDERS)
     )
+    points, _ = at(surface, q, r)
+    return value[kind, np.arange(len(kind))], np.asarray(entry).reshape(len(kind), 48), points
 
 
-def _arguments(surface: TubeSurface, samples: Grid, q: Floats, r: Floats) -> tuple[Floats, ...]:
-    """Local nets (m, 4, 4, 3), basis functions with two derivatives per mm (m, 3, 4) in q and r, shrink and polar."""
-    around, along = surface.size
-    by_q = np.stack([local(surface.basis_q, q, order)[1] / around**order for order in range(3)], axis=1)
-    by_r = np.stack([local(surface.basis_r, r, order)[1] / along**order for order in range(3)], axis=1)
-    in_q, in_r = local(surface.basis_q, q)[0], local(surface.basis_r, r)[0]
-    net = surface.net[in_r[:, :, None], in_q[:, None, :]]
-    shrink, polar = (np.interp(r, samples.r, part[:, 0])[:, None] for part in (samples.shrink, samples.polar))
-    return net, by_q, by_r, shrink, polar
+def _evaluated(fields: Floats, shrink: Floats, slope: Floats, samples: Grid, form: Form) -> Floats:
+    """Measures (4, m) from tangents (5, 3, m) and so on."""
+    aspect = samples.size[1] / samples.size[0]
+    (found,) = _in_blocks(lambda *block: (_at_places(*block, aspect, form),), (fields, shrink, slope))
+    return found
 
 
-def _padded(arrays: tuple[Floats, ...]) -> tuple[Floats, ...]:
-    """The arrays filled up to one of few lengths, so that compiled code fits the next ones too."""
-    count = len(arrays[0])
-    length = 1 << max(9, int(np.ceil(np.log2(count))))
-    return tuple(np.concatenate([array, np.repeat(array[-1:], length - count, axis=0)]) for array in arrays)
+def _in_blocks(function: Callable[..., tuple[Array, ...]], arrays: tuple[Floats, ...]) -> tuple[Floats, ...]:
+    """A function of arrays (..., m) that works on `_BLOCK` of their last entries at a time."""
+    count = arrays[0].shape[-1]
+    answers = []
+    for start in range(0, max(count, 1), _BLOCK):
+        stop = min(start + _BLOCK, count)
+        filled = [
+            np.concatenate(
+                [part := array[..., start:stop], np.ones((*part.shape[:-1], start + _BLOCK - stop))], axis=-1
+            )
+            for array in arrays
+        ]
+        answers.append([np.asarray(answer)[..., : stop - start] for answer in function(*filled)])
+    return tuple(np.concatenate(parts, axis=-1) for parts in zip(*answers, strict=True))
 
 
-def _measures(net, by_q, by_r, shrink, polar, aspect, form: Form):
-    along = jnp.einsum("mdj,mjic->mdic", by_r, net)
-    fields = jnp.einsum("mei,mdic->decm", by_q, along)
-    orders = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-    found = _pointwise(tuple(fields[dr, dq][:, :, None] for dq, dr in orders), shrink, polar, aspect, form)
-    return jnp.stack([part[:, 0] for part in found])
+def _measures(fields, shrink, slope, aspect, form: Form):
+    return jnp.stack(pointwise(tuple(fields), shrink, slope, aspect, form))
 
 
 _at_places = jax.jit(_measures, static_argnames="form")
 
 
 @partial(jax.jit, static_argnames="form")
-def _differentiated(net, by_q, by_r, shrink, polar, aspect, wanted, form: Form):
-    value, back = jax.vjp(lambda net: _measures(net, by_q, by_r, shrink, polar, aspect, form), net)
+def _differentiated(fields, shrink, slope, wanted, aspect, form: Form):
+    value, back = jax.vjp(lambda fields: _measures(fields, shrink, slope, aspect, form), fields)
     return value, back(wanted)[0]
 
 
@@ -330,8 +379,21 @@ def _between(
 
     With normals of the other surface into its void, a place that has passed through it has a negative distance.
     """
-    points = body.control_points()
-    (column_a, weight_a), (column_b, weight_b) = _combination(body, one), _combination(body, other)
+    ends = _combination(body, one), _combination(body, other)
+    return _separation(kind, body.control_points(), *ends, limits.first[one.number] + cell, bound, outward)
+
+
+def _separation(
+    kind: str,
+    points: Floats,
+    one: tuple[Ints, Floats],
+    other: tuple[Ints, Floats],
+    cell: Ints,
+    bound: float,
+    outward: Floats | None = None,
+) -> _Part:
+    """Rows of the distances between two sets of places that are combinations of control points."""
+    (column_a, weight_a), (column_b, weight_b) = one, other
     gap = np.einsum("mk,mkc->mc", weight_a, points[column_a]) - np.einsum("mk,mkc->mc", weight_b, points[column_b])
     distance = np.linalg.norm(gap, axis=1)
     direction = gap / np.maximum(distance, 1e-9)[:, None]
@@ -342,7 +404,7 @@ def _between(
     weight = np.concatenate([-weight_a, weight_b], axis=1) / bound
     return _Part(
         np.full(len(cell), KINDS.index(kind)),
-        limits.first[one.number] + cell,
+        cell,
         1.0 - distance / bound,
         (3 * column[..., None] + np.arange(3)).reshape(len(cell), 3 * column.shape[1]),
         (weight[..., None] * direction[:, None, :]).reshape(len(cell), 3 * column.shape[1]),
@@ -351,25 +413,62 @@ def _between(
 
 def _combination(body: Body, place: _Place) -> tuple[Ints, Floats]:
     """Control points (m, k) of the body, and their weights, that make up places on a tube or its end discs."""
-    surface, first = body.surfaces[place.number], body.slices[place.number].start
-    samples, rings = place.surface.grid, place.surface.rings
+    surface, samples, rings = body.surfaces[place.number], place.surface.grid, place.surface.rings
     row, column = np.divmod(place.sample, place.surface.columns)
-    on_tube = np.clip(row - rings, 0, len(samples.r) - 1)
     around = samples.q[column] + place.offset[:, 0] / surface.size[0]
-    along = samples.r[on_tube] + place.offset[:, 1] / surface.size[1]
-    base, tip = row < rings, row >= rings + len(samples.r)
-    along = np.where(base, 0.0, np.where(tip, 1.0, along))
-    numbers, weights = at(surface, around, along)
+    along = samples.r[np.clip(row - rings, 0, len(samples.r) - 1)] + place.offset[:, 1] / surface.size[1]
     if not rings:
-        return first + numbers, weights
-    # On a disc, (1 - s)·centre + s·rim with the centre the mean of the end row.
+        return _weights(body, place.number, around, along)
+    base, tip = row < rings, row >= rings + len(samples.r)
     nearest_ring = np.where(tip, len(samples.r) + 2 * rings - 1 - row, row)
     outward = np.where(tip, -1.0, 1.0) * place.offset[:, 1] * 2.0 * np.pi / surface.size[0]
     s = np.where(base | tip, samples.rings[np.minimum(nearest_ring, rings - 1)] + outward, 1.0)
+    return _weights(body, place.number, around, np.where(base, 0.0, np.where(tip, 1.0, along)), s)
+
+
+def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = None) -> tuple[Ints, Floats]:
+    """The same of places (q, r); with s, of (1 - s)·centre + s·place, the centre being the mean of the end row."""
+    surface, first = body.surfaces[number], body.slices[number].start
+    numbers, weights = at(surface, q, r)
+    if s is None:
+        return first + numbers, weights
     rows, columns = surface.net.shape[:2]
-    end_row = np.where(tip, rows - 1, 0)[:, None] * columns + np.arange(columns)
+    end_row = np.where(r > 0.5, rows - 1, 0)[:, None] * columns + np.arange(columns)
     centre = np.repeat((1.0 - s)[:, None] / columns, columns, axis=1)
     return first + np.concatenate([numbers, end_row], axis=1), np.concatenate([s[:, None] * weights, centre], axis=1)
+
+
+def _gaps(limits: Sampled, body: Body, name: str, places: Places) -> _Part:
+    """Distances between pairs of places that a certificate has found too close."""
+    found, bound = places.pairs[name], limits.spec.wall if name == "wall" else limits.spec.fold.distance
+    points = body.control_points()
+    parts = []
+    for a, b in sorted(set(zip(found.surface_a.tolist(), found.surface_b.tolist(), strict=True))):
+        some = (found.surface_a == a) & (found.surface_b == b)
+        one, other = found.a[some], found.b[some]
+        cell = limits.first[a] + _cell_of(limits, a, one[:, 0], one[:, 1])
+        ends = _weights(body, a, *one.T), _weights(body, b, *other.T)
+        parts.append(_separation(name, points, *ends, cell, bound))
+    return _joined(parts, KINDS.index(name))
+
+
+def _joined(parts: list[_Part], kind: int) -> _Part:
+    """Parts of different widths as one, filled up with zeros."""
+    width = max((part.column.shape[1] for part in parts), default=0)
+
+    def filled(array: NDArray) -> NDArray:
+        return np.pad(array, ((0, 0), (0, width - array.shape[1])))
+
+    if not parts:
+        none = np.zeros(0, dtype=np.int64)
+        return _Part(none, none, np.zeros(0), np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0)))
+    return _Part(
+        np.concatenate([part.kind for part in parts]),
+        np.concatenate([part.cell for part in parts]),
+        np.concatenate([part.value for part in parts]),
+        np.concatenate([filled(part.column) for part in parts]),
+        np.concatenate([filled(part.entry) for part in parts]),
+    )
 
 
 def _cell(limits: Sampled, number: int, surface: Target, sample: Ints) -> Ints:
@@ -383,7 +482,7 @@ def _cell(limits: Sampled, number: int, surface: Target, sample: Ints) -> Ints:
 def _heights(limits: Sampled, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float) -> _Part:
     """Rows of limits c (rows, columns) on the height z, with dc/dz (rows, 1)."""
     samples, surface = limits.coarse[number], body.surfaces[number]
-    row, column, cell = _worst_samples(c, 0, COARSE, limits.spans[number], -reach * float(np.abs(slope).max()))
+    row, column, cell = _worst_samples(c, COARSE, limits.spans[number], -reach * float(np.abs(slope).max()))
     numbers, weights = at(surface, samples.q[column], samples.r[row])
     return _Part(
         np.full(len(cell), KINDS.index(kind)),
@@ -402,7 +501,7 @@ def _rims(limits: Sampled, body: Body, number: int, field: Fields, reach: float)
         kept = share > 0.0
         slope = np.where(kept, (1.0 if tip else -1.0) / (spec.distance * np.where(kept, share, 1.0)), 0.0)
         c = np.where(kept, 1.0 - height * np.abs(slope), -np.inf)
-        row, column, cell = _worst_samples(c, 0, COARSE, limits.spans[number], -reach / spec.distance)
+        row, column, cell = _worst_samples(c, COARSE, limits.spans[number], -reach / spec.distance)
         numbers, weights = at(surface, samples.q[column], samples.r[row])
         # The plane goes with the end row; all of its points share one z.
         end, whole = at(surface, samples.q[column], np.full(len(row), float(tip)))
@@ -423,7 +522,7 @@ def _ends(limits: Sampled, body: Body, number: int, field: Fields, reach: float)
         slope = np.full((len(z), 1), direction / wall)
         if not cavity:
             c[[0, -1]], slope[[0, -1]] = -np.inf, 0.0
-        yield _heights(limits, body, number, "ends", c, slope, reach)
+        yield _heights(limits, body, number, "planes" if cavity else "ends", c, slope, reach)
 
 
 def _envelope(limits: Sampled, body: Body, field: Fields, radius: float, reach: float) -> _Part:

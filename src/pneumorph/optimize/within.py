@@ -12,22 +12,26 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint import LimitReport, report
+from pneumorph.constraint import LimitReport, Places, report
 from pneumorph.constraint.rows import KINDS, Sampled
+from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.subproblem import limits_by_variables
 
-MARGIN = {"curvature": 0.003, "skew": 0.003, "stretch": 0.003, "area": 0.003}
-SMALL_MARGIN = 0.002
-"""How far within their bounds limits are brought, as fractions of them: a part of the tolerance they are held to."""
+MARGIN = 0.4
+"""How far within their bounds limits are brought, in the tolerances that they are held to: what is left of these is for
+the certificate's own gap."""
 
 ACCURACY = 5e-4
 """Fraction of their bounds to which limits on samples are met."""
 
 PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 4, 200
 """Most linearisations, most certificates that may each widen the margins, and most iterations for a motion."""
+
+WIDEST = 0.02
+"""How much margins grow at a time, at the most."""
 
 REACH, LEAST = 0.1, -0.05
 """Distances this much (mm) within their bound, and measures from here on (0 is the bound), are held while moving."""
@@ -42,26 +46,31 @@ class Within:
 
 
 def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray) -> Within | LimitReport:
-    """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else what is left broken."""
-    margins = np.array([MARGIN.get(kind, SMALL_MARGIN) for kind in KINDS])
+    """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else what is left broken.
+
+    Places between samples where a certificate finds a limit broken become samples, and margins grow where that is not
+    enough.
+    """
+    margins = MARGIN * np.array([BY_NAME[kind].tolerance for kind in KINDS])
+    places: Places | None = None
     found = report(space.body(phi), limits.spec)
     for _ in range(CERTIFICATES):
-        phi = _projected(space, smooth, limits, phi, margins)
+        phi = _projected(space, smooth, limits, phi, margins, places)
         found = report(space.body(phi), limits.spec)
         if found.held():
             return Within(phi, found)
         for reading in found.violated():
-            margins[[REPORTED.get(kind, kind) == reading.limit for kind in KINDS]] += max(reading.excess(), 0.002)
+            beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
+            margins[beyond] += min(max(reading.excess(), 0.0), WIDEST)
+        places = found.places if places is None else places.joined(found.places)
     return found
 
 
-REPORTED = {"rim": "fold"}
-"""Kinds that the report has under another name."""
-
-
-def _projected(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray, margins: np.ndarray):
+def _projected(
+    space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray, margins: np.ndarray, places: Places | None
+) -> np.ndarray:
     for _ in range(PROJECTIONS):
-        rows = limits.rows(space.body(phi), REACH, LEAST)
+        rows = limits.rows(space.body(phi), REACH, LEAST, places)
         excess = rows.value + margins[rows.kind]
         if not len(excess) or excess.max() <= ACCURACY:
             break
