@@ -528,7 +528,7 @@ def _ends(limits: Sampled, body: Body, number: int, field: Fields, reach: float)
 def _envelope(limits: Sampled, body: Body, field: Fields, radius: float, reach: float) -> _Part:
     samples, surface, wall = limits.coarse[0], body.exterior, limits.spec.wall
     away = np.hypot(field.x[0], field.x[1])
-    row, column, cell = _worst_samples((away - radius) / wall, 0, COARSE, limits.spans[0], -reach / wall)
+    row, column, cell = _worst_samples((away - radius) / wall, COARSE, limits.spans[0], -reach / wall)
     numbers, weights = at(surface, samples.q[column], samples.r[row])
     direction = (field.x[:2, row, column] / away[row, column]).T
     return _Part(

@@ -53,12 +53,13 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     """
     margins = MARGIN * np.array([BY_NAME[kind].tolerance for kind in KINDS])
     places: Places | None = None
-    found = report(space.body(phi), limits.spec)
-    for _ in range(CERTIFICATES):
+    for last in (*(False,) * (CERTIFICATES - 1), True):
         phi = _projected(space, smooth, limits, phi, margins, places)
         found = report(space.body(phi), limits.spec)
         if found.held():
             return Within(phi, found)
+        if last:
+            break
         for reading in found.violated():
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(reading.excess(), 0.0), WIDEST)
