@@ -41,10 +41,13 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
     body = body.with_control_points(waved(body, 1, wave=1.2))
     spec = table(envelope=9.0)
     rows, found = sampled(body, spec).rows(body, 5.0, -0.99), report(body, spec)
-    for kind, sense in (("wall", -1.0), ("fold", -1.0), ("curvature", 1.0), ("stretch", 1.0)):
+    for kind, sense in (("wall", -1.0), ("curvature", 1.0), ("stretch", 1.0), ("fold", -1.0)):
         reading = found[kind]
-        worst = float(rows.value[rows.kind == KINDS.index(kind)].max())
-        assert reading.bound * (1.0 + sense * worst) == pytest.approx(reading.value, rel=0.02), kind
+        worst = reading.bound * (1.0 + sense * float(rows.value[rows.kind == KINDS.index(kind)].max()))
+        if kind == "fold":  # far from its bound it is not told exactly, only surely
+            assert worst > reading.value
+        else:
+            assert worst == pytest.approx(reading.seen, rel=0.01), kind
 
 
 def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
