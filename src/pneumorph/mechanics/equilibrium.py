@@ -169,7 +169,8 @@ def _raise(
     reason = ""
     while at is None or reached < 1.0:
         fraction = min(1.0, reached + step)
-        part = replace(whole, loads=_between(earlier, whole.loads, fraction))
+        # At the full load the configuration is the caller's own, so that its factorisation is known again.
+        part = whole if fraction == 1.0 else replace(whole, loads=_between(earlier, whole.loads, fraction))
         start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
         # Cold, Newton's own test needs fewer factorisations than descent, and fails sooner where there is nothing.
         found = settle(part, tangent, start, tolerance)
