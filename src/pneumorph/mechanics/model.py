@@ -150,9 +150,10 @@ def model(
     even = np.ones(3)
     if mesh.mirror is not None:
         even[NORMALS[mesh.mirror]] = 0.0
-    top = _topology(mesh.tets, triangles, tip, on_tip, even)
+    grade = padded(len(mesh.tets))
+    top = _topology(mesh.tets, triangles, tip, on_tip, even, grade, grade)
     touching = [(names, nodes[on_tip[nodes].any(axis=1)]) for names, nodes in triangles]
-    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip, even, ratio=2.0)
+    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip, even, grade, grade // 4)
 
     still = _odd(mesh.mirror) if plate else np.ones(6, bool)
     fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(sparsity.corners), bool), still])
@@ -181,25 +182,29 @@ def _odd(mirror: str | None) -> np.ndarray:
     return np.concatenate([polar, np.prod(polar) * polar]) < 0
 
 
-def _topology(tets, triangles, tip, on_tip, even, ratio=1.3) -> Topology:
+def _topology(tets, triangles, tip, on_tip, even, grade: int, most: int) -> Topology:
+    """Connectivity padded to sizes that follow from the mesh's `grade`, the padded number of all its elements.
+
+    A new size of any array compiles everything anew, so all grow together: shares of the grade that hold of nearly all
+    bodies, and twice of them where one does not. `most` is the share of these elements.
+    """
     chamber = np.concatenate([*(nodes for _, nodes in triangles), np.zeros((0, 6), int)])
     # A column for every chamber; a face that stands for an image too is shared between the two.
     shares = [np.full((len(names), len(nodes)), -1.0 / len(names)) for names, nodes in triangles]
     weight = block_diag(*shares).T if shares else np.zeros((0, 0))
-    nodes = np.zeros((padded(len(on_tip)), 1))
+    nodes = np.zeros((padded(len(on_tip), 2 * grade, 1.25), 1))
     nodes[: len(on_tip), 0] = on_tip
-    tets, tet_weight = _pad(tets, np.ones(len(tets)), ratio)
-    # Small arrays are padded generously: a new size of any of them compiles everything anew.
-    tip, tip_weight = _pad(tip, np.ones(len(tip)), 2.0)
-    chamber, weight = _pad(chamber, weight, 2.0)
+    tets, tet_weight = _pad(tets, np.ones(len(tets)), most)
+    tip, tip_weight = _pad(tip, np.ones(len(tip)), grade // 8)
+    chamber, weight = _pad(chamber, weight, grade // 2)
     return Topology(*map(jnp.asarray, (tets, tet_weight, tip, tip_weight, nodes, chamber, weight, even)))
 
 
-def _pad(connectivity, weight, ratio):
-    """Rows up to the padded size, copies of the first with weight zero."""
+def _pad(connectivity, weight, size):
+    """Rows up to a size, or twice that as often as it takes, copies of the first with weight zero."""
     if len(connectivity) == 0:
         return connectivity, weight
-    extra = padded(len(connectivity), ratio) - len(connectivity)
+    extra = padded(len(connectivity), size, 2.0) - len(connectivity)
     return (
         np.concatenate([connectivity, np.repeat(connectivity[:1], extra, axis=0)]),
         np.concatenate([weight, np.zeros((extra, *weight.shape[1:]))]),

@@ -69,9 +69,9 @@ class Loads(NamedTuple):
     wrench: Array
 
 
-def padded(count: int, ratio: float = 1.3) -> int:
+def padded(count: int, first: int = 64, ratio: float = 1.5) -> int:
     """The next size in a geometric series, so that meshes of like size share one compiled program."""
-    size = 64.0
+    size = float(first)
     while size < count:
         size *= ratio
     return int(np.ceil(size / 64) * 64)
