@@ -259,7 +259,10 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints)
     source : (n,) array
         The samples that ask.
     """
-    edge_distance, edge_near, edge_offset = _edge(tube, neighbourhood, source)
+    edge_distance, edge_near = np.full(len(source), np.inf), np.zeros(len(source), dtype=np.int64)
+    edge_offset = np.zeros((len(source), 2))
+    small = np.flatnonzero(neighbourhood * _AS_SHORT * _least_stretch(tube)[source] < bound)
+    edge_distance[small], edge_near[small], edge_offset[small] = _edge(tube, neighbourhood, source[small])
     normals = tube.normals()
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
     tree = _tree(np.hstack([tube.x, _FACING * normals]))
@@ -277,6 +280,16 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints)
         offset=np.where(facing[:, None], 0.0, edge_offset),
         facing=facing & (distance <= bound),
     )
+
+
+_AS_SHORT = 0.7
+"""Chords across a neighbourhood are at least this part of its length along the surface, which bends."""
+
+
+def _least_stretch(tube: Target) -> Floats:
+    """Length (n,) of the shortest tangent per mm of the starting tube, at all samples."""
+    E, F, G = _dot(tube.fields.q, tube.fields.q), _dot(tube.fields.q, tube.fields.r), _dot(tube.fields.r, tube.fields.r)
+    return np.sqrt(np.maximum(0.5 * (E + G - np.hypot(E - G, 2.0 * F)), 0.0))
 
 
 def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:

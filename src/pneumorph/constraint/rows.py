@@ -45,7 +45,7 @@ _BLOCK = 4096
 FINE, COARSE = (4, 8), (2, 4)
 """Samples to each knot span in q and r: of what curvature and the like peak in, and of what distances start from."""
 
-NEARBY, CLOSE = np.array([-0.5, 0.0, 0.5]), -0.1
+NEARBY, CLOSE = np.array([-0.5, 0.0, 0.5]), -0.03
 """Places between samples, in steps of them, that are looked at around the worst ones where c is above the latter."""
 
 
@@ -345,7 +345,9 @@ def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple
 def _folds(limits: Sampled, body: Body, number: int, tube: Target, reach: float) -> _Part:
     """Distances within one surface, outside the neighbourhood."""
     spec = limits.spec.fold
-    fold = nearest_fold(tube, spec.neighbourhood, spec.distance + reach, np.arange(len(tube.x)))
+    # Walls farther apart than the neighbourhood are no folds.
+    bound = min(spec.distance + reach, spec.neighbourhood)
+    fold = nearest_fold(tube, spec.neighbourhood, bound, np.arange(len(tube.x)))
     some = np.flatnonzero(np.isfinite(fold.distance))
     near, offset, facing = fold.near[some], fold.offset[some].copy(), fold.facing[some]
     _, _, offset[facing] = tube.closest(tube.x[some[facing]], near[facing])
