@@ -10,7 +10,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.objective import Objective
-from pneumorph.optimize.analysis import analyse, design_gradient, discretise
+from pneumorph.optimize.analysis import analyse, design_gradient, design_slopes, discretise, predicted
 from pneumorph.optimize.history import answers
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
@@ -89,6 +89,27 @@ def test_the_gradient_by_shape_and_by_pressures(case):
         test = taylor_test(lambda x: solved(problem, space, disc, x, at).value, phi, slope, direction, 0.1, 3)
         assert test.passed, test
     assert np.abs(slope[space.n_shape :]).min() > 1e-4
+
+
+def test_the_gauss_newton_part_of_sums_of_squares(case):
+    problem, space, disc, _, at = case
+    slopes = design_slopes(problem, space, disc, at)
+    assert np.abs(slopes.rest).max() == 0.0
+    np.testing.assert_allclose(slopes.total, design_gradient(problem, space, disc, at), rtol=1e-7, atol=1e-12)
+    # Three sections with angles and places; place and angles of the plate.
+    assert slopes.factors.shape == (3 * 6 + 6, space.n)
+
+
+def test_a_prediction_after_a_trial_is_of_the_design_it_starts_from(case):
+    problem, space, disc, phi, at = case
+    step = np.zeros(space.n)
+    step[: space.n_shape] = 0.05 * np.sin(np.arange(space.n_shape))
+    near = predicted(space, disc, at, phi + step)
+    # A trial far away leaves its own factorisation behind.
+    solved(problem, space, disc, phi - 5 * step, at)
+    again = predicted(space, disc, at, phi + step)
+    for name, state in near.items():
+        np.testing.assert_allclose(np.asarray(again[name].u), np.asarray(state.u), atol=1e-10)
 
 
 def test_tasks_add_with_their_weights(case):

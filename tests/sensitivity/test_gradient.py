@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
-from pneumorph.objective import Objective, equidistant
-from pneumorph.sensitivity import boundary_gradient, gradient, taylor_test
+from pneumorph.objective import Objective, equidistant, match
+from pneumorph.sensitivity import boundary_gradient, gradient, residual_jacobian, taylor_test
 from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
@@ -66,6 +66,21 @@ def test_gradient_by_nodes_and_pressure(plate, mixed):
     for direction in (np.array([1.0, 0.0]), np.array([0.0, 0.01]), np.array([1.0, 0.01])):
         test = taylor_test(lambda s: case.value(s[0], 0.05 + s[1]), np.zeros(2), along, direction, step=0.1, count=4)
         assert test.passed, test
+
+
+@pytest.mark.parametrize(("plate", "mixed"), [(True, False), (False, True)])
+def test_the_jacobian_of_residuals(plate, mixed):
+    case = Case((1, 8, 6), plate, mixed)
+    at, solver, found = case.solve()
+    turned = np.broadcast_to(np.eye(3), (3, 3, 3))
+    asked = match(equidistant(3, 30.0), np.outer([6.0, 17.0, 29.0], [0, 0, 1.0]), turned, 2.0, 0.03)
+    slope, jacobian = gradient(at, solver, found, asked), residual_jacobian(at, solver, found, asked)
+    assert slope.value == pytest.approx(float(np.sum(jacobian.residuals**2)))
+    assert jacobian.X.shape == (18, len(case.mesh.points), 3)
+    np.testing.assert_allclose(
+        2 * np.tensordot(jacobian.residuals, jacobian.X, axes=1), slope.X, atol=1e-9 * np.abs(slope.X).max()
+    )
+    assert 2 * float(jacobian.residuals @ jacobian.pressure[:, 0]) == pytest.approx(slope.pressure["A"], rel=1e-8)
 
 
 def test_a_wrong_gradient_fails_the_taylor_test():
