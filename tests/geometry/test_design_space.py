@@ -33,7 +33,7 @@ def test_start_is_the_reference_body(space):
 
 def test_number_of_variables(space):
     exterior, flat, pole = (surface.net for surface in space.reference.surfaces)
-    lumped = 2 * exterior.shape[1] + 2 * (flat.shape[1] - 1) + 6 * (pole.shape[1] - 1)
+    lumped = 2 * exterior.shape[1] + 2 * (flat.shape[1] - 1) + (6 * (pole.shape[1] - 1) + 2 * pole.shape[1])
     assert space.n_shape == exterior.size + flat.size + pole.size - lumped
     assert space.n == space.n_shape + 2
 
@@ -45,6 +45,8 @@ def test_ends_stay_planar_for_any_variables(space):
         assert np.ptp(body.chambers[0].net[row, :, 2]) == 0.0
         assert np.ptp(body.chambers[0].net[row, :, 0]) > 0.1
         assert np.ptp(body.chambers[1].net[row], axis=0).max() == 0.0
+    for pole, ring in ((0, 1), (-1, -2)):
+        np.testing.assert_array_equal(body.chambers[1].net[ring, :, 2], body.chambers[1].net[pole, 0, 2])
 
 
 def test_pullback_is_the_transpose(space):

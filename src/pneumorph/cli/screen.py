@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.optimize import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
-from pneumorph.output.limits import bounds
+from pneumorph.constraint.table import in_history
 from pneumorph.output.words import analysed, duration, motion_of
 from pneumorph.problem import Problem
 
@@ -120,7 +120,7 @@ class Screen:
 def _columns(problem: Problem) -> list[tuple[str, int]]:
     """Titles and widths."""
     motions = [(task.name, max(10, len(task.name))) for task in problem.task]
-    limits = [(bound.word[:9], max(6, len(bound.word[:9]))) for bound in bounds(problem.limits)]
+    limits = [(limit.word[:9], max(6, len(limit.word[:9]))) for limit, _, _ in in_history(problem.limits)]
     return [("it", 3), *motions, *limits, ("elements", 8), ("fact.", 5), ("s", 6), ("equiv.", 6)]
 
 
@@ -141,12 +141,12 @@ def _cells(problem: Problem, line: Mapping[str, Any]) -> list[Text]:
 def _limits(problem: Problem, found: Mapping[str, float | None]) -> list[Text]:
     """Worst limits; red where beyond by more than the report's tolerances, yellow where just beyond."""
     cells = []
-    for bound in bounds(problem.limits):
-        value = found[bound.key]
+    for limit, key, bound in in_history(problem.limits):
+        value = found[key]
         if value is None:
             cells.append(Text("–", style="red"))
             continue
-        passed = bound.passed(value)
-        style = "red" if passed > bound.tolerance else "yellow" if passed > 0 else "green"
-        cells.append(Text(f"{value:.2f}" if bound.key.endswith("mm") else f"{value:.3f}", style=style))
+        passed = limit.excess(value, bound)
+        style = "red" if passed > limit.tolerance else "yellow" if passed > 0 else "green"
+        cells.append(Text(f"{value:.2f}" if limit.unit == "mm" else f"{value:.3f}", style=style))
     return cells

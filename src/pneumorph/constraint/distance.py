@@ -289,7 +289,7 @@ def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Int
     """Distance, nearest sample and offset of the nearest place on the edge of each source's neighbourhood."""
     step_q, step_r = tube.grid.step
     rows, columns = tube.grid.shape
-    shrink = tube.grid.shrink[:, 0]
+    shrink = tube.grid.frame.shrink[:, 0]
     x = np.moveaxis(tube.x.reshape(rows, columns, 3), -1, 0)
     row, column = np.divmod(source, columns)
     here = x[:, row, column]
@@ -342,7 +342,7 @@ def _apart(grid: Grid, i: Ints, j: Ints) -> Floats:
     columns = len(grid.q)
     (row_i, column_i), (row_j, column_j) = np.divmod(i, columns), np.divmod(j, columns)
     around = np.abs(column_i - column_j)
-    around = np.minimum(around, columns - around) * np.minimum(grid.shrink[row_i, 0], grid.shrink[row_j, 0])
+    around = np.minimum(around, columns - around) * np.minimum(grid.frame.shrink[row_i, 0], grid.frame.shrink[row_j, 0])
     return np.hypot(around * grid.step[0], (row_i - row_j) * grid.step[1])
 
 

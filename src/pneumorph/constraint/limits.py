@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.constraint.distance import Feet, distances, fold_feet, joined, target, wall_feet
 from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid, heights, rim_share
-from pneumorph.constraint.surface import MIN_AREA, Form, measures_of_net
+from pneumorph.constraint.surface import MIN_AREA, Form, measures
+from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ class Limits:
             envelope : distance of the exterior's samples from the axis beyond its limit, over t; absent without one
         """
         nets = self._nets(points)
-        shapes = [measures_of_net(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
+        shapes = [measures(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
         tubes = [grid.positions(net) for net, grid in zip(nets, self.grids, strict=True)]
         X = self._positions(tubes)
         wall = distances(X, self._wall_source, pairs.wall)
@@ -115,7 +116,7 @@ class Limits:
 
         The barrier of a quantity h starts at zero and reaches one at its limit, that of a distance starts at the limit.
         """
-        scale = {"wall": self.wall, "ends": self.wall, "fold": self.fold, "rim": self.fold, "envelope": self.wall}
+        scale = {limit.name: getattr(self, limit.per) for limit in TABLE if limit.per}
         return {
             name: value * (scale[name] / tolerance) if name in scale else jnp.maximum(value + 1.0, 0.0)
             for name, value in values.items()

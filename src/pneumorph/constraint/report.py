@@ -132,7 +132,7 @@ def report(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (8, 16)) ->
     readings = [
         _worst("wall", spec.wall, _wall(targets, fields, length)),
         _worst("fold", spec.fold.distance, [*(_fold(tube, spec) for tube in tubes), *_rims(fields, grids, spec)]),
-        *_shape(fields, grids, spec),
+        *_shape(body, grids, spec),
         _worst("ends", 0.0, [_beyond_ends(fields[0], grids[0], length)]),
     ]
     if spec.envelope is not None:
@@ -157,15 +157,17 @@ def _worst(limit: str, bound: float, places: Iterator[Place] | list[Place]) -> R
 
 
 def _largest(values: NDArray[np.float64], grid: Grid) -> Place:
-    """The largest of the values on all or the measured rows of a grid; a value that is no number is larger than any."""
-    rows = grid.r if len(values) == len(grid.r) else grid.r[grid.measured]
+    """The largest of the values on a grid; a value that is no number is larger than any."""
     i, j = np.unravel_index(np.argmax(np.where(np.isfinite(values), values, np.inf)), values.shape)
-    return Place(float(values[i, j]), grid.name, float(grid.q[j]), float(rows[i]))
+    return Place(float(values[i, j]), grid.name, float(grid.q[j]), float(grid.r[i]))
 
 
-def _shape(fields: list[Fields], grids: list[Grid], spec: LimitsSpec) -> list[Reading]:
+def _shape(body: Body, grids: list[Grid], spec: LimitsSpec) -> list[Reading]:
     bounds = {"curvature": spec.curvature, "skew": spec.skew, "stretch": spec.stretch.limit, "area": MIN_AREA}
-    found = [measures(field, grid, spec.stretch.form) for field, grid in zip(fields, grids, strict=True)]
+    found = [
+        measures(jnp.asarray(surface.net), grid, spec.stretch.form)
+        for surface, grid in zip(body.surfaces, grids, strict=True)
+    ]
     readings = []
     for name, bound in bounds.items():
         sign = -1.0 if name in _AT_LEAST else 1.0

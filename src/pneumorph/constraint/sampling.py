@@ -13,6 +13,7 @@ import numpy as np
 from jax import Array
 from numpy.typing import NDArray
 
+from pneumorph.constraint.frame import Frame, frame
 from pneumorph.geometry import TubeSurface
 
 
@@ -41,11 +42,8 @@ class Grid:
         Parameters of the samples; q = 1 is left out because it is q = 0.
     values_q, values_r : three arrays each
         Basis functions and their first two derivatives per mm, (columns, n_q) and (rows, n_r).
-    measured : slice
-        Rows where the surface has a tangent plane: all of them, but not the very poles.
-    shrink, polar : (rows, 1) arrays
-        Circumference of the starting surface relative to τ_q, and the derivative of its logarithm per mm: 1 and 0 on
-        tubes with flat ends; towards a pole they follow the dome, whose parallels must shrink.
+    frame : Frame
+        Functions of r behind the tangents, finite up to the poles.
     rings : (m,) array
         Fractions s of the rings that sample each flat end's disc, from the centre (s = 0) outwards without the rim;
         empty at poles.
@@ -59,9 +57,7 @@ class Grid:
     r: NDArray[np.float64]
     values_q: tuple[NDArray[np.float64], ...]
     values_r: tuple[NDArray[np.float64], ...]
-    measured: slice
-    shrink: NDArray[np.float64]
-    polar: NDArray[np.float64]
+    frame: Frame
     rings: NDArray[np.float64]
 
     @property
@@ -91,17 +87,8 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
     tau_q, tau_r = surface.size
     q = np.arange(per_span[0] * n_q) / (per_span[0] * n_q)
     r = np.linspace(0.0, 1.0, per_span[1] * surface.basis_r.spans + 1)
-    shrink, polar = np.ones((len(r), 1)), np.zeros((len(r), 1))
     rings = np.zeros(0)
-    pole = surface.ends == "pole"
-    if pole:
-        radius = tau_q / (2.0 * np.pi)
-        angle = (np.minimum(r, 1.0 - r) * tau_r / radius)[:, None]
-        dome = (angle > 0.0) & (angle < np.pi / 2.0)
-        inside = np.where(dome, angle, np.pi / 2.0)
-        shrink = np.where(angle > 0.0, np.sin(inside), 0.0)
-        polar = np.where(dome, np.sign(0.5 - r)[:, None] / (radius * np.tan(inside)), 0.0)
-    else:
+    if surface.ends == "flat":
         count = max(2, round(tau_q / (2.0 * np.pi) / (tau_r / (len(r) - 1))))
         rings = np.arange(count) / count
     return Grid(
@@ -113,9 +100,7 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
         r=r,
         values_q=tuple(surface.basis_q.matrix(q, order) / tau_q**order for order in range(3)),
         values_r=tuple(surface.basis_r.matrix(r, order) / tau_r**order for order in range(3)),
-        measured=slice(1, -1) if pole else slice(None),
-        shrink=shrink,
-        polar=polar,
+        frame=frame(surface, r),
         rings=rings,
     )
 

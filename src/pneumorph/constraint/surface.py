@@ -7,24 +7,25 @@ hundredth of the starting tube's, ten times below what the bound on the area ele
 from __future__ import annotations
 
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.constraint.sampling import Fields, Grid
+from pneumorph.constraint.sampling import Grid
 
 Form = Literal["per_mm", "printed"]
 
 MIN_AREA = 0.1  # smallest admissible area element sqrt(EG - F²), relative to the starting tube's
+FLOOR = 0.01  # where denominators stop, relative to the starting tube's
+SMOOTHING = 1e-3  # of the root in the area element
 _BLOCK = 12_000  # samples evaluated at a time
-_FLOOR = 0.01  # where denominators stop, relative to the starting tube's
 
 
 class Measures(NamedTuple):
-    """Limited quantities on the measured rows of a grid, each (rows, columns).
+    """Limited quantities on a grid, each (rows, columns).
 
     curvature is h₁ in 1/mm², skew h₂, stretch h₃ in 1/mm², area sqrt(EG - F²) relative to the
     starting tube's.
@@ -36,82 +37,107 @@ class Measures(NamedTuple):
     area: Array
 
 
-def measures(fields: Fields, grid: Grid, form: Form = "per_mm") -> Measures:
+class Forms(NamedTuple):
+    """Everything the limited quantities are fractions of; any kind of number that adds and multiplies.
+
+    E, F, G of the tangents U = r_q / S and r_r, area2 = EG - F², twice the mean and the Gaussian curvature without
+    their powers of area2, and half the derivatives of E and G along q and r: all lengths in mm of the starting tube.
+    """
+
+    E: Any
+    F: Any
+    G: Any
+    area2: Any
+    twice_H: Any
+    gauss: Any
+    E_q: Any
+    E_r: Any
+    G_q: Any
+    G_r: Any
+
+
+def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S: Any, S_r: Any) -> Forms:
+    """The forms from U, r_r, U_q, U_r and r_rr by components, where the z of U, r_r and U_q is divided by S (`frame`).
+
+    Since r_qr = S' U + S U_r and U is a tangent, the second fundamental form has L = U_q·n / S, M = U_r·n and
+    N = r_rr·n in the frame of U and r_r; here n = U × r_r is not of unit length, which the powers of area2 make up for.
+    """
+    (ux, uy, V), (rx, ry, W), (uqx, uqy, V_q) = across, along, across_q
+    mx, my, nz = uy * W - V * ry, V * rx - ux * W, ux * ry - uy * rx
+    nx, ny, uz, rz, uqz = S * mx, S * my, S * V, S * W, S * V_q
+    L = uqx * mx + uqy * my + V_q * nz
+    M = across_r[0] * nx + across_r[1] * ny + across_r[2] * nz
+    N = along_r[0] * nx + along_r[1] * ny + along_r[2] * nz
+    u, r = (ux, uy, uz), (rx, ry, rz)
+    E, F, G = _dot(u, u), _dot(u, r), _dot(r, r)
+    return Forms(
+        E=E,
+        F=F,
+        G=G,
+        area2=nx * nx + ny * ny + nz * nz,
+        twice_H=E * N + G * L - 2.0 * (F * M),
+        gauss=L * N - M * M,
+        E_q=_dot(u, (uqx, uqy, uqz)),
+        E_r=_dot(u, across_r),
+        G_q=S_r * F + S * _dot(r, across_r),
+        G_r=_dot(r, along_r),
+    )
+
+
+def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
     """Evaluate h₁ = (k₁² + k₂²)/2 (25), h₂ = F²/(EG) (27), h₃ (29) and the area element.
+
+    Some rows at a time, which keeps the work in the cache. The gradient evaluates each block once more instead of
+    keeping what it needs of all of them: memory that is too large for the allocator's pool costs more than the
+    arithmetic.
 
     Parameters
     ----------
-    fields : Fields
-        Of the tube, derivatives per mm.
+    net : (n_r, n_q, 3) array
+        Control points in mm.
     grid : Grid
     form : "per_mm" or "printed"
-        h₃ as the squared gradient per millimetre of ln sqrt(E) and ln sqrt(G), or to the letter of (29), which adds the
-        two derivatives over the unit square before it squares and divides both by the same τ.
+        h₃ as the squared gradient per millimetre of ln|U| and ln sqrt(G), or to the letter of (29), which adds the
+        two derivatives over the unit square before it squares and divides both by the same τ. With flat ends |U| is
+        sqrt(E); towards a pole it leaves out what the starting dome itself asks of the parallels.
     """
-    rows = grid.measured
-    derivatives = tuple(field[:, rows] for field in fields[1:])
-    shrink, polar = jnp.asarray(grid.shrink[rows]), jnp.asarray(grid.polar[rows])
-    return _pointwise(derivatives, shrink, polar, grid.size[1] / grid.size[0], form)
-
-
-def measures_of_net(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
-    """The same from the control net (n_r, n_q, 3), some rows at a time, which keeps the work in the cache.
-
-    The gradient evaluates each block once more instead of keeping what it needs of all of them: memory that is too
-    large for the allocator's pool costs more than the arithmetic.
-    """
-    rows = np.arange(len(grid.r))[grid.measured]
+    rows = np.arange(len(grid.r))
     blocks = max(1, round(len(rows) * len(grid.q) / _BLOCK))
     height = -(-len(rows) // blocks)
     padded = np.concatenate([rows, np.full(blocks * height - len(rows), rows[-1])]).reshape(blocks, height)
-    along = jnp.einsum("kbRr,rqc->bkcRq", np.stack([values[padded] for values in grid.values_r]), net)
+    parts = grid.frame
+    matrices = np.stack(parts[:4])[:, :, padded]
+    along = jnp.einsum("kcbRr,rqc->bkcRq", matrices, net)
 
     @jax.checkpoint
     def block(part: tuple[Array, Array, Array]) -> Measures:
-        along, shrink, polar = part
-        orders = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-        derivatives = tuple(jnp.matmul(along[dr], grid.values_q[dq].T) for dq, dr in orders)
-        return _pointwise(derivatives, shrink, polar, grid.size[1] / grid.size[0], form)
+        along, shrink, slope = part
+        orders = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))
+        fields = tuple(jnp.matmul(along[of], grid.values_q[order].T) for of, order in orders)
+        return _pointwise(fields, shrink, slope, grid.size[1] / grid.size[0], form)
 
-    found = jax.lax.map(block, (along, jnp.asarray(grid.shrink[padded]), jnp.asarray(grid.polar[padded])))
+    found = jax.lax.map(block, (along, jnp.asarray(parts.shrink[padded]), jnp.asarray(parts.slope[padded])))
     return Measures(*(part.reshape(blocks * height, -1)[: len(rows)] for part in found))
 
 
 @partial(jax.jit, static_argnames="form")
-def _pointwise(derivatives: tuple[Array, ...], shrink: Array, polar: Array, aspect: float, form: Form) -> Measures:
-    """The measures from r_q, r_r, r_qq, r_qr, r_rr, each (3, rows, columns)."""
-    q, r, qq, qr, rr = (tuple(field) for field in derivatives)
-    E, F, G = _dot(q, q), _dot(q, r), _dot(r, r)
-    n = _cross(q, r)
-    area2 = _dot(n, n)
-    safe_area2 = jnp.maximum(area2, (_FLOOR * shrink) ** 2)
-    safe_E = jnp.maximum(E, (_FLOOR * shrink) ** 2)
-    safe_G = jnp.maximum(G, _FLOOR**2)
-
-    # Second fundamental form without its factor 1/sqrt(EG - F²), which the powers of area2 make up for.
-    L, M, N = _dot(qq, n), _dot(qr, n), _dot(rr, n)
-    twice_H = E * N + G * L - 2.0 * F * M
-    curvature = twice_H**2 / (2.0 * safe_area2**3) - (L * N - M**2) / safe_area2**2
-
-    # Logarithmic derivatives of the tangents' lengths per mm; towards a pole, beyond what the dome itself asks for.
-    E_q, E_r = _dot(q, qq) / safe_E, _dot(q, qr) / safe_E - polar
-    G_q, G_r = _dot(r, qr) / safe_G, _dot(r, rr) / safe_G
+def _pointwise(fields: tuple[Array, ...], shrink: Array, slope: Array, aspect: float, form: Form) -> Measures:
+    """The measures from U, r_r, U_q, U_r, r_rr, each (3, rows, columns), see `forms`."""
+    f = forms(*(tuple(field) for field in fields), shrink, slope)
+    safe_area2 = jnp.maximum(f.area2, FLOOR**2)
+    safe_E, safe_G = jnp.maximum(f.E, FLOOR**2), jnp.maximum(f.G, FLOOR**2)
+    E_q, E_r, G_q, G_r = f.E_q / safe_E, f.E_r / safe_E, f.G_q / safe_G, f.G_r / safe_G
     if form == "per_mm":
         stretch = E_q**2 + E_r**2 + G_q**2 + G_r**2
     else:
         stretch = (E_q + aspect * E_r) ** 2 + (G_q / aspect + G_r) ** 2
-
     return Measures(
-        curvature=curvature,
-        skew=F**2 / (safe_E * safe_G),
+        curvature=f.twice_H**2 / (2.0 * safe_area2**3) - f.gauss / safe_area2**2,
+        skew=f.F**2 / (safe_E * safe_G),
         stretch=stretch,
-        area=jnp.sqrt(area2 + (1e-3 * shrink) ** 2) / shrink,
+        area=jnp.sqrt(f.area2 + SMOOTHING**2),
     )
 
 
-def _dot(a: tuple[Array, ...], b: tuple[Array, ...]) -> Array:
+def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: tuple[Array, ...], b: tuple[Array, ...]) -> tuple[Array, ...]:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry.bspline import clamped, periodic
-from pneumorph.geometry.tube import Ends, TubeSurface
+from pneumorph.geometry.tube import Ends, TubeSurface, dome_fit
 from pneumorph.problem.symmetry import columns_multiple
 
 if TYPE_CHECKING:
@@ -161,12 +161,10 @@ def _pole_profile(radius: float, span: tuple[float, float], spans: int, ripple: 
     rho, z = capsule.at(t)
     rho = rho[:, None] * (1.0 + ripple(z) / radius)
     values = basis.matrix(t)
-    fitted_rho, fitted_z = np.zeros((basis.count, len(rho[0]))), np.repeat(span, [2, basis.count - 2])
-    fitted_z[-2:] = span[1]
-    fitted_rho[1:-1] = np.linalg.lstsq(values[:, 1:-1], rho, rcond=None)[0]
+    fitted_z = np.repeat(span, [2, basis.count - 2])
     rest = z - values[:, [0, 1]].sum(axis=1) * span[0] - values[:, [-2, -1]].sum(axis=1) * span[1]
     fitted_z[2:-2] = np.linalg.lstsq(values[:, 2:-2], rest, rcond=None)[0]
-    return fitted_rho, fitted_z
+    return dome_fit(basis, rho), fitted_z
 
 
 @dataclass(frozen=True)

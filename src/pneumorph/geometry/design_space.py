@@ -40,8 +40,9 @@ class DesignSpace:
     """The design variables Φ = [shape entries in mm, free pressures scaled to mm] and what they stand for.
 
     Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end share
-    one z; a pole is one point. Symmetric designs have a smaller Φ, with the independent entries alone; L repeats them
-    over their images. Columns of L are orthogonal, so LᵀL is diagonal.
+    one z; a pole is one point, and the ring beside it shares its z: else the tip would be a cone. Symmetric designs
+    have a smaller Φ, with the independent entries alone; L repeats them over their images. Columns of L are orthogonal,
+    so LᵀL is diagonal.
 
     Attributes
     ----------
@@ -169,9 +170,10 @@ def _symmetric(
 def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:
     """Number of the variable behind each coordinate of a net, (n_r, n_q, 3), counted from 0; -1 where it is fixed."""
     group = np.arange(surface.net.size).reshape(surface.net.shape)
-    for row in (0, -1):
+    for row, beside in ((0, 1), (-1, -2)):
         if surface.ends == "pole":
             group[row] = group[row, 0]
+            group[beside, :, 2] = group[row, 0, 2]
         else:
             group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
     names, numbers = np.unique(group, return_inverse=True)

@@ -49,6 +49,14 @@ class TubeSurface:
     def basis_r(self) -> Basis:
         return clamped(self.net.shape[0] - 3)
 
+    @cached_property
+    def parallels(self) -> NDArray[np.float64]:
+        """Control values (n_r,) of S(r), the starting surface's circumference relative to τ_q: 1 without poles.
+
+        With poles it is the spline that the starting capsule's radius is, so that r_q / S is of unit length there.
+        """
+        return np.ones(len(self.net)) if self.ends == "flat" else dome_fit(self.basis_r, dome(self.basis_r, *self.size))
+
     def points(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
         """Position, or its derivative of order (dq, dr), at pairs of parameters; shape (n, 3)."""
         values_r, values_q = self.basis_r.matrix(r, dr), self.basis_q.matrix(q, dq)
@@ -69,6 +77,26 @@ class TubeSurface:
     def end_centres(self) -> NDArray[np.float64]:
         """Centres (2, 3) of the end discs: ∮ rim dq, which is the mean of the end row's control points."""
         return self.net[[0, -1]].mean(axis=1)
+
+
+# Samples to each knot span that a starting capsule is fitted at.
+_FITTED = 16
+
+
+def dome(basis: Basis, circumference: float, length: float) -> NDArray[np.float64]:
+    """Radius of a capsule relative to its middle's, at the parameters (fractions of its length) it is fitted at."""
+    t = np.linspace(0.0, 1.0, _FITTED * basis.spans + 1)
+    # A meridian too short for two quarter circles is stretched to them.
+    angle = np.minimum(t, 1.0 - t) * max(2.0 * np.pi * length / circumference, np.pi)
+    return np.sin(np.minimum(angle, np.pi / 2.0))
+
+
+def dome_fit(basis: Basis, radius: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Control values (n_r, ...) of radii given at these parameters, (n, ...), by least squares; zero at the poles."""
+    values = basis.matrix(np.linspace(0.0, 1.0, len(radius)))
+    fitted = np.zeros((basis.count, *radius.shape[1:]))
+    fitted[1:-1] = np.linalg.lstsq(values[:, 1:-1], radius, rcond=None)[0]
+    return fitted
 
 
 def cap_points(surface: TubeSurface, tip: bool, q: ArrayLike, s: ArrayLike) -> NDArray[np.float64]:

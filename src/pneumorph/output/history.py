@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from pneumorph.output.limits import bounds
+from pneumorph.constraint.table import in_history
 from pneumorph.output.words import motion_of
 from pneumorph.problem import Custom, Limits, Maximize, Problem
 
@@ -107,10 +107,10 @@ def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
 
 def _limits(axes: Axes, limits: Limits, lines: Lines) -> None:
     """The part of each limit that the worst place on the body uses."""
-    for number, bound in enumerate(bounds(limits)):
-        values = [line["limits"][bound.key] for line in lines]
-        used = [np.nan if value is None else bound.used(value) for value in values]
-        axes.plot(_designs(lines), used, "-", color=f"C{number}", linewidth=1.5, label=bound.word)
+    for number, (limit, key, bound) in enumerate(in_history(limits)):
+        values = [line["limits"][key] for line in lines]
+        used = [np.nan if value is None else limit.used(value, bound) for value in values]
+        axes.plot(_designs(lines), used, "-", color=f"C{number}", linewidth=1.5, label=limit.word)
     axes.axhline(1.0, color="#444444", linewidth=1.0)
     top = max(1.2, 1.05 * axes.get_ylim()[1])
     axes.axhspan(1.0, top, color="#c0392b", alpha=0.07, linewidth=0)

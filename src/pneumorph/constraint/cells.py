@@ -1,0 +1,205 @@
+"""Cells of a surface, on which limits are bounded, and their subdivision until the bounds are good enough.
+
+On every knot span of q and r a surface is one polynomial; such a span is a *home*, and cells are rectangles within
+homes. All quantities are written so that more is worse (a distance has its sign turned).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import comb, factorial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.geometry import Basis, TubeSurface
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+_ROUNDS = 9  # of halvings
+_MOST = 120_000  # cells in a round
+FINE = 0.003  # part of the bound that may lie between what is certified and what is seen
+
+
+class Homes(NamedTuple):
+    """Knot spans of a surface as polynomials in u, v ∈ [0, 1], where q = q₀ + u Δq and r = r₀ + v Δr.
+
+    x holds the coefficients (n, 3, 4, 4) of v^i u^j; q and r are (n, 2): start and width. Spans that end in the pole
+    at the tip run backwards, so that a pole is always at v = 0.
+    """
+
+    x: Floats
+    q: Floats
+    r: Floats
+
+
+class Cells(NamedTuple):
+    """Rectangles within homes: number of the home (n,), and in u and v the centre (n, 2) and half the width (n, 2)."""
+
+    home: Ints
+    centre: Floats
+    half: Floats
+
+
+class Bounds(NamedTuple):
+    """Bounds of m quantities on n cells.
+
+    upper and seen are (n, m): what is certainly not exceeded, and what is certainly reached; place is (n, m, 2): where
+    on the cell, from -1 to 1 in u and v; vary is (n, 2): how much the cell's surface bends along u and v.
+    """
+
+    upper: Floats
+    seen: Floats
+    place: Floats
+    vary: Floats
+
+
+class Found(NamedTuple):
+    """Bounds of one quantity on every home of a surface: upper, seen, q and r of the latter, each (n,)."""
+
+    upper: Floats
+    seen: Floats
+    q: Floats
+    r: Floats
+
+
+@dataclass(frozen=True)
+class Aim:
+    """How well a quantity is to be bounded.
+
+    Attributes
+    ----------
+    bound : float
+        Of the limit.
+    needed : float
+        What every place is to be shown to keep, or not to: the bound and what is tolerated.
+    gap : float
+        Between what is certified and what is seen, where the limit is near.
+    ease : float
+        The same as a part of the distance from the limit, where it is not.
+    """
+
+    bound: float
+    needed: float
+    gap: float
+    ease: float
+
+    def enough(self, seen: float) -> float:
+        """A place whose upper bound is no larger needs no closer look when `seen` is the worst seen anywhere."""
+        return min(seen, self.needed) + max(self.gap, self.ease * (self.bound - seen))
+
+    def close(self, seen: Floats) -> Floats:
+        """The same for places where `seen` (n,) is the worst."""
+        return seen + self.gap * np.maximum(1.0, np.abs(seen) / max(abs(self.bound), 1e-9))
+
+
+def power(basis: Basis) -> Floats:
+    """Coefficients (spans, 4, count) of every basis function's powers of u on every span."""
+    start, width = basis.breaks[:-1], 1.0 / basis.spans
+    return np.stack([basis.matrix(start, k) * width**k / factorial(k) for k in range(4)], axis=1)
+
+
+def homes(surface: TubeSurface) -> Homes:
+    """The knot spans of a surface, row by row."""
+    along, around = power(surface.basis_r), power(surface.basis_q)
+    rows, columns = len(along), len(around)
+    x = np.einsum("aij,jkc,bmk->abcim", along, surface.net, around, optimize=True)
+    q = np.stack([surface.basis_q.breaks[:-1], np.full(columns, 1.0 / columns)], axis=1)
+    r = np.stack([surface.basis_r.breaks[:-1], np.full(rows, 1.0 / rows)], axis=1)
+    if surface.ends == "pole":
+        x[-1] = np.einsum("ij,bcjm->bcim", BACKWARDS, x[-1])
+        r[-1] = 1.0, -1.0 / rows
+    return Homes(x.reshape(-1, 3, 4, 4), np.tile(q, (rows, 1)), np.repeat(r, columns, axis=0))
+
+
+def recentred(coefficients: Floats, cells: Cells) -> Floats:
+    """Coefficients (n, f, 4, 4) in s, t ∈ [-1, 1] on the cells, from (n, f, 4, 4) in u and v."""
+    along, around = (_shift(cells.centre[:, k], cells.half[:, k])[:, None] for k in (1, 0))
+    return along @ coefficients @ np.swapaxes(around, -1, -2)
+
+
+def refine(
+    evaluate: Callable[[Cells], Bounds], start: Cells, aims: Sequence[Aim], worst: Sequence[float], count: int
+) -> tuple[Floats, Floats, Floats]:
+    """Bound quantities on homes, cell by cell, halving cells until the bounds are as good as the aims ask.
+
+    Parameters
+    ----------
+    evaluate : function of Cells
+    start : Cells
+    aims : m of them
+    worst : m floats
+        What has been seen of each quantity elsewhere.
+    count : int
+        Number of homes.
+
+    Returns
+    -------
+    upper, seen : (count, m) arrays
+    place : (count, m, 2) array
+        In u and v.
+    """
+    m = len(aims)
+    upper, seen, place = np.full((count, m), -np.inf), np.full((count, m), -np.inf), np.zeros((count, m, 2))
+    cells = start
+    for round in range(_ROUNDS + 1):
+        found = evaluate(cells)
+        for k in range(m):
+            # The last of equal indices stays, which is the worst.
+            order = np.argsort(found.seen[:, k])
+            order = order[found.seen[order, k] > seen[cells.home[order], k]]
+            where = cells.home[order]
+            seen[where, k] = found.seen[order, k]
+            place[where, k] = cells.centre[order] + cells.half[order] * found.place[order, k]
+        enough = [
+            np.maximum(aim.enough(max(known, seen[:, k].max())), aim.close(seen[:, k]))
+            for k, (aim, known) in enumerate(zip(aims, worst, strict=True))
+        ]
+        open_ = (found.upper > np.stack(enough, axis=1)[cells.home]).any(axis=1)
+        if round == _ROUNDS or np.count_nonzero(open_) > _MOST / 4:
+            open_[:] = False
+        np.maximum.at(upper, cells.home[~open_], found.upper[~open_])
+        if not open_.any():
+            break
+        cells = _halved(Cells(*(part[open_] for part in cells)), found.vary[open_])
+    return upper, seen, place
+
+
+def whole(count: int) -> Cells:
+    """One cell to each home, all of it."""
+    return Cells(np.arange(count), np.full((count, 2), 0.5), np.full((count, 2), 0.5))
+
+
+def found_on(homes: Homes, upper: Floats, seen: Floats, place: Floats) -> Found:
+    """Bounds (n,) of one quantity on every home, with places (n, 2) in u and v."""
+    q = (homes.q[:, 0] + place[:, 0] * homes.q[:, 1]) % 1.0
+    return Found(upper, seen, q, homes.r[:, 0] + place[:, 1] * homes.r[:, 1])
+
+
+def _halved(cells: Cells, vary: Floats) -> Cells:
+    """Both halves of each cell along the direction in which it varies more, or its quarters."""
+    for k in (0, 1):
+        both = vary[:, k] >= 0.4 * vary[:, 1 - k]
+        step = np.zeros_like(cells.half)
+        step[:, k] = 0.5 * cells.half[:, k]
+        half = np.where(both[:, None], cells.half - step, cells.half)
+        centre = np.concatenate([np.where(both[:, None], cells.centre - step, cells.centre), (cells.centre + step)[both]])
+        cells = Cells(np.concatenate([cells.home, cells.home[both]]), centre, np.concatenate([half, half[both]]))
+        vary = np.concatenate([vary, vary[both]])
+    return cells
+
+
+def _shift(centre: Floats, half: Floats) -> Floats:
+    """Matrices (n, 4, 4) from coefficients in u to those in s, where u = centre + half·s."""
+    matrix = np.zeros((len(centre), 4, 4))
+    for k in range(4):
+        for i in range(k, 4):
+            matrix[:, k, i] = comb(i, k) * centre ** (i - k) * half**k
+    return matrix
+
+
+# From coefficients in v to those in 1 - v.
+BACKWARDS = np.array([[(-1) ** k * comb(i, k) for i in range(4)] for k in range(4)], dtype=float)

@@ -1,0 +1,117 @@
+"""Bounds of where a surface reaches, from control nets: a polynomial patch lies within the hull of its own.
+
+Halving a patch makes the net four times as close to it. The envelope, the planes of the body's ends and of a tube's
+own flat ends are read off nets in ways that preserve the hull: a coordinate, the (convex) distance from the axis, and a
+quotient of two polynomials of which the lower one is positive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.constraint.cells import (
+    BACKWARDS,
+    Aim,
+    Bounds,
+    Cells,
+    Found,
+    Homes,
+    found_on,
+    recentred,
+    refine,
+    whole,
+)
+from pneumorph.geometry import TubeSurface
+
+Floats = NDArray[np.float64]
+
+# Bernstein coefficients on [0, 1] from powers of u in [0, 1], and from powers of s in [-1, 1].
+FROM_POWERS = np.array([[comb(k, i) / comb(3, i) if i <= k else 0.0 for i in range(4)] for k in range(4)])
+_FROM_CENTRE = FROM_POWERS @ np.array(
+    [[comb(i, k) * (-1.0) ** (i - k) * 2.0**k if i >= k else 0.0 for i in range(4)] for k in range(4)]
+)
+
+
+def radius(homes: Homes, aim: Aim, worst: float) -> Found:
+    """Largest distances from the z axis in mm."""
+    return _bounded(homes.x[:, :2], lambda net: np.hypot(net[:, 0], net[:, 1]), homes, aim, worst)
+
+
+def beyond(homes: Homes, length: float, aim: Aim, worst: float) -> Found:
+    """How far in mm a surface passes the planes z = 0 and z = length; negative where it is between them."""
+    return _bounded(homes.x[:, 2:], lambda net: np.maximum(-net[:, 0], net[:, 0] - length), homes, aim, worst)
+
+
+def rims(surface: TubeSurface, homes: Homes, neighbourhood: float, aim: Aim, worst: float) -> list[Found]:
+    """Least heights above base and below tip of a tube with flat ends, over their share of the fold; signs turned.
+
+    The share grows in proportion to the distance from the rim along the starting surface up to 1 at the edge of the
+    neighbourhood (see `rim_share`). Height and share both vanish on the rim, so a factor of v is taken out there.
+    """
+    rows = surface.basis_r.spans
+    z = homes.x[:, 2].reshape(rows, -1, 4, 4)
+    found = []
+    for tip in (False, True):
+        height = np.einsum("ij,abjm->abim", BACKWARDS, z)[::-1] if tip else z.copy()
+        height[:, :, 0, 0] -= surface.net[-1 if tip else 0, 0, 2]
+        height = -height if tip else height
+        start, width = np.arange(rows) / rows, 1.0 / rows
+        share = np.zeros_like(height)
+        share[:, :, 0, 0], share[:, :, 1, 0] = start[:, None], width
+        share *= surface.size[1] / neighbourhood
+        near = np.stack([height, share], axis=2)
+        near[0] = np.roll(near[0], -1, axis=-2)
+        near[0, :, :, -1] = 0.0
+        away = np.stack([height, np.zeros_like(height)], axis=2)
+        away[:, :, 1, 0, 0] = 1.0
+
+        columns = z.shape[1]
+        edge = np.repeat(np.clip((neighbourhood / surface.size[1] - start) / width, 0.0, 1.0), columns)
+        lower, upper = np.concatenate([np.zeros_like(edge), edge]), np.concatenate([edge, np.ones_like(edge)])
+        count = len(lower)
+        cells = Cells(
+            np.arange(count),
+            np.stack([np.full(count, 0.5), 0.5 * (lower + upper)], axis=1),
+            np.stack([np.full(count, 0.5), 0.5 * (upper - lower)], axis=1),
+        )
+        r = np.repeat(np.stack([1.0 - start if tip else start, np.full(rows, -width if tip else width)], 1), columns, 0)
+        both = Homes(np.zeros((0, 3, 4, 4)), np.tile(homes.q, (2, 1)), np.tile(r, (2, 1)))
+        polynomials = np.concatenate([near, away]).reshape(count, 2, 4, 4)
+        some = upper > lower
+        cells = Cells(*(part[some] for part in cells))
+        answer = _bounded(polynomials, lambda net: -net[:, 0] / net[:, 1], both, aim, worst, cells)
+        found.append(Found(*(part[some] for part in answer)))
+        worst = max(worst, float(found[-1].seen.max()))
+    return found
+
+
+def _bounded(
+    coefficients: Floats,
+    read: Callable[[Floats], Floats],
+    homes: Homes,
+    aim: Aim,
+    worst: float,
+    start: Cells | None = None,
+) -> Found:
+    """Bounds of a quantity that is read off the nets (n, f, 4, 4) of polynomials on the homes."""
+
+    def evaluate(cells: Cells) -> Bounds:
+        net = _FROM_CENTRE @ recentred(coefficients[cells.home], cells) @ _FROM_CENTRE.T
+        value = read(net)
+        corners = value[:, ::3, ::3].reshape(-1, 4)
+        best = np.argmax(corners, axis=1)
+        bend = [np.abs(np.diff(value, 2, axis=axis)).max(axis=(1, 2)) for axis in (2, 1)]
+        return Bounds(
+            upper=value.max(axis=(1, 2))[:, None],
+            seen=corners[np.arange(len(best)), best][:, None],
+            place=np.stack([best % 2, best // 2], axis=1)[:, None] * 2.0 - 1.0,
+            vary=np.stack(bend, axis=1),
+        )
+
+    count = len(coefficients)
+    upper, seen, place = refine(evaluate, whole(count) if start is None else start, [aim], [worst], count)
+    return found_on(homes, upper[:, 0], seen[:, 0], place[:, 0])

@@ -1,0 +1,140 @@
+"""Walls and folds: which patches are near which, and how near they certainly are not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.constraint.cells import Aim, Homes, power
+from pneumorph.constraint.extent import FROM_POWERS
+from pneumorph.constraint.separation import candidates, least_distances, nearest_centres, spheres
+from pneumorph.geometry import TubeSurface
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+_FIRST = 256  # pairs that tell how near patches come before the others are looked at
+_MOST = 400_000  # pairs
+_FAR = 2.0  # times the limit: how far apart patches are told apart
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """A surface as cubic patches, the chambers' flat end discs among them.
+
+    Attributes
+    ----------
+    nets : (n, 4, 4, 3) array
+        Control points in mm, along r (on a disc along s) and q.
+    boxes : (n, 8) array
+        q and its width, r and its width, and the coefficients of S(v).
+    disc : (n,) array of bool
+        Whether a patch is of a disc, where r is that of the rim and v is s.
+    centres, radii : (n, 3) and (n,) arrays
+        Balls around the patches.
+    size : (2,) array
+        τ_q and τ_r in mm.
+    """
+
+    nets: Floats
+    boxes: Floats
+    disc: NDArray[np.bool_]
+    centres: Floats
+    radii: Floats
+    size: Floats
+
+
+class Gaps(NamedTuple):
+    """Pairs of places between surfaces or within one: certified and seen distance in mm, and both places.
+
+    a and b are (n, 3): q, r and s, the part of the way from an end disc's centre to its rim (1 on the tube).
+    """
+
+    lower: Floats
+    seen: Floats
+    a: Floats
+    b: Floats
+
+
+def patches(surface: TubeSurface, homes: Homes) -> Patches:
+    """The patches of a surface."""
+    nets = np.moveaxis(FROM_POWERS @ homes.x @ FROM_POWERS.T, 1, -1)
+    columns = surface.basis_q.spans
+    shrink = np.einsum("aij,j->ai", power(surface.basis_r), surface.parallels)
+    boxes = np.concatenate([homes.q, homes.r, np.repeat(shrink, columns, axis=0)], axis=1)
+    if surface.ends == "pole":
+        # The last row runs backwards; here it need not, so that S and the nets have one direction.
+        nets[-columns:] = nets[-columns:, ::-1]
+        boxes[-columns:, 2:4] = 1.0 - 1.0 / surface.basis_r.spans, 1.0 / surface.basis_r.spans
+    disc, tube = np.zeros(len(nets), dtype=bool), nets
+    if surface.cavity and surface.ends == "flat":
+        for tip, part in ((False, slice(0, columns)), (True, slice(-columns, None))):
+            rim = tube[part][:, -1 if tip else 0]
+            ray = np.linspace(0.0, 1.0, 4)[None, :, None, None]
+            centre = surface.end_centres[int(tip)]
+            nets = np.concatenate([nets, centre + ray * (rim[:, None] - centre)])
+            ring = np.concatenate([homes.q[:columns], np.tile([float(tip), 0.0, 1.0, 0.0, 0.0, 0.0], (columns, 1))], 1)
+            boxes = np.concatenate([boxes, ring])
+            disc = np.concatenate([disc, np.ones(columns, dtype=bool)])
+    nets = np.ascontiguousarray(nets)
+    return Patches(nets, np.ascontiguousarray(boxes), disc, *spheres(nets), np.array(surface.size))
+
+
+def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst: float) -> tuple[Gaps, float]:
+    """Bound the distances of two surfaces' patches, or of one's among each other.
+
+    Parameters
+    ----------
+    first, second : Patches
+        Without discs where they are the same, to measure a fold.
+    neighbourhood : float
+        Points nearer each other on the starting tube do not count; zero for walls.
+    aim : Aim
+        In distances with their sign turned.
+    worst : float
+        The least distance known elsewhere.
+
+    Returns
+    -------
+    Gaps
+        Of the pairs of patches that are near each other.
+    beyond : float
+        A distance that all other pairs certainly keep.
+    """
+    same = first is second
+    bound = -aim.bound
+    parts = (first.centres, second.centres, first.boxes, second.boxes)
+    known = min(worst, _FAR * bound, nearest_centres(*parts, first.size, neighbourhood))
+    asked = -aim.enough(-known)
+    pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, same)
+    beyond = asked
+    order = np.argsort(away, kind="stable")
+    if len(order) > _MOST:
+        beyond = min(beyond, max(float(away[order[_MOST]]), 0.0))
+        order = order[:_MOST]
+    found: list[Gaps] = []
+    # The nearest first; then the others, no two neighbours beside each other, so that all threads have like work.
+    for some in (order[:_FIRST], np.random.default_rng(0).permutation(order[_FIRST:])):
+        if not len(some):
+            continue
+        seen, at = np.empty(len(some)), np.empty((len(some), 4))
+        lower = least_distances(
+            pairs[some], first.nets, second.nets, *parts[2:], first.size, neighbourhood, asked, aim.gap, bound, seen, at
+        )
+        i, j = pairs[some].T
+        found.append(Gaps(lower, seen, _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
+        asked = min(asked, -aim.enough(-min(known, float(seen.min()))))
+        beyond = min(beyond, asked)
+    if not found:
+        return Gaps(np.zeros(0), np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))), beyond
+    return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
+
+
+def _place(surface: Patches, patch: Ints, at: Floats) -> Floats:
+    """q, r and s (n, 3) of places u, v (n, 2) on patches."""
+    box, disc = surface.boxes[patch], surface.disc[patch]
+    q = (box[:, 0] + at[:, 0] * box[:, 1]) % 1.0
+    return np.stack([q, box[:, 2] + at[:, 1] * box[:, 3], np.where(disc, at[:, 1], 1.0)], axis=1)
