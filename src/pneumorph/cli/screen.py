@@ -13,8 +13,8 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from pneumorph.optimize import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
 from pneumorph.constraint.table import in_history
+from pneumorph.optimize import DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
 from pneumorph.output.words import analysed, duration, motion_of
 from pneumorph.problem import Problem
 

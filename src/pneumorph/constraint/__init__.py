@@ -1,6 +1,6 @@
-"""Geometric limits: distances, curvature, fairness, envelope; smooth for the optimiser, finer for the report."""
+"""Geometric limits: distances, curvature, fairness, envelope; smooth for the optimiser, certified for the report."""
 
 from pneumorph.constraint.limits import Limits, Pairs, limits_of
-from pneumorph.constraint.report import LimitReport, Reading, report
+from pneumorph.constraint.report import LimitReport, Places, Reading, report
 
-__all__ = ["LimitReport", "Limits", "Pairs", "Reading", "limits_of", "report"]
+__all__ = ["LimitReport", "Limits", "Pairs", "Places", "Reading", "limits_of", "report"]

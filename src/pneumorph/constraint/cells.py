@@ -87,13 +87,14 @@ class Aim:
     gap: float
     ease: float
 
-    def enough(self, seen: float) -> float:
-        """A place whose upper bound is no larger needs no closer look when `seen` is the worst seen anywhere."""
-        return min(seen, self.needed) + max(self.gap, self.ease * (self.bound - seen))
+    def enough(self, seen: float, elsewhere: float) -> float:
+        """What a place's upper bound need not be below, by the worst that is seen here and elsewhere."""
+        here = min(seen, self.needed) + max(self.gap, self.ease * (self.bound - seen))
+        return max(min(elsewhere, self.needed), here)
 
     def close(self, seen: Floats) -> Floats:
         """The same for places where `seen` (n,) is the worst."""
-        return seen + self.gap * np.maximum(1.0, np.abs(seen) / max(abs(self.bound), 1e-9))
+        return seen + self.gap * np.clip(np.abs(seen) / max(abs(self.bound), 1e-9), 1.0, 1e12)
 
 
 def power(basis: Basis) -> Floats:
@@ -119,6 +120,14 @@ def recentred(coefficients: Floats, cells: Cells) -> Floats:
     """Coefficients (n, f, 4, 4) in s, t ∈ [-1, 1] on the cells, from (n, f, 4, 4) in u and v."""
     along, around = (_shift(cells.centre[:, k], cells.half[:, k])[:, None] for k in (1, 0))
     return along @ coefficients @ np.swapaxes(around, -1, -2)
+
+
+def derivative(coefficients: Floats, axis: int) -> Floats:
+    """Coefficients of the derivative by v (axis -2) or u (axis -1), in the same shape."""
+    moved = np.moveaxis(coefficients, axis, -1)
+    found = np.zeros_like(moved)
+    found[..., :-1] = moved[..., 1:] * np.arange(1, 4)
+    return np.moveaxis(found, -1, axis)
 
 
 def refine(
@@ -155,7 +164,7 @@ def refine(
             seen[where, k] = found.seen[order, k]
             place[where, k] = cells.centre[order] + cells.half[order] * found.place[order, k]
         enough = [
-            np.maximum(aim.enough(max(known, seen[:, k].max())), aim.close(seen[:, k]))
+            np.maximum(aim.enough(seen[:, k].max(), known), aim.close(seen[:, k]))
             for k, (aim, known) in enumerate(zip(aims, worst, strict=True))
         ]
         open_ = (found.upper > np.stack(enough, axis=1)[cells.home]).any(axis=1)
@@ -186,7 +195,9 @@ def _halved(cells: Cells, vary: Floats) -> Cells:
         step = np.zeros_like(cells.half)
         step[:, k] = 0.5 * cells.half[:, k]
         half = np.where(both[:, None], cells.half - step, cells.half)
-        centre = np.concatenate([np.where(both[:, None], cells.centre - step, cells.centre), (cells.centre + step)[both]])
+        centre = np.concatenate(
+            [np.where(both[:, None], cells.centre - step, cells.centre), (cells.centre + step)[both]]
+        )
         cells = Cells(np.concatenate([cells.home, cells.home[both]]), centre, np.concatenate([half, half[both]]))
         vary = np.concatenate([vary, vary[both]])
     return cells

@@ -12,15 +12,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.cells import BACKWARDS, Aim, Bounds, Cells, Found, Homes, found_on, power, recentred, refine
-from pneumorph.constraint.cells import whole as whole_homes
+from pneumorph.constraint.cells import (
+    BACKWARDS,
+    Aim,
+    Bounds,
+    Cells,
+    Found,
+    Homes,
+    derivative,
+    found_on,
+    power,
+    recentred,
+    refine,
+    whole,
+)
 from pneumorph.constraint.surface import FLOOR, SMOOTHING, Form, Forms, forms
-from pneumorph.constraint.taylor import Taylor, model
+from pneumorph.constraint.taylor import model
 from pneumorph.geometry import TubeSurface
 
 Floats = NDArray[np.float64]
 
 NAMES = ("curvature", "skew", "stretch", "area")
+_BLOCK = 3000  # cells at a time, which keeps the work in the cache
 _FLAT = 1e-6  # mm by which a ring may be off its pole's plane
 
 
@@ -51,8 +64,8 @@ def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
     """The polynomials of a surface."""
     (tau_q, tau_r), n = surface.size, len(homes.x)
     scale = np.stack([1.0 / (homes.q[:, 1] * tau_q), 1.0 / (homes.r[:, 1] * tau_r)], axis=1)
-    r_q = _derivative(homes.x, -1) * scale[:, 0, None, None, None]
-    r_r = _derivative(homes.x, -2) * scale[:, 1, None, None, None]
+    r_q = derivative(homes.x, -1) * scale[:, 0, None, None, None]
+    r_r = derivative(homes.x, -2) * scale[:, 1, None, None, None]
     broken = np.zeros(n, dtype=bool)
     if surface.ends == "flat":
         return Polynomials(np.concatenate([r_q, r_r], axis=1), scale, False, broken)
@@ -72,15 +85,13 @@ def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
         part[beside] = shorter
         return part
 
-    whole = np.zeros((n, 1, 4, 4))
-    whole[:, 0, :, 0] = S
-    parts = [divided(r_q), r_r[:, :2], divided(r_r[:, 2:]), divided(r_q[:, 2:], 2), r_r[:, 2:], divided(whole), whole]
+    around = np.zeros((n, 1, 4, 4))
+    around[:, 0, :, 0] = S
+    parts = [divided(r_q), r_r[:, :2], divided(r_r[:, 2:]), divided(r_q[:, 2:], 2), r_r[:, 2:], divided(around), around]
     return Polynomials(np.concatenate(parts, axis=1), scale, True, broken)
 
 
-def enclosed(
-    surface: TubeSurface, homes: Homes, form: Form, aims: list[Aim], worst: list[float]
-) -> dict[str, Found]:
+def enclosed(surface: TubeSurface, homes: Homes, form: Form, aims: list[Aim], worst: list[float]) -> dict[str, Found]:
     """Bounds of the four limited quantities on every home; the area element with its sign turned.
 
     Parameters
@@ -94,10 +105,14 @@ def enclosed(
     made, aspect = polynomials(surface, homes), surface.size[1] / surface.size[0]
 
     def evaluate(cells: Cells) -> Bounds:
-        found, vary = _forms(made, cells)
-        return _bounds(found, aspect, form, vary, made.broken[cells.home])
+        parts = []
+        for first in range(0, len(cells.home), _BLOCK):
+            block = Cells(*(part[first : first + _BLOCK] for part in cells))
+            found, vary = _forms(made, block)
+            parts.append(_bounds(found, aspect, form, vary, made.broken[block.home]))
+        return Bounds(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    upper, seen, place = refine(evaluate, whole_homes(len(homes.x)), aims, worst, len(homes.x))
+    upper, seen, place = refine(evaluate, whole(len(homes.x)), aims, worst, len(homes.x))
     return {name: found_on(homes, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
 
 
@@ -106,8 +121,8 @@ def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
     local = recentred(made.parts[cells.home], cells)
     by_q, by_r = (made.scale[cells.home] / cells.half).T[:, :, None, None]
     m = [model(local[:, k]) for k in range(local.shape[1])]
-    d_q = {k: model(_derivative(local[:, k], -1) * by_q) for k in range(local.shape[1]) if k < 3 or k == 6}
-    d_r = {k: model(_derivative(local[:, k], -2) * by_r) for k in range(local.shape[1])}
+    d_q = {k: model(derivative(local[:, k], -1) * by_q) for k in range(local.shape[1]) if k < 3 or k == 6}
+    d_r = {k: model(derivative(local[:, k], -2) * by_r) for k in range(local.shape[1])}
     if made.poles:
         over = m[8].inverse()
         over2 = over * over
@@ -163,11 +178,3 @@ def _quantities(f: Forms, aspect: float, form: Form, over_area2: Any, over_E: An
         return curvature, skew, E_q * E_q + E_r * E_r + G_q * G_q + G_r * G_r
     first, second = E_q + E_r * aspect, G_q * (1.0 / aspect) + G_r
     return curvature, skew, first * first + second * second
-
-
-def _derivative(coefficients: Floats, axis: int) -> Floats:
-    """Coefficients of the derivative by v (axis -2) or u (axis -1), in the same shape."""
-    moved = np.moveaxis(coefficients, axis, -1)
-    found = np.zeros_like(moved)
-    found[..., :-1] = moved[..., 1:] * np.arange(1, 4)
-    return np.moveaxis(found, -1, axis)

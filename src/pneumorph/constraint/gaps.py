@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.cells import Aim, Homes, power
+from pneumorph.constraint.cells import Aim, Cells, Homes, derivative, power, recentred
 from pneumorph.constraint.extent import FROM_POWERS
 from pneumorph.constraint.separation import candidates, least_distances, nearest_centres, spheres
 from pneumorph.geometry import TubeSurface
@@ -18,6 +18,7 @@ Ints = NDArray[np.integer]
 
 _FIRST = 256  # pairs that tell how near patches come before the others are looked at
 _MOST = 400_000  # pairs
+NOTHING = np.zeros((0, 0, 8))  # no tangents
 _FAR = 2.0  # times the limit: how far apart patches are told apart
 
 
@@ -50,11 +51,12 @@ class Patches:
 class Gaps(NamedTuple):
     """Pairs of places between surfaces or within one: certified and seen distance in mm, and both places.
 
-    a and b are (n, 3): q, r and s, the part of the way from an end disc's centre to its rim (1 on the tube).
+    patch is (n, 2): their numbers on either side; a and b are (n, 3): q, r and s, the part of the way from an end disc's centre to its rim (1 on the tube).
     """
 
     lower: Floats
     seen: Floats
+    patch: Ints
     a: Floats
     b: Floats
 
@@ -83,7 +85,36 @@ def patches(surface: TubeSurface, homes: Homes) -> Patches:
     return Patches(nets, np.ascontiguousarray(boxes), disc, *spheres(nets), np.array(surface.size))
 
 
-def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst: float) -> tuple[Gaps, float]:
+def tangents_of(surface: TubeSurface, homes: Homes) -> Floats:
+    """Tangents of a tube with flat ends on cells of half a knot span: see `least_distances`; empty with poles."""
+    if surface.ends == "pole":
+        return NOTHING
+    rows, columns = surface.basis_r.spans, surface.basis_q.spans
+    found = np.empty((rows, 2, columns, 2, 8))
+    count = rows * columns
+    for i in range(2):
+        for j in range(2):
+            centre = np.broadcast_to(np.array([0.25 + 0.5 * j, 0.25 + 0.5 * i]), (count, 2))
+            local = recentred(homes.x, Cells(np.arange(count), centre, np.full((count, 2), 0.25)))
+            for k, axis in enumerate((-1, -2)):
+                width = 0.25 * surface.size[k] * (1.0 / columns if k == 0 else 1.0 / rows)
+                slope = derivative(local, axis) / width
+                off = np.sqrt((slope**2).sum(axis=1)).sum(axis=(1, 2)) - np.sqrt((slope[:, :, 0, 0] ** 2).sum(axis=1))
+                cell = found[:, i, :, j, 4 * k : 4 * k + 4]
+                cell[..., :3], cell[..., 3] = slope[:, :, 0, 0].reshape(rows, columns, 3), off.reshape(rows, columns)
+    return np.ascontiguousarray(found.reshape(2 * rows, 2 * columns, 8))
+
+
+def without_discs(surface: Patches) -> Patches:
+    """The tube alone."""
+    some = ~surface.disc
+    parts = (surface.nets, surface.boxes, surface.disc, surface.centres, surface.radii)
+    return Patches(*(part[some] for part in parts), surface.size)
+
+
+def gaps(
+    first: Patches, second: Patches, neighbourhood: float, tangents: Floats, aim: Aim, worst: float
+) -> tuple[Gaps, float]:
     """Bound the distances of two surfaces' patches, or of one's among each other.
 
     Parameters
@@ -92,6 +123,8 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
         Without discs where they are the same, to measure a fold.
     neighbourhood : float
         Points nearer each other on the starting tube do not count; zero for walls.
+    tangents : (rows, columns, 8) array
+        Of the tube, see `tangents_of`; empty for walls.
     aim : Aim
         In distances with their sign turned.
     worst : float
@@ -100,37 +133,61 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
     Returns
     -------
     Gaps
-        Of the pairs of patches that are near each other.
+        Of the pairs of patches that are near each other; the first is the two whose middles are nearest, with no bound
+        of its own.
     beyond : float
         A distance that all other pairs certainly keep.
     """
     same = first is second
     bound = -aim.bound
     parts = (first.centres, second.centres, first.boxes, second.boxes)
-    known = min(worst, _FAR * bound, nearest_centres(*parts, first.size, neighbourhood))
-    asked = -aim.enough(-known)
+    known, *nearest = nearest_centres(*parts, first.size, neighbourhood)
+
+    def enough(seen: float) -> float:
+        return -aim.enough(-min(seen, _FAR * bound), -worst)
+
+    asked = enough(known)
     pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, same)
     beyond = asked
     order = np.argsort(away, kind="stable")
     if len(order) > _MOST:
         beyond = min(beyond, max(float(away[order[_MOST]]), 0.0))
         order = order[:_MOST]
-    found: list[Gaps] = []
+    middle = np.full((1, 2), 0.5)
+    rough = _place(first, np.array(nearest[:1]), middle), _place(second, np.array(nearest[1:]), middle)
+    found = [Gaps(np.full(1, np.inf), np.array([known]), np.array([nearest]), *rough)]
     # The nearest first; then the others, no two neighbours beside each other, so that all threads have like work.
     for some in (order[:_FIRST], np.random.default_rng(0).permutation(order[_FIRST:])):
         if not len(some):
             continue
         seen, at = np.empty(len(some)), np.empty((len(some), 4))
         lower = least_distances(
-            pairs[some], first.nets, second.nets, *parts[2:], first.size, neighbourhood, asked, aim.gap, bound, seen, at
+            pairs[some],
+            first.nets,
+            second.nets,
+            *parts[2:],
+            first.size,
+            neighbourhood,
+            tangents,
+            asked,
+            aim.gap,
+            bound,
+            seen,
+            at,
         )
         i, j = pairs[some].T
-        found.append(Gaps(lower, seen, _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
-        asked = min(asked, -aim.enough(-min(known, float(seen.min()))))
+        found.append(Gaps(lower, seen, pairs[some], _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
+        asked = min(asked, enough(min(known, float(seen.min()))))
         beyond = min(beyond, asked)
-    if not found:
-        return Gaps(np.zeros(0), np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))), beyond
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
+
+
+def foremost(found: Gaps, needed: float) -> NDArray[np.integer]:
+    """Numbers of the pairs not certified to be so far apart, of which every patch has its nearest on either side."""
+    some = np.flatnonzero(~(found.lower >= needed))
+    some = some[np.argsort(found.seen[some], kind="stable")]
+    first = [np.unique(found.patch[some, side], return_index=True)[1] for side in (0, 1)]
+    return some[np.unique(np.concatenate(first))]
 
 
 def _place(surface: Patches, patch: Ints, at: Floats) -> Floats:

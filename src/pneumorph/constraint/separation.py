@@ -4,6 +4,9 @@ A patch lies within the hull of its control net. Two hulls are at least as far a
 across some direction; along the common normal of facing walls that is short of the distance by terms of second order
 in the patches' size only. Distances of points, found by Newton's method, bound it from above. Pairs of patches that
 may be nearer than is asked are halved, the larger patch of each first.
+
+Places of one tube that are near each other on it are not separated by hulls, but by how far the surface goes from one
+to the other: x' - x is the integral of the surface's tangents along the way, and they turn but little.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ import numpy as np
 _NODES = 4000  # pairs of parts looked at in one pair of patches; what is left then counts with its bound so far
 _DEPTH = 40  # halvings of both patches together
 _DIRECTIONS = 4
+_CELLS = 80  # of tangents on the way from one part to another
 
 
 @numba.njit(cache=True)
@@ -37,8 +41,8 @@ def spheres(nets):
 
 @numba.njit(cache=True)
 def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
-    """Least distance of the middles of two patches that are a neighbourhood apart; infinite without any."""
-    best = np.inf
+    """Least distance of the middles of two patches that are a neighbourhood apart, and which; infinite without any."""
+    best, first, second = np.inf, 0, 0
     for i in range(len(centres)):
         for j in range(len(others)):
             if neighbourhood > 0.0 and _apart(boxes[i], other_boxes[j], 0.5, 0.5, 0.5, 0.5, size) < neighbourhood:
@@ -46,8 +50,9 @@ def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
             away = 0.0
             for c in range(3):
                 away += (centres[i, c] - others[j, c]) ** 2
-            best = min(best, away)
-    return np.sqrt(best)
+            if away < best:
+                best, first, second = away, i, j
+    return np.sqrt(best), first, second
 
 
 @numba.njit(cache=True)
@@ -73,7 +78,9 @@ def candidates(centres, radii, others, other_radii, reach, same):
 
 
 @numba.njit(cache=True, parallel=True)
-def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, gap, bound, seen, at):
+def least_distances(
+    pairs, nets, others, boxes, other_boxes, size, neighbourhood, tangents, asked, gap, bound, seen, at
+):
     """Bound the least distance of every pair of patches; returns lower bounds (m,).
 
     Parameters
@@ -87,6 +94,9 @@ def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood
         Circumference and length of that tube.
     neighbourhood : float
         Only points at least this far apart on the starting tube count; all of them if it is zero.
+    tangents : (rows, columns, 8) array
+        Of a tube on equal cells of r and q, per mm of the starting tube: the middle of its tangents r_q and how far
+        they may be off, and the same of r_r. Empty where the surface is not to be followed.
     asked : float
         Pairs that are farther apart need no closer look.
     gap, bound : float
@@ -98,20 +108,20 @@ def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood
     for k in numba.prange(len(pairs)):
         i, j = pairs[k]
         lower[k] = _one(
-            nets[i], others[j], boxes[i], other_boxes[j], size, neighbourhood, asked, gap, bound, seen, at, k
+            nets[i], others[j], boxes[i], other_boxes[j], size, neighbourhood, tangents, asked, gap, bound, seen, at, k
         )
     return lower
 
 
 @numba.njit(cache=True)
-def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, seen, at, k):
+def _one(a, b, box_a, box_b, size, neighbourhood, tangents, asked, gap, bound, seen, at, k):
     """The bounds of one pair; writes to seen[k] and at[k]."""
     here, way = np.full(4, 0.5), np.zeros(3)
     seen[k], at[k] = np.inf, 0.5
     whole = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0])
     if neighbourhood > 0.0 and _farthest(box_a, box_b, whole, size) < neighbourhood:
         return np.inf
-    least = _slab(a, b, way)
+    least = max(_slab(a, b, way), _followed(a, b, box_a, box_b, whole, size, neighbourhood, tangents))
     if least >= asked:
         return least
 
@@ -159,6 +169,9 @@ def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, seen, at, k
             if neighbourhood > 0.0 and _farthest(box_a, box_b, ranges[held], size) < neighbourhood:
                 continue
             bounds[held] = max(least, _slab(child_a, child_b, way))
+            if bounds[held] < enough and len(tangents):
+                followed = _followed(child_a, child_b, box_a, box_b, ranges[held], size, neighbourhood, tangents)
+                bounds[held] = max(bounds[held], followed)
             if bounds[held] >= enough:
                 certified = min(certified, bounds[held])
                 continue
@@ -204,6 +217,77 @@ def _slab(a, b, way):
                 low_b, high_b = min(low_b, on_b), max(high_b, on_b)
         best = max(best, max(low_b - high_a, low_a - high_b) / length)
     return best
+
+
+@numba.njit(cache=True)
+def _followed(a, b, box_a, box_b, span, size, neighbourhood, tangents):
+    """Lower bound of how far the surface goes, between places at least a neighbourhood apart on the starting tube.
+
+    Across the direction from the middle of the one net to that of the other. A step δ on the starting tube goes at
+    least min(g·δ), where g ranges over what the tangents on the way have in this direction. That is concave in δ, so
+    its least value over a rectangle without a disc around zero is at a corner or where a side meets the circle.
+    """
+    rows, columns = tangents.shape[:2]
+    if not rows:
+        return 0.0
+    middle_a, middle_b, half_a, half_b = np.empty(2), np.empty(2), np.empty(2), np.empty(2)
+    for k in range(2):
+        middle_a[k] = box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
+        middle_b[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
+        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1]
+        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
+    middle_b[0] = middle_a[0] + (middle_b[0] - middle_a[0] + 0.5) % 1.0 - 0.5
+    if abs(middle_b[0] - middle_a[0]) + half_a[0] + half_b[0] >= 0.5:
+        return 0.0
+    step = 1e-9  # so that cells which are only touched do not count
+    left = int(np.floor((min(middle_a[0] - half_a[0], middle_b[0] - half_b[0]) + step) * columns))
+    right = int(np.floor((max(middle_a[0] + half_a[0], middle_b[0] + half_b[0]) - step) * columns))
+    down = int(np.floor((min(middle_a[1] - half_a[1], middle_b[1] - half_b[1]) + step) * rows))
+    up = int(np.floor((max(middle_a[1] + half_a[1], middle_b[1] + half_b[1]) - step) * rows))
+    if (right - left + 1) * (up - down + 1) > _CELLS:
+        return 0.0
+    x = y = z = 0.0
+    for i in range(0, 4, 3):
+        for j in range(0, 4, 3):
+            x += b[i, j, 0] - a[i, j, 0]
+            y += b[i, j, 1] - a[i, j, 1]
+            z += b[i, j, 2] - a[i, j, 2]
+    length = np.sqrt(x * x + y * y + z * z)
+    if length == 0.0:
+        return 0.0
+    x, y, z = x / length, y / length, z / length
+    low_q, high_q, low_r, high_r = np.inf, -np.inf, np.inf, -np.inf
+    for row in range(max(down, 0), min(up, rows - 1) + 1):
+        for column in range(left, right + 1):
+            t = tangents[row, column % columns]
+            g = x * t[0] + y * t[1] + z * t[2]
+            low_q, high_q = min(low_q, g - t[3]), max(high_q, g + t[3])
+            g = x * t[4] + y * t[5] + z * t[6]
+            low_r, high_r = min(low_r, g - t[7]), max(high_r, g + t[7])
+    from_q = (middle_b[0] - middle_a[0] - half_a[0] - half_b[0]) * size[0]
+    to_q = from_q + 2.0 * (half_a[0] + half_b[0]) * size[0]
+    from_r = (middle_b[1] - middle_a[1] - half_a[1] - half_b[1]) * size[1]
+    to_r = from_r + 2.0 * (half_a[1] + half_b[1]) * size[1]
+    best = np.inf
+    for side in range(2):
+        on_q, on_r = (from_q if side == 0 else to_q), (from_r if side == 0 else to_r)
+        for other in range(4):
+            # Corners of the rectangle, and where its sides meet the circle.
+            if other < 2:
+                dq, dr = on_q, (from_r if other == 0 else to_r)
+                if dq * dq + dr * dr >= neighbourhood * neighbourhood:
+                    best = min(best, min(low_q * dq, high_q * dq) + min(low_r * dr, high_r * dr))
+                continue
+            sign = 1.0 if other == 2 else -1.0
+            if abs(on_q) <= neighbourhood:
+                dr = sign * np.sqrt(neighbourhood * neighbourhood - on_q * on_q)
+                if from_r <= dr <= to_r:
+                    best = min(best, min(low_q * on_q, high_q * on_q) + min(low_r * dr, high_r * dr))
+            if abs(on_r) <= neighbourhood:
+                dq = sign * np.sqrt(neighbourhood * neighbourhood - on_r * on_r)
+                if from_q <= dq <= to_q:
+                    best = min(best, min(low_q * dq, high_q * dq) + min(low_r * on_r, high_r * on_r))
+    return best if best < np.inf else 0.0
 
 
 @numba.njit(cache=True)

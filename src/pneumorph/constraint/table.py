@@ -59,6 +59,7 @@ def _envelope(limits: Limits) -> float | None:
 
 TABLE = (
     Limit("wall", "wall", "mm", True, 0.005, "wall_mm", lambda limits: limits.wall, "wall"),
+    Limit("planes", "wall", "mm", True, 0.005, None, lambda limits: limits.wall, "wall"),
     Limit("fold", "fold", "mm", True, 0.005, "fold_mm", lambda limits: limits.fold.distance, "fold"),
     Limit("rim", "fold", "mm", True, 0.005, None, lambda limits: limits.fold.distance, "fold"),
     Limit("curvature", "curvature", "/mm²", False, 0.01, "curvature", lambda limits: limits.curvature),
