@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 _ROUNDS = 9  # of halvings
-_MOST = 120_000  # cells in a round
+_MOST = 60  # cells in all rounds to each home
 FINE = 0.003  # part of the bound that may lie between what is certified and what is seen
 
 
@@ -153,7 +153,7 @@ def refine(
     """
     m = len(aims)
     upper, seen, place = np.full((count, m), -np.inf), np.full((count, m), -np.inf), np.zeros((count, m, 2))
-    cells = start
+    cells, left = start, _MOST * count
     for round in range(_ROUNDS + 1):
         found = evaluate(cells)
         for k in range(m):
@@ -168,7 +168,8 @@ def refine(
             for k, (aim, known) in enumerate(zip(aims, worst, strict=True))
         ]
         open_ = (found.upper > np.stack(enough, axis=1)[cells.home]).any(axis=1)
-        if round == _ROUNDS or np.count_nonzero(open_) > _MOST / 4:
+        left -= 4 * np.count_nonzero(open_)
+        if round == _ROUNDS or left < 0:
             open_[:] = False
         np.maximum.at(upper, cells.home[~open_], found.upper[~open_])
         if not open_.any():

@@ -152,6 +152,7 @@ def _bounds(f: Forms, aspect: float, form: Form, vary: Floats, broken: NDArray[n
         least = [np.maximum(part.bottom(), FLOOR**2) for part in (f.area2, f.E, f.G)]
         largest = Forms(*(part.largest for part in f))
         rough = _quantities(largest._replace(gauss=-largest.gauss), aspect, form, *(1.0 / part for part in least))
+        rough = (rough[0], np.minimum(rough[1], 1.0), rough[2])
         sound = [least[0] > FLOOR**2, (least[1] > FLOOR**2) & (least[2] > FLOOR**2)]
         upper, seen, place = [], [], []
         for quantity, at_centre, bound, where in zip(models, exact, rough, (sound[0], sound[1], sound[1]), strict=True):

@@ -44,7 +44,8 @@ def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
     B, B_r, B_rr = (surface.basis_r.matrix(r, order) / surface.size[1] ** order for order in range(3))
     if surface.ends == "flat":
         one = np.ones((len(r), 1))
-        return Frame(*(np.stack([part] * 3) for part in (B, B_r, B_r, B_rr)), one, 0.0 * one)
+        across, along, along_r = (np.stack([part] * 3) for part in (B, B_r, B_rr))
+        return Frame(across, along, along, along_r, one, 0.0 * one)
 
     S, S_r, S_rr = (part @ surface.parallels[:, None] for part in (B, B_r, B_rr))
     pole = (r[:, None] == 0.0) | (r[:, None] == 1.0)

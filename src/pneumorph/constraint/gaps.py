@@ -17,7 +17,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 _FIRST = 256  # pairs that tell how near patches come before the others are looked at
-_MOST = 400_000  # pairs
+_MOST = 16  # pairs to each patch: more are near each other only where surfaces cross
+_PARTS = (60, 240, 960, 3840)  # of a pair looked at, at first and where that was not enough
+_WORK = 1500  # parts of all pairs looked at, to each patch
+_BROKEN = 0.1  # of that where surfaces are nearer than half the limit, and nothing finer matters
 NOTHING = np.zeros((0, 0, 8))  # no tangents
 _FAR = 2.0  # times the limit: how far apart patches are told apart
 
@@ -150,35 +153,25 @@ def gaps(
     pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, same)
     beyond = asked
     order = np.argsort(away, kind="stable")
-    if len(order) > _MOST:
-        beyond = min(beyond, max(float(away[order[_MOST]]), 0.0))
-        order = order[:_MOST]
+    most = _MOST * (len(first.nets) + len(second.nets))
+    if len(order) > most:
+        beyond = min(beyond, max(float(away[order[most]]), 0.0))
+        order = order[:most]
     middle = np.full((1, 2), 0.5)
-    rough = _place(first, np.array(nearest[:1]), middle), _place(second, np.array(nearest[1:]), middle)
-    found = [Gaps(np.full(1, np.inf), np.array([known]), np.array([nearest]), *rough)]
+    rough_a, rough_b = _place(first, np.array(nearest[:1]), middle), _place(second, np.array(nearest[1:]), middle)
+    work = _WORK * (len(first.nets) + len(second.nets))
+    found = [Gaps(np.full(1, np.inf), np.array([known]), np.array([nearest]), rough_a, rough_b)]
     # The nearest first; then the others, no two neighbours beside each other, so that all threads have like work.
     for some in (order[:_FIRST], np.random.default_rng(0).permutation(order[_FIRST:])):
         if not len(some):
             continue
-        seen, at = np.empty(len(some)), np.empty((len(some), 4))
-        lower = least_distances(
-            pairs[some],
-            first.nets,
-            second.nets,
-            *parts[2:],
-            first.size,
-            neighbourhood,
-            tangents,
-            asked,
-            aim.gap,
-            bound,
-            seen,
-            at,
-        )
+        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, tangents, asked, aim, work)
         i, j = pairs[some].T
         found.append(Gaps(lower, seen, pairs[some], _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
         asked = min(asked, enough(min(known, float(seen.min()))))
         beyond = min(beyond, asked)
+        if seen.min() < 0.5 * bound:
+            work *= _BROKEN
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
 
@@ -188,6 +181,47 @@ def foremost(found: Gaps, needed: float) -> NDArray[np.integer]:
     some = some[np.argsort(found.seen[some], kind="stable")]
     first = [np.unique(found.patch[some, side], return_index=True)[1] for side in (0, 1)]
     return some[np.unique(np.concatenate(first))]
+
+
+def _bounded(
+    pairs: Ints,
+    first: Patches,
+    second: Patches,
+    neighbourhood: float,
+    tangents: Floats,
+    asked: float,
+    aim: Aim,
+    work: float,
+) -> tuple[Floats, Floats, Floats]:
+    """Lower bounds, seen distances and their u, v for pairs of patches; hard ones get more work, within limits."""
+    lower, seen, at = np.zeros(len(pairs)), np.empty(len(pairs)), np.empty((len(pairs), 4))
+    some, bound = np.arange(len(pairs)), -aim.bound
+    for most in _PARTS:
+        parts = int(min(most, max(work / len(some), 4)))
+        work -= parts * len(some)
+        near, where = np.empty(len(some)), np.empty((len(some), 4))
+        lower[some] = least_distances(
+            pairs[some],
+            first.nets,
+            second.nets,
+            first.boxes,
+            second.boxes,
+            first.size,
+            neighbourhood,
+            tangents,
+            asked,
+            aim.gap,
+            bound,
+            parts,
+            near,
+            where,
+        )
+        seen[some], at[some] = near, where
+        known = np.minimum(seen, 1e9)
+        some = np.flatnonzero(lower < np.minimum(asked, known - aim.gap * np.maximum(1.0, known / bound)))
+        if not len(some) or work <= 0.0:
+            break
+    return lower, seen, at
 
 
 def _place(surface: Patches, patch: Ints, at: Floats) -> Floats:

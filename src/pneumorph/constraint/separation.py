@@ -14,7 +14,6 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-_NODES = 4000  # pairs of parts looked at in one pair of patches; what is left then counts with its bound so far
 _DEPTH = 40  # halvings of both patches together
 _DIRECTIONS = 4
 _CELLS = 80  # of tangents on the way from one part to another
@@ -79,7 +78,7 @@ def candidates(centres, radii, others, other_radii, reach, same):
 
 @numba.njit(cache=True, parallel=True)
 def least_distances(
-    pairs, nets, others, boxes, other_boxes, size, neighbourhood, tangents, asked, gap, bound, seen, at
+    pairs, nets, others, boxes, other_boxes, size, neighbourhood, tangents, asked, gap, bound, most, seen, at
 ):
     """Bound the least distance of every pair of patches; returns lower bounds (m,).
 
@@ -101,6 +100,8 @@ def least_distances(
         Pairs that are farther apart need no closer look.
     gap, bound : float
         Of those nearer, the bounds shall differ by the gap at most, in proportion where farther apart than `bound`.
+    most : int
+        Pairs of parts looked at in one pair of patches; what is left then counts with its bound so far.
     seen, at : (m,) and (m, 4) arrays
         Filled with distances of actual points, and their u, v on both patches.
     """
@@ -108,13 +109,26 @@ def least_distances(
     for k in numba.prange(len(pairs)):
         i, j = pairs[k]
         lower[k] = _one(
-            nets[i], others[j], boxes[i], other_boxes[j], size, neighbourhood, tangents, asked, gap, bound, seen, at, k
+            nets[i],
+            others[j],
+            boxes[i],
+            other_boxes[j],
+            size,
+            neighbourhood,
+            tangents,
+            asked,
+            gap,
+            bound,
+            most,
+            seen,
+            at,
+            k,
         )
     return lower
 
 
 @numba.njit(cache=True)
-def _one(a, b, box_a, box_b, size, neighbourhood, tangents, asked, gap, bound, seen, at, k):
+def _one(a, b, box_a, box_b, size, neighbourhood, tangents, asked, gap, bound, most, seen, at, k):
     """The bounds of one pair; writes to seen[k] and at[k]."""
     here, way = np.full(4, 0.5), np.zeros(3)
     seen[k], at[k] = np.inf, 0.5
@@ -125,11 +139,15 @@ def _one(a, b, box_a, box_b, size, neighbourhood, tangents, asked, gap, bound, s
     if least >= asked:
         return least
 
-    # Where points of the whole patches come nearest; a start on a coarse grid of both.
+    # Where points of the whole patches come nearest; a start at the corners and the middles of both.
     best = np.inf
-    for p in range(9):
-        for r in range(9):
-            trial = np.array([(p % 3) / 2.0, (p // 3) / 2.0, (r % 3) / 2.0, (r // 3) / 2.0])
+    for p in range(5):
+        for r in range(5):
+            trial = np.array([0.5, 0.5, 0.5, 0.5])
+            if p < 4:
+                trial[0], trial[1] = p % 2, p // 2
+            if r < 4:
+                trial[2], trial[3] = r % 2, r // 2
             away = _distance(a, b, trial, box_a, box_b, size, neighbourhood)
             if away < best:
                 best, here = away, trial
@@ -147,9 +165,11 @@ def _one(a, b, box_a, box_b, size, neighbourhood, tangents, asked, gap, bound, s
     first, second = np.empty((4, 4, 3)), np.empty((4, 4, 3))
     while held:
         held -= 1
-        enough = min(asked, seen[k] - gap * max(1.0, seen[k] / bound))
+        enough = asked
+        if seen[k] < np.inf:
+            enough = min(asked, seen[k] - gap * max(1.0, seen[k] / bound))
         looked += 1
-        if bounds[held] >= enough or depths[held] >= _DEPTH or looked > _NODES:
+        if bounds[held] >= enough or depths[held] >= _DEPTH or looked > most:
             certified = min(certified, bounds[held])
             continue
         part_a, part_b, span = stack_a[held].copy(), stack_b[held].copy(), ranges[held].copy()

@@ -123,7 +123,8 @@ def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
 @partial(jax.jit, static_argnames="form")
 def _pointwise(fields: tuple[Array, ...], shrink: Array, slope: Array, aspect: float, form: Form) -> Measures:
     """The measures from U, r_r, U_q, U_r, r_rr, each (3, rows, columns), see `forms`."""
-    f = forms(*(tuple(field) for field in fields), shrink, slope)
+    across, along, across_q, across_r, along_r = fields
+    f = forms(tuple(across), tuple(along), tuple(across_q), tuple(across_r), tuple(along_r), shrink, slope)
     safe_area2 = jnp.maximum(f.area2, FLOOR**2)
     safe_E, safe_G = jnp.maximum(f.E, FLOOR**2), jnp.maximum(f.G, FLOOR**2)
     E_q, E_r, G_q, G_r = f.E_q / safe_E, f.E_r / safe_E, f.G_q / safe_G, f.G_r / safe_G

@@ -99,6 +99,8 @@ class Taylor:
         return values[best, np.arange(len(best))], _PLACES[:, best].T
 
 
+_THIRD = np.add.outer(np.arange(4), np.arange(4)) > 2  # powers beyond second order
+
 # Centre, corners and middles of the sides of a cell.
 _PLACES = np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1], [-1, 0], [1, 0], [0, -1], [0, 1]], dtype=float).T
 
@@ -113,5 +115,4 @@ def model(coefficients: Floats) -> Taylor:
     """Model of polynomials with coefficients (n, 4, 4) of t^i s^j: what is beyond second order goes into the rest."""
     p = np.moveaxis(coefficients, 0, -1)
     c = np.stack([p[0, 0], p[0, 1], p[1, 0], p[0, 2], p[1, 1], p[2, 0]])
-    size = np.abs(p)
-    return Taylor(c, sum(size[i, j] for i in range(4) for j in range(4) if i + j > 2))
+    return Taylor(c, np.abs(p[_THIRD]).sum(axis=0))
