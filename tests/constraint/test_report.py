@@ -3,6 +3,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from pneumorph.constraint import limits_of, report
+from pneumorph.constraint.table import BY_NAME
+from pneumorph.geometry import cap_points
 
 
 def fine_points(surface, per_span=20):
@@ -14,8 +16,9 @@ def fine_points(surface, per_span=20):
 def test_plain_tube(make_body, table):
     found = report(make_body(), table())
     assert found["wall"].value == pytest.approx(3.0)
-    assert found["envelope"].value == pytest.approx(8.0, rel=1e-4)
-    assert found["curvature"].value == pytest.approx(0.5 / 16.0, rel=0.04)
+    assert 8.0 - 1e-3 <= found["envelope"].seen <= found["envelope"].value <= 8.05
+    assert found["curvature"].seen == pytest.approx(0.5 / 16.0, rel=0.06)
+    assert found["curvature"].seen <= found["curvature"].value <= 0.5 / 16.0 + 0.01 * 0.3
     assert found["ends"].value == pytest.approx(0.0, abs=1e-12)
     assert found.held()
     assert set(found.values()) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
@@ -30,7 +33,9 @@ def test_wall_and_fold_agree_with_brute_force(make_body, table, waved, seed):
     (_, _, outer), (_, _, inner) = (fine_points(surface) for surface in body.surfaces)
     distance, _ = KDTree(inner.reshape(-1, 3)).query(outer.reshape(-1, 3))
     ends = min(inner[..., 2].min(), 24.0 - inner[..., 2].max())
-    assert found["wall"].value == pytest.approx(min(distance.min(), ends), abs=2e-3)
+    least = min(distance.min(), ends)
+    assert found["wall"].value <= least <= found["wall"].value + 0.02
+    assert found["wall"].seen == pytest.approx(least, abs=0.02)
 
     fold = np.inf
     for surface in body.surfaces:
@@ -41,8 +46,8 @@ def test_wall_and_fold_agree_with_brute_force(make_body, table, waved, seed):
             aside = np.abs(around - around[i])
             apart = np.hypot(np.minimum(aside, surface.size[0] - aside), along - along[i])
             fold = min(fold, np.linalg.norm(flat[apart >= 2.0] - flat[i], axis=1).min())
-    assert found["fold"].value == pytest.approx(fold, abs=0.1)
-    assert found["fold"].value <= fold + 1e-6
+    assert found["fold"].value <= fold
+    assert found["fold"].value >= fold - 0.85 * abs(fold - 1.0) - 0.1
 
 
 def test_worst_place_is_where_it_says(make_body, table, waved):
@@ -55,9 +60,9 @@ def test_worst_place_is_where_it_says(make_body, table, waved):
     others = [fine_points(other)[2].reshape(-1, 3) for other in body.surfaces if other is not surface]
     nearest = min(np.linalg.norm(other - point, axis=1).min() for other in others)
     plane = min(point[2], 24.0 - point[2]) if surface.cavity else np.inf
-    assert min(nearest, plane) == pytest.approx(wall.value, abs=5e-3)
+    assert min(nearest, plane) == pytest.approx(wall.seen, abs=5e-3)
     widest = found["envelope"]
-    assert np.hypot(*body.exterior.points([widest.q], [widest.r])[0, :2]) == pytest.approx(widest.value)
+    assert np.hypot(*body.exterior.points([widest.q], [widest.r])[0, :2]) == pytest.approx(widest.seen)
 
 
 def test_what_is_violated_is_said_in_a_sentence(make_body, table):
@@ -66,7 +71,7 @@ def test_what_is_violated_is_said_in_a_sentence(make_body, table):
     wall, envelope = found.violated()
     assert str(wall).startswith("wall is 3 mm, at least 3.5 mm is asked (on A, q = ")
     assert str(envelope).startswith("envelope is 8 mm, at most 7 mm is asked (on exterior, q = ")
-    assert found.held(distance_tolerance=0.2)
+    assert found.held(slack=40.0)
     assert wall.excess() == pytest.approx(1 / 7, rel=1e-6)
 
 
@@ -85,16 +90,28 @@ def test_a_folded_net_is_never_held(make_body, table):
     assert {"wall", "area"} <= {reading.limit for reading in found.violated()}
 
 
+@pytest.mark.parametrize("scale", [0.0, 1.0, 30.0])
+def test_crumpled_nets_end_in_finite_numbers(make_body, table, scale):
+    body = make_body()
+    points = np.random.default_rng(0).normal(scale=scale, size=(body.n_points, 3))
+    found = report(body.with_control_points(points), table())
+    assert not found.held()
+    assert np.all(np.isfinite([[reading.value, reading.seen] for reading in found.readings]))
+
+
 @pytest.mark.parametrize("wave", [1.0, 1.8])
-def test_finer_report_agrees_with_what_the_optimiser_holds(make_body, table, waved, wave):
+def test_certificate_agrees_with_what_the_optimiser_holds(make_body, table, waved, wave):
     body = make_body(length=30.0, chambers=((5.5, (0.0, 0.0), (3.0, 27.0), "flat"),))
     points = waved(body, 1, wave=wave, noise=0.1)
     limits = limits_of(body, table())
     coarse = limits.values(points, limits.pairs(points))
     fine = report(body.with_control_points(points), table())
-    assert 2.0 * (1.0 - float(coarse["wall"].max())) - fine["wall"].value < 0.02
+    walls = 2.0 * (1.0 - max(float(coarse["wall"].max()), float(coarse["ends"].max())))
+    assert fine["wall"].value <= walls + 1e-6
+    assert walls - fine["wall"].value < 0.03
     for name, bound in (("curvature", 0.3), ("stretch", 0.1)):
-        assert fine[name].value <= 1.02 * bound * (1.0 + float(coarse[name].max()))
+        sampled = bound * (1.0 + float(coarse[name].max()))
+        assert sampled - 1e-9 <= fine[name].value <= 1.02 * sampled + 0.01 * bound
 
 
 def test_linear_example_is_within_its_limits_at_the_start(make_body, table):
@@ -102,3 +119,41 @@ def test_linear_example_is_within_its_limits_at_the_start(make_body, table):
     found = report(body, table())
     assert found["wall"].value == pytest.approx(3.0)
     assert found.held()
+
+
+def test_places_are_all_that_is_beyond(make_body, table, waved):
+    body = make_body(length=30.0, chambers=((5.5, (0.0, 0.0), (3.0, 27.0), "flat"),))
+    body = body.with_control_points(waved(body, 1, wave=1.8, noise=0.1))
+    found = report(body, table())
+    assert found.places.count() > 0
+    for name, limit in BY_NAME.items():
+        if name in found.places.points:
+            places = found.places.points[name]
+            worst = limit.excess(np.asarray(places.certified), limit.read(table()))
+            assert np.all(worst > limit.tolerance)
+            assert np.all(limit.excess(places.seen, limit.read(table())) <= worst + 1e-12)
+    wall = found.places.pairs["wall"]
+    for k in range(len(wall.seen)):
+        ends = []
+        for number, (q, r, s) in ((wall.surface_a[k], wall.a[k]), (wall.surface_b[k], wall.b[k])):
+            surface = body.surfaces[number]
+            ends.append(cap_points(surface, r > 0.5, [q], [s])[0] if s < 1.0 else surface.points([q], [r])[0])
+        assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(wall.seen[k], abs=1e-9)
+        assert wall.certified[k] <= min(wall.seen[k], 2.0 * 0.995)
+    assert not report(body, table(), slack=1e9).places.count()
+
+
+def test_worst_place_between_samples_is_found(make_body, table):
+    # A crest of one control point: the exterior is widest where no sample of the optimiser is.
+    body = make_body()
+    points = body.control_points()
+    net = points[body.slices[0]].reshape(body.exterior.net.shape)
+    net[7, 3, :2] *= 1.3
+    net[7, 4, :2] *= 1.24
+    body = body.with_control_points(points)
+    x = fine_points(body.exterior, 60)[2]
+    widest = np.hypot(x[..., 0], x[..., 1]).max()
+    spec = table(envelope=float(widest) / 1.001)
+    found = report(body, spec)["envelope"]
+    assert widest <= found.value <= 1.004 * widest
+    assert found.seen <= found.value

@@ -43,6 +43,10 @@ class Cells(NamedTuple):
     centre: Floats
     half: Floats
 
+    def some(self, which: NDArray[np.bool_] | slice) -> Cells:
+        """Some of the cells."""
+        return Cells(self.home[which], self.centre[which], self.half[which])
+
 
 class Bounds(NamedTuple):
     """Bounds of m quantities on n cells.
@@ -167,14 +171,14 @@ def refine(
             np.maximum(aim.enough(seen[:, k].max(), known), aim.close(seen[:, k]))
             for k, (aim, known) in enumerate(zip(aims, worst, strict=True))
         ]
-        open_ = (found.upper > np.stack(enough, axis=1)[cells.home]).any(axis=1)
+        open_ = np.any(found.upper > np.stack(enough, axis=1)[cells.home], axis=1)
         left -= 4 * np.count_nonzero(open_)
         if round == _ROUNDS or left < 0:
-            open_[:] = False
+            open_ = np.zeros(len(open_), dtype=bool)
         np.maximum.at(upper, cells.home[~open_], found.upper[~open_])
         if not open_.any():
             break
-        cells = _halved(Cells(*(part[open_] for part in cells)), found.vary[open_])
+        cells = _halved(cells.some(open_), found.vary[open_])
     return upper, seen, place
 
 

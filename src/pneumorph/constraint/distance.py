@@ -179,13 +179,11 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
     )
 
 
-def nearest(points: Floats, target: Target, bound: float, among: Ints | None = None) -> tuple[NDArray[np.bool_], Ints]:
-    """Whether a sample of the target, or `among` some of them, is within `bound` of each point; its number, else 0."""
-    asked = target.x if among is None else target.x[among]
-    distance, near = _tree(asked).query(points, distance_upper_bound=bound, workers=-1)
+def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bool_], Ints]:
+    """Whether a sample of the target is within `bound` of each point; its number, else 0."""
+    distance, near = _tree(target.x).query(points, distance_upper_bound=bound, workers=-1)
     within = np.isfinite(distance)
-    near = np.where(within, near, 0)
-    return within, near if among is None else np.where(within, among[near], 0)
+    return within, np.where(within, near, 0)
 
 
 def wall_feet(points: Floats, target: Target, bound: float, first: int) -> Feet:
@@ -240,7 +238,7 @@ class Fold(NamedTuple):
     facing: NDArray[np.bool_]  # (n,) whether it is on a facing wall rather than on the edge of the neighbourhood
 
 
-def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints, among: Ints | None = None) -> Fold:
+def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints) -> Fold:
     """Find the nearest place of the same tube outside the neighbourhood, for some of its samples.
 
     Facing walls are nearly parallel, so that every other sample both ways sees how near they come.
@@ -260,18 +258,14 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints,
         Distance in mm beyond which nothing is looked for.
     source : (n,) array
         The samples that ask.
-    among : (m,) array, optional
-        Samples looked among for facing walls; all of them by default.
     """
     edge_distance, edge_near, edge_offset = _edge(tube, neighbourhood, source)
     normals = tube.normals()
-    if among is None:
-        among = np.arange(len(tube.x))
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
-    tree = _tree(np.hstack([tube.x[among], _FACING * normals[among]]))
+    tree = _tree(np.hstack([tube.x, _FACING * normals]))
     x = tube.x[source]
     found, near = tree.query(np.hstack([x, -_FACING * normals[source]]), distance_upper_bound=reach, workers=-1)
-    near = among[np.where(np.isfinite(found), near, 0)]
+    near = np.where(np.isfinite(found), near, 0)
     counts = np.isfinite(found) & (_apart(tube.grid, source, near) >= neighbourhood)
     distance = np.where(counts, np.linalg.norm(x - tube.x[near], axis=1), np.inf)
 

@@ -107,7 +107,7 @@ def enclosed(surface: TubeSurface, homes: Homes, form: Form, aims: list[Aim], wo
     def evaluate(cells: Cells) -> Bounds:
         parts = []
         for first in range(0, len(cells.home), _BLOCK):
-            block = Cells(*(part[first : first + _BLOCK] for part in cells))
+            block = cells.some(slice(first, first + _BLOCK))
             found, vary = _forms(made, block)
             parts.append(_bounds(found, aspect, form, vary, made.broken[block.home]))
         return Bounds(*(np.concatenate(part) for part in zip(*parts, strict=True)))
@@ -135,10 +135,9 @@ def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
     else:
         across, along, across_q, across_r = m[:3], m[3:6], [d_q[k] for k in range(3)], [d_r[k] for k in range(3)]
         found = forms(across, along, across_q, across_r, [d_r[k] for k in range(3, 6)], 1.0, 0.0)
-    vary = sum(
-        np.stack([np.abs(part.c[1]) + np.abs(part.c[3]), np.abs(part.c[2]) + np.abs(part.c[5])], axis=1)
-        for part in (*across, *along, *across_q, *across_r)
-    )
+    vary = np.zeros((len(cells.home), 2))
+    for part in (*across, *along, *across_q, *across_r):
+        vary += np.stack([np.abs(part.c[1]) + np.abs(part.c[3]), np.abs(part.c[2]) + np.abs(part.c[5])], axis=1)
     return found, vary
 
 

@@ -82,8 +82,7 @@ def rims(surface: TubeSurface, homes: Homes, neighbourhood: float, aim: Aim, wor
         both = Homes(np.zeros((0, 3, 4, 4)), np.tile(homes.q, (2, 1)), np.tile(r, (2, 1)))
         polynomials = np.concatenate([near, away]).reshape(count, 2, 4, 4)
         some = upper > lower
-        cells = Cells(*(part[some] for part in cells))
-        answer = _bounded(polynomials, lambda net: -net[:, 0] / net[:, 1], both, aim, worst, cells)
+        answer = _bounded(polynomials, lambda net: -net[:, 0] / net[:, 1], both, aim, worst, cells.some(some))
         found.append(Found(*(part[some] for part in answer)))
         worst = max(worst, float(found[-1].seen.max()))
     return found

@@ -18,7 +18,8 @@ Ints = NDArray[np.integer]
 
 _FIRST = 256  # pairs that tell how near patches come before the others are looked at
 _MOST = 16  # pairs to each patch: more are near each other only where surfaces cross
-_PARTS = (60, 240, 960, 3840)  # of a pair looked at, at first and where that was not enough
+# Parts of a pair looked at, at first and where that was not enough; at last, whether only to show what is needed.
+_PASSES = ((60, False), (240, False), (960, False), (960, True), (3840, True))
 _WORK = 1500  # parts of all pairs looked at, to each patch
 _BROKEN = 0.1  # of that where surfaces are nearer than half the limit, and nothing finer matters
 NOTHING = np.zeros((0, 0, 8))  # no tangents
@@ -52,9 +53,10 @@ class Patches:
 
 
 class Gaps(NamedTuple):
-    """Pairs of places between surfaces or within one: certified and seen distance in mm, and both places.
+    """Pairs of places between surfaces or within one, n of them.
 
-    patch is (n, 2): their numbers on either side; a and b are (n, 3): q, r and s, the part of the way from an end disc's centre to its rim (1 on the tube).
+    Certified and seen distances in mm, the numbers (n, 2) of the patches on either side, and both places (n, 3): q, r
+    and s, the part of the way from an end disc's centre to its rim (1 on the tube).
     """
 
     lower: Floats
@@ -85,7 +87,8 @@ def patches(surface: TubeSurface, homes: Homes) -> Patches:
             boxes = np.concatenate([boxes, ring])
             disc = np.concatenate([disc, np.ones(columns, dtype=bool)])
     nets = np.ascontiguousarray(nets)
-    return Patches(nets, np.ascontiguousarray(boxes), disc, *spheres(nets), np.array(surface.size))
+    centres, radii = spheres(nets)
+    return Patches(nets, np.ascontiguousarray(boxes), disc, centres, radii, np.array(surface.size))
 
 
 def tangents_of(surface: TubeSurface, homes: Homes) -> Floats:
@@ -111,8 +114,8 @@ def tangents_of(surface: TubeSurface, homes: Homes) -> Floats:
 def without_discs(surface: Patches) -> Patches:
     """The tube alone."""
     some = ~surface.disc
-    parts = (surface.nets, surface.boxes, surface.disc, surface.centres, surface.radii)
-    return Patches(*(part[some] for part in parts), surface.size)
+    nets, boxes = surface.nets[some], surface.boxes[some]
+    return Patches(nets, boxes, surface.disc[some], surface.centres[some], surface.radii[some], surface.size)
 
 
 def gaps(
@@ -194,13 +197,16 @@ def _bounded(
     work: float,
 ) -> tuple[Floats, Floats, Floats]:
     """Lower bounds, seen distances and their u, v for pairs of patches; hard ones get more work, within limits."""
-    lower, seen, at = np.zeros(len(pairs)), np.empty(len(pairs)), np.empty((len(pairs), 4))
-    some, bound = np.arange(len(pairs)), -aim.bound
-    for most in _PARTS:
-        parts = int(min(most, max(work / len(some), 4)))
-        work -= parts * len(some)
+    lower, seen, at = np.zeros(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
+    bound = -aim.bound
+    for most, modest in _PASSES:
+        target = min(asked, -aim.needed) if modest else asked
+        known = np.minimum(seen, 1e9)
+        some = np.flatnonzero(lower < np.minimum(target, known - aim.gap * np.maximum(1.0, known / bound)))
+        if not len(some):
+            break
         near, where = np.empty(len(some)), np.empty((len(some), 4))
-        lower[some] = least_distances(
+        found = least_distances(
             pairs[some],
             first.nets,
             second.nets,
@@ -209,18 +215,16 @@ def _bounded(
             first.size,
             neighbourhood,
             tangents,
-            asked,
+            target,
             aim.gap,
             bound,
-            parts,
+            int(min(most, max(work / len(some), 4))),
             near,
             where,
         )
-        seen[some], at[some] = near, where
-        known = np.minimum(seen, 1e9)
-        some = np.flatnonzero(lower < np.minimum(asked, known - aim.gap * np.maximum(1.0, known / bound)))
-        if not len(some) or work <= 0.0:
-            break
+        lower[some] = np.maximum(lower[some], found)
+        closer = near < seen[some]
+        seen[some[closer]], at[some[closer]] = near[closer], where[closer]
     return lower, seen, at
 
 

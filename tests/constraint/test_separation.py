@@ -1,0 +1,112 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import KDTree
+
+from pneumorph.constraint.cells import Aim, homes
+from pneumorph.constraint.gaps import NOTHING, gaps, patches, tangents_of, without_discs
+from pneumorph.constraint.separation import _slab
+from pneumorph.geometry import cap_points, starting_body
+from pneumorph.problem import BodySpec
+
+
+def moved(seed, wave, ends):
+    """A body whose walls undulate at random."""
+    chamber = {"name": "A", "radius": "4 mm", "center": ["1 mm", "0 mm"], "span": ["3 mm", "21 mm"], "ends": ends}
+    table = {"length": "24 mm", "radius": "8 mm", "control_density": "0.6 /mm", "chamber": [chamber]}
+    body = starting_body(BodySpec.model_validate(table))
+    rng = np.random.default_rng(seed)
+    points = body.control_points()
+    for where in body.slices:
+        growth = 0.1 * wave * np.cos(0.7 * points[where, 2:] + rng.uniform(0, 6))
+        points[where] = points[where] * (1.0 + growth * [1.0, 1.0, 0.0])
+    return body.with_control_points(points)
+
+
+def wall(body, bound=2.0):
+    first, second = (patches(surface, homes(surface)) for surface in body.surfaces)
+    found, beyond = gaps(first, second, 0.0, NOTHING, Aim(-bound, -0.995 * bound, 0.003 * bound, 0.01), np.inf)
+    return min(beyond, found.lower.min()), found.seen.min()
+
+
+def fold(surface, bound=1.0, neighbourhood=2.0):
+    part = homes(surface)
+    tube = without_discs(patches(surface, part))
+    aim = Aim(-bound, -0.995 * bound, 0.003 * bound, 0.8)
+    found, beyond = gaps(tube, tube, neighbourhood, tangents_of(surface, part), aim, np.inf)
+    return min(beyond, found.lower.min()), found.seen.min()
+
+
+def test_concentric_cylinders(make_body):
+    certified, seen = wall(make_body(), bound=4.0)
+    assert 0.997 * 4.0 - 0.002 <= certified <= seen == pytest.approx(4.0, abs=2e-3)
+
+
+def test_discs_of_chambers_count(make_body):
+    body = make_body(chambers=((4.0, (0.0, 0.0), (3.0, 11.0), "flat"), (4.0, (0.0, 0.0), (13.5, 21.0), "flat")))
+    first, second = (patches(surface, homes(surface)) for surface in body.chambers)
+    found, beyond = gaps(first, second, 0.0, NOTHING, Aim(-2.5, -2.49, 0.0075, 0.01), np.inf)
+    assert 2.5 - 0.0075 <= min(beyond, found.lower.min()) <= found.seen.min() == pytest.approx(2.5, abs=1e-9)
+    k = int(np.argmin(found.seen))
+    assert found.a[k, 1] == 1.0
+    assert found.b[k, 1] == 0.0
+
+
+@given(st.integers(0, 999), st.floats(0.0, 2.0), st.sampled_from(["flat", "pole"]))
+@settings(max_examples=8, deadline=None)
+def test_walls_contain_brute_force(seed, wave, ends):
+    body = moved(seed, wave, ends)
+    outer, inner = (surface.sample(np.linspace(0, 1, 200), np.linspace(0, 1, 400)) for surface in body.surfaces)
+    points = [inner.reshape(-1, 3)]
+    if ends == "flat":
+        s, q = (part.ravel() for part in np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 100)))
+        points += [cap_points(body.chambers[0], tip, q, s) for tip in (False, True)]
+    least = KDTree(np.concatenate(points)).query(outer.reshape(-1, 3))[0].min()
+    certified, seen = wall(body)
+    assert certified <= least + 1e-9
+    assert certified <= seen
+    if 0.1 < least < 3.5:
+        assert certified >= least - 0.006 - 0.01 * abs(least - 2.0) - 0.02
+        assert seen <= least + 1e-6 or least > 2.05
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_folds_contain_brute_force(make_body, waved, seed):
+    body = make_body()
+    body = body.with_control_points(waved(body, seed, wave=2.0))
+    for surface in body.surfaces:
+        q = np.arange(4 * surface.net.shape[1]) / (4 * surface.net.shape[1])
+        r = np.linspace(0, 1, 6 * surface.basis_r.spans + 1)
+        x = surface.sample(q, r).reshape(-1, 3)
+        along, around = (part.ravel() for part in np.meshgrid(r * surface.size[1], q, indexing="ij"))
+        least = np.inf
+        for i in range(0, len(x), 3):
+            aside = np.abs(around - around[i])
+            apart = np.hypot(np.minimum(aside, 1 - aside) * surface.size[0], along - along[i])
+            least = min(least, np.linalg.norm(x[apart >= 2.0] - x[i], axis=1).min())
+        certified, seen = fold(surface)
+        assert certified <= least
+        assert certified <= seen
+        assert certified >= min(least - 0.1, 0.995)
+
+
+def test_slabs_are_of_second_order():
+    # Facing pieces of cylinders about one axis, of radius 3 and 5.
+    errors = []
+    for width in 0.4 * 0.5 ** np.arange(4):
+        angle = width * np.array([-0.5, 0.5])
+        nets = [arc(radius, *angle) for radius in (3.0, 5.0)]
+        errors.append(2.0 - _slab(*nets, np.zeros(3)))
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(rates, 2.0, atol=0.1)
+
+
+def arc(radius, first, last):
+    """A cubic patch (4, 4, 3) close to a piece of a cylinder."""
+    handle = 4.0 / 3.0 * np.tan((last - first) / 4.0)
+    ends = [np.array([np.cos(a), np.sin(a)]) for a in (first, last)]
+    turned = [np.array([-np.sin(a), np.cos(a)]) for a in (first, last)]
+    row = np.array([ends[0], ends[0] + handle * turned[0], ends[1] - handle * turned[1], ends[1]]) * radius
+    height = np.linspace(0.0, radius * (last - first), 4)
+    return np.stack([np.column_stack([row, np.full(4, z)]) for z in height])
