@@ -103,8 +103,11 @@ class Aim:
 
 def power(basis: Basis) -> Floats:
     """Coefficients (spans, 4, count) of every basis function's powers of u on every span."""
-    start, width = basis.breaks[:-1], 1.0 / basis.spans
-    return np.stack([basis.matrix(start, k) * width**k / factorial(k) for k in range(4)], axis=1)
+    # At the middle, where no rounding can tell which side of a knot is meant.
+    width = 1.0 / basis.spans
+    middle = (np.arange(basis.spans) + 0.5) * width
+    about = np.stack([basis.matrix(middle, k) * width**k / factorial(k) for k in range(4)], axis=1)
+    return _shift(np.full(1, -0.5), np.ones(1)) @ about
 
 
 def homes(surface: TubeSurface) -> Homes:
