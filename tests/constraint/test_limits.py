@@ -185,4 +185,4 @@ def test_a_chamber_may_not_lie_flat_on_its_own_end(make_body, table, slope, exce
         assert reading.value <= reading.seen
     else:
         assert rim <= 0.0
-        assert reading.value > 1.0
+        assert reading.value >= 0.995

@@ -70,7 +70,7 @@ def test_what_is_violated_is_said_in_a_sentence(make_body, table):
     assert not found.held()
     wall, envelope = found.violated()
     assert str(wall).startswith("wall is 3 mm, at least 3.5 mm is asked (on A, q = ")
-    assert str(envelope).startswith("envelope is 8 mm, at most 7 mm is asked (on exterior, q = ")
+    assert str(envelope).startswith("envelope is 8.02 mm, at most 7 mm is asked (on exterior, q = ")
     assert found.held(slack=40.0)
     assert wall.excess() == pytest.approx(1 / 7, rel=1e-6)
 
@@ -133,6 +133,7 @@ def test_places_are_all_that_is_beyond(make_body, table, waved):
             assert np.all(worst > limit.tolerance)
             assert np.all(limit.excess(places.seen, limit.read(table())) <= worst + 1e-12)
     wall = found.places.pairs["wall"]
+    assert len(wall.seen)
     for k in range(len(wall.seen)):
         ends = []
         for number, (q, r, s) in ((wall.surface_a[k], wall.a[k]), (wall.surface_b[k], wall.b[k])):

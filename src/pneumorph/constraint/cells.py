@@ -93,8 +93,8 @@ class Aim:
 
     def enough(self, seen: float, elsewhere: float) -> float:
         """What a place's upper bound need not be below, by the worst that is seen here and elsewhere."""
-        here = min(seen, self.needed) + max(self.gap, self.ease * (self.bound - seen))
-        return max(min(elsewhere, self.needed), here)
+        here = seen + max(self.gap, self.ease * (self.bound - seen))
+        return min(max(elsewhere, here), self.needed)
 
     def close(self, seen: Floats) -> Floats:
         """The same for places where `seen` (n,) is the worst."""

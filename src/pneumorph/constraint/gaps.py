@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.cells import Aim, Cells, Homes, derivative, power, recentred
+from pneumorph.constraint.cells import Aim, Homes, power
 from pneumorph.constraint.extent import FROM_POWERS
 from pneumorph.constraint.separation import candidates, least_distances, nearest_centres, spheres
 from pneumorph.geometry import TubeSurface
@@ -19,10 +19,9 @@ Ints = NDArray[np.integer]
 _FIRST = 256  # pairs that tell how near patches come before the others are looked at
 _MOST = 16  # pairs to each patch: more are near each other only where surfaces cross
 # Parts of a pair looked at, at first and where that was not enough; at last, whether only to show what is needed.
-_PASSES = ((60, False), (240, False), (960, False), (960, True), (3840, True))
+_PASSES = ((60, False), (240, False), (960, False), (4000, True), (100_000, True))
 _WORK = 1500  # parts of all pairs looked at, to each patch
 _BROKEN = 0.1  # of that where surfaces are nearer than half the limit, and nothing finer matters
-NOTHING = np.zeros((0, 0, 8))  # no tangents
 _FAR = 2.0  # times the limit: how far apart patches are told apart
 
 
@@ -91,26 +90,6 @@ def patches(surface: TubeSurface, homes: Homes) -> Patches:
     return Patches(nets, np.ascontiguousarray(boxes), disc, centres, radii, np.array(surface.size))
 
 
-def tangents_of(surface: TubeSurface, homes: Homes) -> Floats:
-    """Tangents of a tube with flat ends on cells of half a knot span: see `least_distances`; empty with poles."""
-    if surface.ends == "pole":
-        return NOTHING
-    rows, columns = surface.basis_r.spans, surface.basis_q.spans
-    found = np.empty((rows, 2, columns, 2, 8))
-    count = rows * columns
-    for i in range(2):
-        for j in range(2):
-            centre = np.broadcast_to(np.array([0.25 + 0.5 * j, 0.25 + 0.5 * i]), (count, 2))
-            local = recentred(homes.x, Cells(np.arange(count), centre, np.full((count, 2), 0.25)))
-            for k, axis in enumerate((-1, -2)):
-                width = 0.25 * surface.size[k] * (1.0 / columns if k == 0 else 1.0 / rows)
-                slope = derivative(local, axis) / width
-                off = np.sqrt((slope**2).sum(axis=1)).sum(axis=(1, 2)) - np.sqrt((slope[:, :, 0, 0] ** 2).sum(axis=1))
-                cell = found[:, i, :, j, 4 * k : 4 * k + 4]
-                cell[..., :3], cell[..., 3] = slope[:, :, 0, 0].reshape(rows, columns, 3), off.reshape(rows, columns)
-    return np.ascontiguousarray(found.reshape(2 * rows, 2 * columns, 8))
-
-
 def without_discs(surface: Patches) -> Patches:
     """The tube alone."""
     some = ~surface.disc
@@ -118,9 +97,7 @@ def without_discs(surface: Patches) -> Patches:
     return Patches(nets, boxes, surface.disc[some], surface.centres[some], surface.radii[some], surface.size)
 
 
-def gaps(
-    first: Patches, second: Patches, neighbourhood: float, tangents: Floats, aim: Aim, worst: float
-) -> tuple[Gaps, float]:
+def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst: float) -> tuple[Gaps, float]:
     """Bound the distances of two surfaces' patches, or of one's among each other.
 
     Parameters
@@ -129,8 +106,6 @@ def gaps(
         Without discs where they are the same, to measure a fold.
     neighbourhood : float
         Points nearer each other on the starting tube do not count; zero for walls.
-    tangents : (rows, columns, 8) array
-        Of the tube, see `tangents_of`; empty for walls.
     aim : Aim
         In distances with their sign turned.
     worst : float
@@ -168,7 +143,7 @@ def gaps(
     for some in (order[:_FIRST], np.random.default_rng(0).permutation(order[_FIRST:])):
         if not len(some):
             continue
-        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, tangents, asked, aim, work)
+        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, asked, aim, work)
         i, j = pairs[some].T
         found.append(Gaps(lower, seen, pairs[some], _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
         asked = min(asked, enough(min(known, float(seen.min()))))
@@ -179,8 +154,9 @@ def gaps(
 
 
 def foremost(found: Gaps, needed: float) -> NDArray[np.integer]:
-    """Numbers of the pairs not certified to be so far apart, of which every patch has its nearest on either side."""
+    """Numbers of the pairs seen but not certified to be so far apart: of those of each patch, the nearest."""
     some = np.flatnonzero(~(found.lower >= needed))
+    some = some[np.isfinite(found.seen[some])]
     some = some[np.argsort(found.seen[some], kind="stable")]
     first = [np.unique(found.patch[some, side], return_index=True)[1] for side in (0, 1)]
     return some[np.unique(np.concatenate(first))]
@@ -191,7 +167,6 @@ def _bounded(
     first: Patches,
     second: Patches,
     neighbourhood: float,
-    tangents: Floats,
     asked: float,
     aim: Aim,
     work: float,
@@ -214,7 +189,6 @@ def _bounded(
             second.boxes,
             first.size,
             neighbourhood,
-            tangents,
             target,
             aim.gap,
             bound,

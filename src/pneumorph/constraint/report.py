@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pneumorph.constraint import extent
 from pneumorph.constraint.cells import FINE, Aim, Found, homes
 from pneumorph.constraint.enclosure import NAMES, enclosed
-from pneumorph.constraint.gaps import NOTHING, Gaps, foremost, gaps, patches, tangents_of, without_discs
+from pneumorph.constraint.gaps import Gaps, foremost, gaps, patches, without_discs
 from pneumorph.constraint.table import BY_NAME, TABLE, Limit
 from pneumorph.geometry import Body
 
@@ -205,11 +205,11 @@ def report(body: Body, spec: LimitsSpec, slack: float = 1.0) -> LimitReport:
     wall, fold = tallies["wall"], tallies["fold"]
     for a, b in combinations(range(len(sides)), 2):
         known = -max(wall.worst, tallies["planes"].worst)
-        wall.pairs(a, b, *gaps(sides[a], sides[b], 0.0, NOTHING, wall.aim, known))
-    for a, (surface, part) in enumerate(zip(body.surfaces, parts, strict=True)):
-        tube, tangents = without_discs(sides[a]), tangents_of(surface, part)
+        wall.pairs(a, b, *gaps(sides[a], sides[b], 0.0, wall.aim, known))
+    for a, side in enumerate(sides):
+        tube = without_discs(side)
         known = -max(fold.worst, tallies["rim"].worst)
-        fold.pairs(a, a, *gaps(tube, tube, spec.fold.neighbourhood, tangents, fold.aim, known))
+        fold.pairs(a, a, *gaps(tube, tube, spec.fold.neighbourhood, fold.aim, known))
 
     names = [surface.name for surface in body.surfaces]
     return LimitReport(

@@ -5,8 +5,8 @@ across some direction; along the common normal of facing walls that is short of 
 in the patches' size only. Distances of points, found by Newton's method, bound it from above. Pairs of patches that
 may be nearer than is asked are halved, the larger patch of each first.
 
-Places of one tube that are near each other on it are not separated by hulls, but by how far the surface goes from one
-to the other: x' - x is the integral of the surface's tangents along the way, and they turn but little.
+Places of one tube that are near each other on it are not separated by their hulls: there both patches are followed to
+first order, since it is the difference of their places that has to keep a distance on the starting tube.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 
 _DEPTH = 40  # halvings of both patches together
 _DIRECTIONS = 4
-_CELLS = 80  # of tangents on the way from one part to another
 
 
 @numba.njit(cache=True)
@@ -77,9 +76,7 @@ def candidates(centres, radii, others, other_radii, reach, same):
 
 
 @numba.njit(cache=True, parallel=True)
-def least_distances(
-    pairs, nets, others, boxes, other_boxes, size, neighbourhood, tangents, asked, gap, bound, most, seen, at
-):
+def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, gap, bound, most, seen, at):
     """Bound the least distance of every pair of patches; returns lower bounds (m,).
 
     Parameters
@@ -93,9 +90,6 @@ def least_distances(
         Circumference and length of that tube.
     neighbourhood : float
         Only points at least this far apart on the starting tube count; all of them if it is zero.
-    tangents : (rows, columns, 8) array
-        Of a tube on equal cells of r and q, per mm of the starting tube: the middle of its tangents r_q and how far
-        they may be off, and the same of r_r. Empty where the surface is not to be followed.
     asked : float
         Pairs that are farther apart need no closer look.
     gap, bound : float
@@ -115,7 +109,6 @@ def least_distances(
             other_boxes[j],
             size,
             neighbourhood,
-            tangents,
             asked,
             gap,
             bound,
@@ -128,14 +121,16 @@ def least_distances(
 
 
 @numba.njit(cache=True)
-def _one(a, b, box_a, box_b, size, neighbourhood, tangents, asked, gap, bound, most, seen, at, k):
+def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen, at, k):
     """The bounds of one pair; writes to seen[k] and at[k]."""
     here, way = np.full(4, 0.5), np.zeros(3)
     seen[k], at[k] = np.inf, 0.5
     whole = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0])
     if neighbourhood > 0.0 and _farthest(box_a, box_b, whole, size) < neighbourhood:
         return np.inf
-    least = max(_slab(a, b, way), _followed(a, b, box_a, box_b, whole, size, neighbourhood, tangents))
+    least = _slab(a, b, way)
+    if neighbourhood > 0.0 and least < asked:
+        least = max(least, _linked(a, b, box_a, box_b, whole, size, neighbourhood))
     if least >= asked:
         return least
 
@@ -189,9 +184,9 @@ def _one(a, b, box_a, box_b, size, neighbourhood, tangents, asked, gap, bound, m
             if neighbourhood > 0.0 and _farthest(box_a, box_b, ranges[held], size) < neighbourhood:
                 continue
             bounds[held] = max(least, _slab(child_a, child_b, way))
-            if bounds[held] < enough and len(tangents):
-                followed = _followed(child_a, child_b, box_a, box_b, ranges[held], size, neighbourhood, tangents)
-                bounds[held] = max(bounds[held], followed)
+            if neighbourhood > 0.0 and bounds[held] < enough:
+                linked = _linked(child_a, child_b, box_a, box_b, ranges[held], size, neighbourhood)
+                bounds[held] = max(bounds[held], linked)
             if bounds[held] >= enough:
                 certified = min(certified, bounds[held])
                 continue
@@ -240,74 +235,82 @@ def _slab(a, b, way):
 
 
 @numba.njit(cache=True)
-def _followed(a, b, box_a, box_b, span, size, neighbourhood, tangents):
-    """Lower bound of how far the surface goes, between places at least a neighbourhood apart on the starting tube.
+def _linked(a, b, box_a, box_b, span, size, neighbourhood):
+    """Lower bound of the distance of places at least a neighbourhood apart on the starting tube; infinite without any.
 
-    Across the direction from the middle of the one net to that of the other. A step δ on the starting tube goes at
-    least min(g·δ), where g ranges over what the tangents on the way have in this direction. That is concave in δ, so
-    its least value over a rectangle without a disc around zero is at a corner or where a side meets the circle.
+    Across the direction from the middle of the one patch to that of the other, both are linear in their steps from the
+    middle, but for what their nets tell. The mean of both slopes counts by the difference δ of the places on the
+    starting tube, which is in a rectangle without a disc around zero: a linear function is least at a corner, or where
+    a side meets the circle. What the slopes differ by counts in full, but where the distance is least they are alike.
     """
-    rows, columns = tangents.shape[:2]
-    if not rows:
+    shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
+    if shrink <= 0.0:
         return 0.0
-    middle_a, middle_b, half_a, half_b = np.empty(2), np.empty(2), np.empty(2), np.empty(2)
+    between, half_a, half_b = np.empty(2), np.empty(2), np.empty(2)
     for k in range(2):
-        middle_a[k] = box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
-        middle_b[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
-        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1]
-        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
-    middle_b[0] = middle_a[0] + (middle_b[0] - middle_a[0] + 0.5) % 1.0 - 0.5
-    if abs(middle_b[0] - middle_a[0]) + half_a[0] + half_b[0] >= 0.5:
-        return 0.0
-    step = 1e-9  # so that cells which are only touched do not count
-    left = int(np.floor((min(middle_a[0] - half_a[0], middle_b[0] - half_b[0]) + step) * columns))
-    right = int(np.floor((max(middle_a[0] + half_a[0], middle_b[0] + half_b[0]) - step) * columns))
-    down = int(np.floor((min(middle_a[1] - half_a[1], middle_b[1] - half_b[1]) + step) * rows))
-    up = int(np.floor((max(middle_a[1] + half_a[1], middle_b[1] + half_b[1]) - step) * rows))
-    if (right - left + 1) * (up - down + 1) > _CELLS:
-        return 0.0
-    x = y = z = 0.0
-    for i in range(0, 4, 3):
-        for j in range(0, 4, 3):
-            x += b[i, j, 0] - a[i, j, 0]
-            y += b[i, j, 1] - a[i, j, 1]
-            z += b[i, j, 2] - a[i, j, 2]
-    length = np.sqrt(x * x + y * y + z * z)
+        scale = size[k] * (shrink if k == 0 else 1.0)
+        between[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
+        between[k] -= box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
+        if k == 0:
+            between[k] = (between[k] + 0.5) % 1.0 - 0.5
+        between[k] *= scale
+        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1] * scale
+        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1] * scale
+    direction = np.zeros(3)
+    for i in range(4):
+        for j in range(4):
+            weight = (1.0 if i % 3 == 0 else 3.0) * (1.0 if j % 3 == 0 else 3.0)
+            for c in range(3):
+                direction[c] += weight * (b[i, j, c] - a[i, j, c])
+    length = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
     if length == 0.0:
         return 0.0
-    x, y, z = x / length, y / length, z / length
-    low_q, high_q, low_r, high_r = np.inf, -np.inf, np.inf, -np.inf
-    for row in range(max(down, 0), min(up, rows - 1) + 1):
-        for column in range(left, right + 1):
-            t = tangents[row, column % columns]
-            g = x * t[0] + y * t[1] + z * t[2]
-            low_q, high_q = min(low_q, g - t[3]), max(high_q, g + t[3])
-            g = x * t[4] + y * t[5] + z * t[6]
-            low_r, high_r = min(low_r, g - t[7]), max(high_r, g + t[7])
-    from_q = (middle_b[0] - middle_a[0] - half_a[0] - half_b[0]) * size[0]
-    to_q = from_q + 2.0 * (half_a[0] + half_b[0]) * size[0]
-    from_r = (middle_b[1] - middle_a[1] - half_a[1] - half_b[1]) * size[1]
-    to_r = from_r + 2.0 * (half_a[1] + half_b[1]) * size[1]
-    best = np.inf
-    for side in range(2):
-        on_q, on_r = (from_q if side == 0 else to_q), (from_r if side == 0 else to_r)
-        for other in range(4):
-            # Corners of the rectangle, and where its sides meet the circle.
-            if other < 2:
-                dq, dr = on_q, (from_r if other == 0 else to_r)
-                if dq * dq + dr * dr >= neighbourhood * neighbourhood:
-                    best = min(best, min(low_q * dq, high_q * dq) + min(low_r * dr, high_r * dr))
-                continue
-            sign = 1.0 if other == 2 else -1.0
-            if abs(on_q) <= neighbourhood:
-                dr = sign * np.sqrt(neighbourhood * neighbourhood - on_q * on_q)
-                if from_r <= dr <= to_r:
-                    best = min(best, min(low_q * on_q, high_q * on_q) + min(low_r * dr, high_r * dr))
-            if abs(on_r) <= neighbourhood:
-                dq = sign * np.sqrt(neighbourhood * neighbourhood - on_r * on_r)
-                if from_q <= dq <= to_q:
-                    best = min(best, min(low_q * dq, high_q * dq) + min(low_r * on_r, high_r * on_r))
-    return best if best < np.inf else 0.0
+    direction /= length
+    middle_a, q_a, r_a, _, above = _linear(a, direction)
+    middle_b, q_b, r_b, below, _ = _linear(b, direction)
+    q_a, r_a, q_b, r_b = q_a / half_a[0], r_a / half_a[1], q_b / half_b[0], r_b / half_b[1]
+    mean_q, mean_r = 0.5 * (q_a + q_b), 0.5 * (r_a + r_b)
+    room_q, room_r = half_a[0] + half_b[0], half_a[1] + half_b[1]
+    bound = middle_b - middle_a + below - above - mean_q * between[0] - mean_r * between[1]
+    bound -= 0.5 * (abs(q_b - q_a) * room_q + abs(r_b - r_a) * room_r)
+
+    best, radius = np.inf, neighbourhood * neighbourhood
+    for side in range(-1, 2, 2):
+        on_q, on_r = between[0] + side * room_q, between[1] + side * room_r
+        for other in range(-1, 2, 2):
+            at_r = between[1] + other * room_r
+            if on_q * on_q + at_r * at_r >= radius:
+                best = min(best, mean_q * on_q + mean_r * at_r)
+            if on_q * on_q <= radius:
+                at_r = other * np.sqrt(radius - on_q * on_q)
+                if abs(at_r - between[1]) <= room_r:
+                    best = min(best, mean_q * on_q + mean_r * at_r)
+            if on_r * on_r <= radius:
+                at_q = other * np.sqrt(radius - on_r * on_r)
+                if abs(at_q - between[0]) <= room_q:
+                    best = min(best, mean_q * at_q + mean_r * on_r)
+    return bound + best
+
+
+@numba.njit(cache=True)
+def _linear(net, direction):
+    """A patch across a direction: value and slopes to its sides at the middle, and bounds of what is left of it."""
+    value, slope_q, slope_r, below, above = 0.0, 0.0, 0.0, np.inf, -np.inf
+    heights = np.empty((4, 4))
+    for i in range(4):
+        for j in range(4):
+            heights[i, j] = 0.0
+            for c in range(3):
+                heights[i, j] += direction[c] * net[i, j, c]
+            by_i, by_j = (1.0 if i % 3 == 0 else 3.0) / 8.0, (1.0 if j % 3 == 0 else 3.0) / 8.0
+            value += by_i * by_j * heights[i, j]
+            slope_q += by_i * (0.375 if j > 1 else -0.375) * heights[i, j]
+            slope_r += by_j * (0.375 if i > 1 else -0.375) * heights[i, j]
+    for i in range(4):
+        for j in range(4):
+            rest = heights[i, j] - value - slope_q * (2.0 * j / 3.0 - 1.0) - slope_r * (2.0 * i / 3.0 - 1.0)
+            below, above = min(below, rest), max(above, rest)
+    return value, slope_q, slope_r, below, above
 
 
 @numba.njit(cache=True)
