@@ -34,7 +34,7 @@ def fold(surface, bound=1.0, neighbourhood=2.0):
     part = homes(surface)
     tube = without_discs(patches(surface, part))
     aim = Aim(-bound, -0.995 * bound, 0.003 * bound, 0.8)
-    found, beyond = gaps(tube, tube, neighbourhood(surface, part), aim, np.inf)
+    found, beyond = gaps(tube, tube, neighbourhood, aim, np.inf)
     return min(beyond, found.lower.min()), found.seen.min()
 
 
