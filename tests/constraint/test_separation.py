@@ -6,7 +6,7 @@ from scipy.spatial import KDTree
 
 from pneumorph.constraint.cells import Aim, homes
 from pneumorph.constraint.gaps import gaps, patches, without_discs
-from pneumorph.constraint.separation import _slab
+from pneumorph.constraint.slabs import slab
 from pneumorph.geometry import cap_points, starting_body
 from pneumorph.problem import BodySpec
 
@@ -34,7 +34,7 @@ def fold(surface, bound=1.0, neighbourhood=2.0):
     part = homes(surface)
     tube = without_discs(patches(surface, part))
     aim = Aim(-bound, -0.995 * bound, 0.003 * bound, 0.8)
-    found, beyond = gaps(tube, tube, neighbourhood(surface, part), aim, np.inf)
+    found, beyond = gaps(tube, tube, neighbourhood, aim, np.inf)
     return min(beyond, found.lower.min()), found.seen.min()
 
 
@@ -97,7 +97,7 @@ def test_slabs_are_of_second_order():
     for width in 0.4 * 0.5 ** np.arange(4):
         angle = width * np.array([-0.5, 0.5])
         nets = [arc(radius, *angle) for radius in (3.0, 5.0)]
-        errors.append(2.0 - _slab(*nets, np.zeros(3)))
+        errors.append(2.0 - slab(*nets, np.zeros(3)))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(rates, 2.0, atol=0.1)
 

@@ -20,8 +20,8 @@ _FIRST = 256  # pairs that tell how near patches come before the others are look
 _MOST = 16  # pairs to each patch: more are near each other only where surfaces cross
 # Parts of a pair looked at, at first and where that was not enough; at last, whether only to show what is needed.
 _PASSES = ((60, False), (240, False), (960, False), (4000, True), (100_000, True))
-_WORK = 1500  # parts of all pairs looked at, to each patch
-_BROKEN = 0.1  # of that where surfaces are nearer than half the limit, and nothing finer matters
+_WORK = 700  # parts of all pairs looked at each time, to each patch
+_BROKEN = 0.5  # part of the limit: where surfaces are nearer, nothing finer matters
 _FAR = 2.0  # times the limit: how far apart patches are told apart
 
 
@@ -148,8 +148,8 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
         found.append(Gaps(lower, seen, pairs[some], _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
         asked = min(asked, enough(min(known, float(seen.min()))))
         beyond = min(beyond, asked)
-        if seen.min() < 0.5 * bound:
-            work *= _BROKEN
+        if seen.min() < _BROKEN * bound:
+            work *= 0.1
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
 
@@ -178,7 +178,7 @@ def _bounded(
         target = min(asked, -aim.needed) if modest else asked
         known = np.minimum(seen, 1e9)
         some = np.flatnonzero(lower < np.minimum(target, known - aim.gap * np.maximum(1.0, known / bound)))
-        if not len(some):
+        if not len(some) or seen.min() < _BROKEN * bound:
             break
         near, where = np.empty(len(some)), np.empty((len(some), 4))
         found = least_distances(

@@ -146,7 +146,7 @@ _Kind = TypeVar("_Kind", Points, Pairs)
 
 
 def _concatenated(one: _Kind, other: _Kind) -> _Kind:
-    return type(one)(*(np.concatenate(parts) for parts in zip(one, other, strict=True)))
+    return type(one)._make(np.concatenate(parts) for parts in zip(one, other, strict=True))
 
 
 @dataclass(frozen=True)

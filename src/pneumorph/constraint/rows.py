@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pneumorph.problem import Limits as LimitsSpec
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Ints = NDArray[np.integer]
 
 SHAPE = ("curvature", "skew", "stretch", "area")
 KINDS = (*SHAPE, *(limit.name for limit in TABLE if limit.name not in SHAPE))

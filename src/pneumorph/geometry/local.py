@@ -11,7 +11,7 @@ from pneumorph.geometry.bspline import Basis
 from pneumorph.geometry.tube import TubeSurface
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Ints = NDArray[np.integer]
 
 
 @lru_cache(maxsize=64)

@@ -75,7 +75,7 @@ def _projected(
         excess = rows.value + margins[rows.kind]
         if not len(excess) or excess.max() <= ACCURACY:
             break
-        motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess)
+        motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess, np.zeros(space.n))
         phi = np.clip(phi + motion.smooth, space.lower, space.upper)
     return phi
 
@@ -88,9 +88,7 @@ class Motion:
     smooth: np.ndarray
 
 
-def least_motion(
-    smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray | float = 0.0
-) -> Motion:
+def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray) -> Motion:
     """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0.
 
     By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ).
