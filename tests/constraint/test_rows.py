@@ -1,10 +1,12 @@
 """Linearised limits: they are what the report sees, and their derivatives are right."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pneumorph.constraint import report
-from pneumorph.constraint.rows import KINDS, sampled
+from pneumorph.constraint.rows import KINDS, _gradient, sampled
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
@@ -59,3 +61,28 @@ def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
     points[inner & middle, :2] *= 2.15
     rows = limits.rows(body.with_control_points(points), 1.0, -0.3)
     assert float(rows.value[rows.kind == KINDS.index("wall")].max()) > 1.0
+
+
+def test_measures_at_places_are_those_of_any_point_of_the_surface(make_body, table, waved):
+    body = make_body(length=30.0, chambers=((3.0, (0.5, 0.0), (3.0, 27.0), "pole"),))
+    limits = sampled(body, table())
+    net = body.chambers[0].net.copy()
+    net[2:-2] += np.random.default_rng(1).normal(scale=0.05, size=net[2:-2].shape)
+    surface = replace(body.chambers[0], net=net)
+    spans = surface.basis_r.spans
+    r = np.array([0.3, 1.0, 1.5, 2.0, 7.4, spans - 1.0, spans - 0.4]) / spans
+    q = np.linspace(0.05, 0.9, len(r))
+    value, _, _ = _gradient(surface, limits.fine[1], np.zeros(len(r), dtype=int), q, r, "per_mm")
+    for one, place in zip(value, zip(q, r, strict=True), strict=True):
+        assert one == pytest.approx(half_of_squared_curvatures(surface, *place), rel=1e-8)
+
+
+def half_of_squared_curvatures(surface, q, r):
+    """(k₁² + k₂²)/2 by the eigenvalues of the shape operator."""
+    first = [surface.points([q], [r], *order)[0] for order in ((1, 0), (0, 1))]
+    second = [surface.points([q], [r], *order)[0] for order in ((2, 0), (1, 1), (0, 2))]
+    normal = np.cross(*first)
+    normal /= np.linalg.norm(normal)
+    metric = np.array([[a @ b for b in first] for a in first])
+    bent = np.array([[second[i + j] @ normal for j in range(2)] for i in range(2)])
+    return 0.5 * float(np.sum(np.linalg.eigvals(np.linalg.solve(metric, bent)).real ** 2))

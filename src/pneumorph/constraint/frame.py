@@ -62,11 +62,12 @@ def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
     level, level_r = limit(B / away**2, 0.5 * B_rr / steep**2), across_r.copy()
     level[:, [0, 1, -2, -1]] = level_r[:, [0, 1, -2, -1]] = 0.0
     rise = limit(B_r / away, B_rr / steep)
-    # Pole and ring share their z, so their functions act as one, which has the double zero that each of them lacks.
+    # Pole and ring share their z, so their functions act as one, which has the double zero that each of them lacks. It
+    # is the ring's, which is alive on the second span too.
     for end, ring in ((0, 1), (-1, -2)):
         together = B_r[:, [end]] + B_r[:, [ring]]
-        rise[:, [end]] = limit(together / away, (B_rr[:, [end]] + B_rr[:, [ring]]) / steep)
-        rise[:, ring] = 0.0
+        rise[:, [ring]] = limit(together / away, (B_rr[:, [end]] + B_rr[:, [ring]]) / steep)
+        rise[:, end] = 0.0
     return Frame(
         across=np.stack([across, across, level]),
         along=np.stack([B_r, B_r, rise]),
