@@ -1,51 +1,67 @@
-"""Cost of the sub-problem against the number of variables, 1k … 30k: the linear actuator with ever more control points.
+"""Cost of a step within its limits against the number of variables: the linear actuator with ever more control points.
 
-    python benchmarks/subproblem.py
+    python benchmarks/subproblem.py [DENSITY ...]
 
-The objective's gradient is that of a bellows forming (a radial wave), so limits come into play as they do in a run.
+The objective's gradient is that of a bellows forming (a radial wave). A few steps first bring the body to where limits
+resist it, as in the middle of a run; then one step is timed: the sub-problem, what brings its answer within the limits,
+and, as part of that, the certificate. Gain is what the step promises, of what a step without limits would.
 """
 
+import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-from pneumorph.constraint import limits_of
+from pneumorph.constraint import limits_of, report
+from pneumorph.constraint.rows import sampled
 from pneumorph.geometry import design_space, starting_body
-from pneumorph.optimize.augmented import augmented_lagrangian
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
+from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import smoothing
+from pneumorph.optimize.subproblem import sequential_quadratic
+from pneumorph.optimize.within import Within, within
 from pneumorph.problem import loads
 from pneumorph.run.cache import use_compilation_cache
 
 EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
+DENSITIES, RADIUS, BEFORE = (0.6, 0.85, 1.25), 0.4, 4
 
 
 def main() -> None:
     use_compilation_cache()
-    print(f"{'1/mm':>5s} {'variables':>9s} {'method':>8s} {'evaluations':>11s} {'seconds':>8s} {'ms each':>8s}")
-    for density in (0.3, 0.4, 0.6, 0.9, 1.28):
+    densities = [float(word) for word in sys.argv[1:]] or DENSITIES
+    print(f"{'variables':>9s} {'method':>6s} {'step':>7s} {'within':>7s} {'certificate':>11s} {'gain':>6s}   (s)")
+    for density in densities:
         problem = loads(EXAMPLE.replace('control_density = "0.6 /mm"', f'control_density = "{density} /mm"'))
         body = starting_body(problem.body)
         space = design_space(problem, body)
+        smooth, limits = smoothing(space), sampled(body, problem.limits)
         points = body.control_points()
         wave = np.cos(2 * np.pi * (points[:, 2] - 40) / 10)[:, None] * points * np.array([1.0, 1.0, 0.0])
         slope = -space.pullback(wave)
-        limits = limits_of(body, problem.limits, reach=1.0)
+        proxy = Proxy(slope, np.zeros((0, space.n)))
+        every = limits_of(body, problem.limits, reach=1.0)
         for name, stepper in (
-            ("lbfgs", augmented_lagrangian(space, smoothing(space), limits, 0.2)),
-            ("dfp", PaperStepper(space, limits, 0.2, FIRST_ITERATIONS, np.zeros(0))),
+            ("sqp", sequential_quadratic(space, smooth, limits)),
+            ("dfp", PaperStepper(space, every, RADIUS, FIRST_ITERATIONS, np.zeros(0))),
         ):
             phi = space.start
-            for _ in range(2):  # the first step compiles
+            for _ in range(BEFORE + 1):
                 began = time.perf_counter()
-                step = stepper.step(phi, slope, 0.2)
-                seconds = time.perf_counter() - began
-                phi, stepper = phi + step.change, stepper.after(step)
-            each = 1e3 * seconds / step.evaluations
-            print(
-                f"{density:5.2f} {space.n:9d} {name:>8s} {step.evaluations:11d} {seconds:8.2f} {each:8.1f}", flush=True
-            )
+                step = stepper.step(phi, proxy, RADIUS)
+                stepped = time.perf_counter()
+                found = within(space, smooth, limits, phi + step.change)
+                ended = time.perf_counter()
+                if not isinstance(found, Within):
+                    break
+                gain = slope @ (phi - found.phi) / (RADIUS * np.abs(slope).sum())
+                phi, stepper = found.phi, stepper.after(step)
+            once = time.perf_counter()
+            report(space.body(phi), problem.limits)
+            certified = time.perf_counter() - once
+            told = f"{stepped - began:7.2f} {ended - stepped:7.2f} {certified:11.2f} {gain:6.3f}"
+            print(f"{space.n:9d} {name:>6s} {told}", flush=True)
 
 
 if __name__ == "__main__":

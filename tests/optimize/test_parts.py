@@ -59,6 +59,17 @@ def test_smoothing_keeps_the_box_and_has_its_transpose(stage, seed):
     assert smooth.apply(z) @ g == pytest.approx(z @ smooth.transpose(g))
 
 
+def test_the_moduli_of_a_smoothing_are_above_it():
+    problem = loads(FILE.replace("control_density", 'symmetry = { half_turn = "x", rotation = 3 }\ncontrol_density'))
+    space = design_space(problem, starting_body(problem.body))
+    smooth = smoothing(space)
+    assert space.L.min() < 0
+    rng = np.random.default_rng(0)
+    for z in rng.standard_normal((5, space.n)):
+        assert (np.abs(smooth.apply(z)) <= smooth.moduli.apply(np.abs(z)) + 1e-12).all()
+        assert (np.abs(smooth.transpose(z)) <= smooth.moduli.transpose(np.abs(z)) + 1e-12).all()
+
+
 def test_smoothing_damps_waves_of_one_span_and_spares_long_ones(stage):
     _, body, space, smooth = stage
     net = body.exterior.net.shape

@@ -57,7 +57,8 @@ def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), o
         say(f"task      {task.name}: {motion.word} {motion} at {in_words(analysis.pressures[task.name])}")
     limits = report(start, asked.limits)
     for reading in limits.readings:
-        say(f"limit     {reading}", "red" if reading in limits.violated() else "")
+        # Sure for every point of the surfaces, and what the worst point that was seen has.
+        say(f"limit     {reading}, seen {reading.seen:.3g}", "red" if reading in limits.violated() else "")
 
     passed = True
     noise = NOISE * max(float(np.abs(found.u).max()) for found in analysis.equilibria.values())

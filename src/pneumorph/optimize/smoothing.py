@@ -6,7 +6,8 @@ moves farther than the trust region. Measured: without it the nets fold after so
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import linalg
@@ -36,6 +37,11 @@ class Smoothing:
         shape = self.space.n_shape
         moved = self._nets((self.space.L @ (g[:shape] / self.entries)).reshape(-1, 3))
         return np.concatenate([self.space.L.T @ moved.ravel(), g[shape:]])
+
+    @cached_property
+    def moduli(self) -> Smoothing:
+        """A map above |S|, entry by entry: images under a symmetry may move the other way, so S has both signs."""
+        return replace(self, space=replace(self.space, L=abs(self.space.L)))
 
     def _nets(self, points: np.ndarray) -> np.ndarray:
         out = np.empty_like(points)

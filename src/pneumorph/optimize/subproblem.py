@@ -133,13 +133,14 @@ class _Program:
         """A diagonal (n,) above its Hessian: sums of the rows' moduli, tightened."""
         moduli, factors = abs(self.jacobian), self.proxy.factors
 
-        def bound(jacobian, transposed, factors, z):
-            change = self.smooth.apply(z)
+        def bound(smooth, jacobian, transposed, factors, z):
+            change = smooth.apply(z)
             image = STIFFNESS * (transposed @ (jacobian @ change)) + (factors @ change) @ factors
-            return self.smooth.transpose(image) + self.pull * z
+            return smooth.transpose(image) + self.pull * z
 
-        whole = bound(moduli, sparse.csr_array(moduli.T), np.abs(factors), np.ones(len(self.proxy.slope)))
-        return tightened(whole, partial(bound, self.jacobian, self.transposed, factors))
+        above = self.smooth.moduli, moduli, sparse.csr_array(moduli.T), np.abs(factors)
+        whole = bound(*above, np.ones(len(self.proxy.slope)))
+        return tightened(whole, partial(bound, self.smooth, self.jacobian, self.transposed, factors))
 
 
 def sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: Sampled) -> SequentialQuadratic:

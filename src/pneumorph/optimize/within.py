@@ -30,6 +30,13 @@ ACCURACY = 5e-4
 PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 4, 200
 """Most linearisations, most certificates that may each widen the margins, and most iterations for a motion."""
 
+HOPELESS = 4.0
+"""Motions end where limits are broken by so many times what they were: what is linear there tells nothing."""
+
+ELASTIC = 1e-3
+"""How far rows may give way for their price, in what they would move by themselves: rows that contradict each other are
+then met half way instead of by ever longer motions."""
+
 WIDEST = 0.02
 """How much margins grow at a time, at the most."""
 
@@ -70,14 +77,19 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
 def _projected(
     space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray, margins: np.ndarray, places: Places | None
 ) -> np.ndarray:
+    """The design after some least motions; the best on the way where they do not settle."""
+    best, least = phi, np.inf
     for _ in range(PROJECTIONS):
         rows = limits.rows(space.body(phi), REACH, LEAST, places)
         excess = rows.value + margins[rows.kind]
-        if not len(excess) or excess.max() <= ACCURACY:
+        worst = float(excess.max(initial=0.0))
+        if worst < least:
+            best, least = phi, worst
+        if worst <= ACCURACY or worst > HOPELESS * least:
             break
         motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess, np.zeros(space.n))
         phi = np.clip(phi + motion.smooth, space.lower, space.upper)
-    return phi
+    return best
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +101,9 @@ class Motion:
 
 
 def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray) -> Motion:
-    """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0.
+    """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0, nearly.
 
-    By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ).
+    By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ + ½ λᵀελ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ); ε lets rows give way.
     """
     transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 
@@ -101,14 +113,15 @@ def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarr
     def product(price: np.ndarray) -> np.ndarray:
         return jacobian @ smooth.apply(smooth.transpose(transposed @ price))
 
-    whole = moduli @ smooth.apply(smooth.transpose(moduli.T @ np.ones(len(excess))))
+    whole = moduli @ smooth.moduli.apply(smooth.moduli.transpose(moduli.T @ np.ones(len(excess))))
     scale = tightened(np.maximum(whole, 1e-12), product)
+    elastic = ELASTIC * scale
     found = minimise(
-        lambda price: -(excess + jacobian @ smooth.apply(raw(price))),
+        lambda price: elastic * price - (excess + jacobian @ smooth.apply(raw(price))),
         np.maximum(excess, 0.0) / scale,
         np.zeros(len(excess)),
         np.full(len(excess), np.inf),
-        scale,
+        scale + elastic,
         MOST_ITERATIONS,
         0.0,
     )

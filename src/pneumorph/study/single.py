@@ -71,7 +71,10 @@ def result(problem: Problem, history: list[dict[str, Any]], outcome: Outcome) ->
         "completed": outcome.completed,
         "reason": outcome.reason,
         "iterations": last["iteration"],
+        # Every design is better than the one before.
+        "best": last["iteration"],
         "objective": last["objective"],
+        "optimality": last.get("optimality"),
         "motions": {name: {"value": motion.value, "unit": motion.unit} for name, motion in motions.items()},
         "tasks": {
             name: answer | {"stable": outcome.stable.get(name, answer["stable"])}
