@@ -48,7 +48,7 @@ GOOD, FAIR, POOR = 0.7, 0.4, 0.05
 """Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the
 third a step is taken back."""
 
-LARGEST, SMALLEST = 4.0, 1 / 32
+LARGEST, SMALLEST = 3.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
 
 OPTIMAL = 0.02
