@@ -1,9 +1,9 @@
 """The limits that matter near a design, linearised: the worst place of every knot-span cell as a sparse row.
 
-A limit on a surface holds at infinitely many points. Of each cell of a control net only the worst sample of each limit
-is kept, and only where it is near its bound: hundreds or thousands of rows, each with the sixteen control points that
-move it (those of both walls for a distance). Which samples these are changes from one linearisation to the next: an
-exchange method for semi-infinite programs (Hettich & Kortanek 1993).
+A limit on a surface holds at infinitely many points. Of each cell of a control net (or half of one) only the worst
+sample of each limit is kept, and only where it is near its bound: hundreds or thousands of rows, each with the sixteen
+control points that move it (those of both walls for a distance). Which samples these are changes from one linearisation
+to the next: an exchange method for semi-infinite programs (Hettich & Kortanek 1993).
 """
 
 from __future__ import annotations
@@ -193,10 +193,12 @@ def _cell_of(limits: Sampled, number: int, q: Floats, r: Floats) -> Ints:
 def _worst_samples(
     c: Floats, per_span: tuple[int, int], spans: tuple[int, int], least: float
 ) -> tuple[Ints, Ints, Ints]:
-    """Row, column and cell of the worst sample of each cell, of values (rows, columns) above `least`."""
+    """Row, column and cell of the worst samples of each cell, of values (rows, columns) above `least`."""
     row, column = np.nonzero(c > least)
     cell = np.minimum(row // per_span[1], spans[1] - 1) * spans[0] + column // per_span[0]
-    pick = _worst_of_cells(c[row, column], cell)
+    # Of both halves along r: where one alone is kept, motions that mend it spoil the other by turns.
+    half = 2 * cell + 2 * row // per_span[1] % 2
+    pick = _worst_of_cells(c[row, column], half)
     return row[pick], column[pick], cell[pick]
 
 

@@ -24,14 +24,14 @@ MARGIN = 0.4
 """How far within their bounds limits are brought, in the tolerances that they are held to: what is left of these is for
 the certificate's own gap."""
 
-ACCURACY = 5e-4
-"""Fraction of their bounds to which limits on samples are met."""
+ACCURACY = 0.25
+"""Part of the margins to which limits on samples are met."""
 
-PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 4, 200
-"""Most linearisations, most certificates that may each widen the margins, and most iterations for a motion."""
+PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 5, 200
+"""Most linearisations between two certificates, most certificates, and most iterations for a motion."""
 
-HOPELESS = 4.0
-"""Motions end where limits are broken by so many times what they were: what is linear there tells nothing."""
+HOPELESS = 2.0
+"""Motions end where limits are broken by so many times their bounds: what is linear there tells nothing."""
 
 ELASTIC = 1e-3
 """How far rows may give way for their price, in what they would move by themselves: rows that contradict each other are
@@ -60,18 +60,16 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     """
     margins = MARGIN * np.array([BY_NAME[kind].tolerance for kind in KINDS])
     places: Places | None = None
-    for last in (*(False,) * (CERTIFICATES - 1), True):
+    for attempt in range(1, CERTIFICATES + 1):
         phi = _projected(space, smooth, limits, phi, margins, places)
         found = report(space.body(phi), limits.spec)
-        if found.held():
-            return Within(phi, found)
-        if last:
+        if found.held() or attempt == CERTIFICATES:
             break
+        places = found.places if places is None else places.joined(found.places)
         for reading in found.violated():
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(reading.excess(), 0.0), WIDEST)
-        places = found.places if places is None else places.joined(found.places)
-    return found
+    return Within(phi, found) if found.held() else found
 
 
 def _projected(
@@ -82,10 +80,10 @@ def _projected(
     for _ in range(PROJECTIONS):
         rows = limits.rows(space.body(phi), REACH, LEAST, places)
         excess = rows.value + margins[rows.kind]
-        worst = float(excess.max(initial=0.0))
+        worst = float((excess - ACCURACY * margins[rows.kind]).max(initial=0.0))
         if worst < least:
             best, least = phi, worst
-        if worst <= ACCURACY or worst > HOPELESS * least:
+        if worst == 0.0 or worst > HOPELESS:
             break
         motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess, np.zeros(space.n))
         phi = np.clip(phi + motion.smooth, space.lower, space.upper)
