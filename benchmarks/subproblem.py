@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.constraint import limits_of, report
-from pneumorph.constraint.rows import sampled
+from pneumorph.constraint.sampled import sampled
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.proxy import Proxy

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from pneumorph.constraint import report
-from pneumorph.constraint.rows import KINDS, _gradient, sampled
+from pneumorph.constraint.rows import linearised
+from pneumorph.constraint.sampled import KINDS, sampled
+from pneumorph.constraint.shape_rows import _gradient
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
@@ -20,13 +22,13 @@ def test_rows_are_first_derivatives(make_body, table, waved, chambers):
     points = waved(body, 3, wave=0.6, noise=0.1)
     body = body.with_control_points(points)
     limits = sampled(body, table(envelope=8.5))
-    here = limits.rows(body, 2.0, -0.9)
+    here = linearised(limits, body, 2.0, -0.9)
     # Smooth motions keep the same samples the worst of their cells nearly everywhere.
     way = 0.02 * np.sin(points[:, [1, 2, 0]] / 2.5) * np.where(points[:, 2:] % 30.0 < 1e-9, 0.0, 1.0)
     linear = here.jacobian @ way.ravel()
     errors = {}
     for step in (1.0, 0.5):
-        there = limits.rows(body.with_control_points(points + step * way), 2.2, -0.95)
+        there = linearised(limits, body.with_control_points(points + step * way), 2.2, -0.95)
         known = dict(zip(zip(there.kind, there.cell, strict=True), there.value, strict=True))
         for kind in np.unique(here.kind):
             some = np.flatnonzero(here.kind == kind)
@@ -42,7 +44,7 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
     body = make_body(length=30.0, chambers=CHAMBERS["flat"])
     body = body.with_control_points(waved(body, 1, wave=1.2))
     spec = table(envelope=9.0)
-    rows, found = sampled(body, spec).rows(body, 5.0, -0.99), report(body, spec)
+    rows, found = linearised(sampled(body, spec), body, 5.0, -0.99), report(body, spec)
     for kind, sense in (("wall", -1.0), ("curvature", 1.0), ("stretch", 1.0), ("fold", -1.0)):
         reading = found[kind]
         worst = reading.bound * (1.0 + sense * float(rows.value[rows.kind == KINDS.index(kind)].max()))
@@ -59,7 +61,7 @@ def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
     middle = np.abs(points[:, 2] - 15.0) < 5.0
     inner = np.arange(len(points)) >= body.slices[1].start
     points[inner & middle, :2] *= 2.15
-    rows = limits.rows(body.with_control_points(points), 1.0, -0.3)
+    rows = linearised(limits, body.with_control_points(points), 1.0, -0.3)
     assert float(rows.value[rows.kind == KINDS.index("wall")].max()) > 1.0
 
 

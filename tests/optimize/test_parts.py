@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from pneumorph.constraint import limits_of, report
-from pneumorph.constraint.rows import KINDS, sampled
+from pneumorph.constraint.rows import linearised
+from pneumorph.constraint.sampled import KINDS, sampled
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import design_space
 from pneumorph.optimize.accelerated import minimise, tightened
@@ -209,7 +210,7 @@ def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage)
     assert optimality(space, smooth, limits, space.start, inward) == 1.0
     # Walls exactly at their limit: an objective that wants them thinner everywhere has nothing to gain.
     thick = sampled(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
-    rows = thick.rows(body, 0.01, -0.01)
+    rows = linearised(thick, body, 0.01, -0.01)
     price = np.where(rows.kind == KINDS.index("wall"), 1.0, 0.0)
     resisted = -limits_by_variables(space, rows.jacobian).T @ price
     assert optimality(space, smooth, thick, space.start, resisted) < 0.02

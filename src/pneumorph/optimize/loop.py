@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.constraint import LimitReport, limits_of, report
-from pneumorph.constraint.rows import Sampled, sampled
+from pneumorph.constraint.sampled import Sampled, sampled
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, design_space

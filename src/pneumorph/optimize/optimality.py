@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.constraint.rows import Sampled
+from pneumorph.constraint.rows import linearised
+from pneumorph.constraint.sampled import Sampled
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.within import least_motion, limits_by_variables
@@ -25,7 +26,7 @@ def optimality(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.n
     whole = float(np.abs(smooth.transpose(slope)).sum())
     if whole == 0.0:
         return 0.0
-    rows = limits.rows(space.body(phi), ACTIVE * limits.spec.wall, -ACTIVE)
+    rows = linearised(limits, space.body(phi), ACTIVE * limits.spec.wall, -ACTIVE)
     if not len(rows.value):
         return 1.0
     left = least_motion(smooth, limits_by_variables(space, rows.jacobian), np.zeros(len(rows.value)), slope / whole)

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint.rows import KINDS, Sampled
+from pneumorph.constraint.rows import linearised
+from pneumorph.constraint.sampled import KINDS, Sampled
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import Map, minimise, tightened
 from pneumorph.optimize.proxy import Proxy
@@ -70,7 +71,7 @@ class SequentialQuadratic:
             room = NARROWING**number * radius
             change = self.smooth.apply(z)
             # Both walls of a gap may go the whole radius.
-            rows = self.limits.rows(space.body(phi + change), 2.2 * room, LEAST)
+            rows = linearised(self.limits, space.body(phi + change), 2.2 * room, LEAST)
             jacobian = limits_by_variables(space, rows.jacobian)
             program = _Program(scaled, self.smooth, jacobian, rows.value - jacobian @ change, PROXIMITY / radius)
             price, scale = prices[rows.kind, rows.cell], program.scale()

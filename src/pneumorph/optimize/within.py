@@ -13,7 +13,8 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.constraint import LimitReport, Places, report
-from pneumorph.constraint.rows import KINDS, Sampled
+from pneumorph.constraint.rows import linearised
+from pneumorph.constraint.sampled import KINDS, Sampled
 from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import minimise, tightened
@@ -78,7 +79,7 @@ def _projected(
     """The design after some least motions; the best on the way where they do not settle."""
     best, least = phi, np.inf
     for _ in range(PROJECTIONS):
-        rows = limits.rows(space.body(phi), REACH, LEAST, places)
+        rows = linearised(limits, space.body(phi), REACH, LEAST, places)
         excess = rows.value + margins[rows.kind]
         worst = float((excess - ACCURACY * margins[rows.kind]).max(initial=0.0))
         if worst < least:

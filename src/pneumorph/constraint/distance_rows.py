@@ -1,0 +1,259 @@
+"""Rows of walls, folds, rims, end planes and the envelope: places that are combinations of control points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
+from pneumorph.constraint.report import Places
+from pneumorph.constraint.sampled import COARSE, KINDS, Part, Sampled, cell_of, worst_of_cells, worst_samples
+from pneumorph.constraint.sampling import Fields, Grid, heights, rim_share
+from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry.local import at
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+
+def distances(limits: Sampled, body: Body, reach: float) -> Iterator[Part]:
+    fields = [_fields(surface, samples) for surface, samples in zip(body.surfaces, limits.coarse, strict=True)]
+    closed = [
+        target(field, samples, discs=samples.cavity) for field, samples in zip(fields, limits.coarse, strict=True)
+    ]
+    for a in range(len(closed)):
+        for b in range(a + 1, len(closed)):
+            yield _walls(limits, body, (a, closed[a]), (b, closed[b]), reach)
+    for number, (field, samples) in enumerate(zip(fields, limits.coarse, strict=True)):
+        yield _folds(limits, body, number, target(field, samples, discs=False), reach)
+        if len(samples.rings):
+            yield from _rims(limits, body, number, field, reach)
+        yield from _ends(limits, body, number, field, reach)
+    if limits.spec.envelope is not None:
+        yield _envelope(limits, body, fields[0], limits.spec.envelope.radius, reach)
+
+
+def _fields(surface: TubeSurface, samples: Grid) -> Fields:
+    along = [np.tensordot(values, surface.net, axes=1).transpose(2, 0, 1) for values in samples.values_r]
+    orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+    return Fields(*(along[dr] @ samples.values_q[dq].T for dq, dr in orders))
+
+
+def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple[int, Target], reach: float) -> Part:
+    """Distances from one surface to another, both with their end discs where they are chambers."""
+    (a, here), (b, there) = asking, asked
+    bound = limits.spec.wall + reach
+    # The nearest sample is farther than the foot, by less than a cell's diagonal.
+    within, near = nearest(here.x, there, bound + 0.5 * float(np.hypot(there.across, there.grid.step[1])))
+    some = np.flatnonzero(within)
+    distance, _, offset = there.closest(here.x[some], near[some])
+    keep = distance < bound
+    some, near, offset, distance = some[keep], near[some[keep]], offset[keep], distance[keep]
+    cell = _cell(limits, a, here, some)
+    pick = worst_of_cells(-distance, cell)
+    one, other = _Place(a, here, some[pick], np.zeros((len(pick), 2))), _Place(b, there, near[pick], offset[pick])
+    outward = there.normals()[near[pick]]
+    return _between(limits, body, "wall", one, other, cell[pick], limits.spec.wall, outward)
+
+
+def _folds(limits: Sampled, body: Body, number: int, tube: Target, reach: float) -> Part:
+    """Distances within one surface, outside the neighbourhood."""
+    spec = limits.spec.fold
+    # Walls farther apart than the neighbourhood are no folds.
+    bound = min(spec.distance + reach, spec.neighbourhood)
+    fold = nearest_fold(tube, spec.neighbourhood, bound, np.arange(len(tube.x)))
+    some = np.flatnonzero(np.isfinite(fold.distance))
+    near, offset, facing = fold.near[some], fold.offset[some].copy(), fold.facing[some]
+    _, _, offset[facing] = tube.closest(tube.x[some[facing]], near[facing])
+    cell = _cell(limits, number, tube, some)
+    pick = worst_of_cells(-fold.distance[some], cell)
+    one = _Place(number, tube, some[pick], np.zeros((len(pick), 2)))
+    other = _Place(number, tube, near[pick], offset[pick])
+    return _between(limits, body, "fold", one, other, cell[pick], spec.distance)
+
+
+class _Place(NamedTuple):
+    """Places on a surface: samples (m,) and offsets (m, 2) in mm of the two parameters."""
+
+    number: int
+    surface: Target
+    sample: Ints
+    offset: Floats
+
+
+def _between(
+    limits: Sampled,
+    body: Body,
+    kind: str,
+    one: _Place,
+    other: _Place,
+    cell: Ints,
+    bound: float,
+    outward: Floats | None = None,
+) -> Part:
+    """Rows of distances between places, which at feet depend on the surfaces alone and not on where the feet are.
+
+    With normals of the other surface into its void, a place that has passed through it has a negative distance.
+    """
+    ends = _combination(body, one), _combination(body, other)
+    return _separation(kind, body.control_points(), *ends, limits.first[one.number] + cell, bound, outward)
+
+
+def _separation(
+    kind: str,
+    points: Floats,
+    one: tuple[Ints, Floats],
+    other: tuple[Ints, Floats],
+    cell: Ints,
+    bound: float,
+    outward: Floats | None = None,
+) -> Part:
+    """Rows of the distances between two sets of places that are combinations of control points."""
+    (column_a, weight_a), (column_b, weight_b) = one, other
+    gap = np.einsum("mk,mkc->mc", weight_a, points[column_a]) - np.einsum("mk,mkc->mc", weight_b, points[column_b])
+    distance = np.linalg.norm(gap, axis=1)
+    direction = gap / np.maximum(distance, 1e-9)[:, None]
+    if outward is not None:
+        passed = np.where(np.einsum("mc,mc->m", direction, outward) > 0.7, -1.0, 1.0)
+        direction, distance = direction * passed[:, None], distance * passed
+    column = np.concatenate([column_a, column_b], axis=1)
+    weight = np.concatenate([-weight_a, weight_b], axis=1) / bound
+    return Part(
+        np.full(len(cell), KINDS.index(kind)),
+        cell,
+        1.0 - distance / bound,
+        (3 * column[..., None] + np.arange(3)).reshape(len(cell), 3 * column.shape[1]),
+        (weight[..., None] * direction[:, None, :]).reshape(len(cell), 3 * column.shape[1]),
+    )
+
+
+def _combination(body: Body, place: _Place) -> tuple[Ints, Floats]:
+    """Control points (m, k) of the body, and their weights, that make up places on a tube or its end discs."""
+    surface, samples, rings = body.surfaces[place.number], place.surface.grid, place.surface.rings
+    row, column = np.divmod(place.sample, place.surface.columns)
+    around = samples.q[column] + place.offset[:, 0] / surface.size[0]
+    along = samples.r[np.clip(row - rings, 0, len(samples.r) - 1)] + place.offset[:, 1] / surface.size[1]
+    if not rings:
+        return _weights(body, place.number, around, along)
+    base, tip = row < rings, row >= rings + len(samples.r)
+    nearest_ring = np.where(tip, len(samples.r) + 2 * rings - 1 - row, row)
+    outward = np.where(tip, -1.0, 1.0) * place.offset[:, 1] * 2.0 * np.pi / surface.size[0]
+    s = np.where(base | tip, samples.rings[np.minimum(nearest_ring, rings - 1)] + outward, 1.0)
+    return _weights(body, place.number, around, np.where(base, 0.0, np.where(tip, 1.0, along)), s)
+
+
+def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = None) -> tuple[Ints, Floats]:
+    """The same of places (q, r); with s, of (1 - s)·centre + s·place, the centre being the mean of the end row."""
+    surface, first = body.surfaces[number], body.slices[number].start
+    numbers, weights = at(surface, q, r)
+    if s is None:
+        return first + numbers, weights
+    rows, columns = surface.net.shape[:2]
+    end_row = np.where(r > 0.5, rows - 1, 0)[:, None] * columns + np.arange(columns)
+    centre = np.repeat((1.0 - s)[:, None] / columns, columns, axis=1)
+    return first + np.concatenate([numbers, end_row], axis=1), np.concatenate([s[:, None] * weights, centre], axis=1)
+
+
+def gaps(limits: Sampled, body: Body, name: str, places: Places) -> Part:
+    """Distances between pairs of places that a certificate has found too close."""
+    found, bound = places.pairs[name], limits.spec.wall if name == "wall" else limits.spec.fold.distance
+    points = body.control_points()
+    parts = []
+    for a, b in sorted(set(zip(found.surface_a.tolist(), found.surface_b.tolist(), strict=True))):
+        some = (found.surface_a == a) & (found.surface_b == b)
+        one, other = found.a[some], found.b[some]
+        cell = limits.first[a] + cell_of(limits, a, one[:, 0], one[:, 1])
+        ends = _weights(body, a, *one.T), _weights(body, b, *other.T)
+        parts.append(_separation(name, points, *ends, cell, bound))
+    return _joined(parts, KINDS.index(name))
+
+
+def _joined(parts: list[Part], kind: int) -> Part:
+    """Parts of different widths as one, filled up with zeros."""
+    width = max((part.column.shape[1] for part in parts), default=0)
+
+    def filled(array: NDArray) -> NDArray:
+        return np.pad(array, ((0, 0), (0, width - array.shape[1])))
+
+    if not parts:
+        none = np.zeros(0, dtype=np.int64)
+        return Part(none, none, np.zeros(0), np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0)))
+    return Part(
+        np.concatenate([part.kind for part in parts]),
+        np.concatenate([part.cell for part in parts]),
+        np.concatenate([part.value for part in parts]),
+        np.concatenate([filled(part.column) for part in parts]),
+        np.concatenate([filled(part.entry) for part in parts]),
+    )
+
+
+def _cell(limits: Sampled, number: int, surface: Target, sample: Ints) -> Ints:
+    """Cells of samples; those on an end disc belong to the cells at its rim."""
+    row, column = np.divmod(sample, surface.columns)
+    row = np.clip(row - surface.rings, 0, len(surface.grid.r) - 1)
+    around, along = limits.spans[number]
+    return np.minimum(row // COARSE[1], along - 1) * around + column // COARSE[0]
+
+
+def _heights(limits: Sampled, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float) -> Part:
+    """Rows of limits c (rows, columns) on the height z, with dc/dz (rows, 1)."""
+    samples, surface = limits.coarse[number], body.surfaces[number]
+    row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach * float(np.abs(slope).max()))
+    numbers, weights = at(surface, samples.q[column], samples.r[row])
+    return Part(
+        np.full(len(cell), KINDS.index(kind)),
+        limits.first[number] + cell,
+        c[row, column],
+        3 * (body.slices[number].start + numbers) + 2,
+        slope[row] * weights,
+    )
+
+
+def _rims(limits: Sampled, body: Body, number: int, field: Fields, reach: float) -> Iterator[Part]:
+    """A tube beside the planes of its own flat ends; see `rim_share`."""
+    samples, spec, surface = limits.coarse[number], limits.spec.fold, body.surfaces[number]
+    shares = rim_share(samples, spec.neighbourhood)
+    for tip, (share, height) in enumerate(zip(shares, heights(field.x, samples), strict=True)):
+        kept = share > 0.0
+        slope = np.where(kept, (1.0 if tip else -1.0) / (spec.distance * np.where(kept, share, 1.0)), 0.0)
+        c = np.where(kept, 1.0 - height * np.abs(slope), -np.inf)
+        row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach / spec.distance)
+        numbers, weights = at(surface, samples.q[column], samples.r[row])
+        # The plane goes with the end row; all of its points share one z.
+        end, whole = at(surface, samples.q[column], np.full(len(row), float(tip)))
+        yield Part(
+            np.full(len(cell), KINDS.index("rim")),
+            limits.first[number] + cell,
+            c[row, column],
+            3 * (body.slices[number].start + np.concatenate([numbers, end], axis=1)) + 2,
+            slope[row] * np.concatenate([weights, -whole], axis=1),
+        )
+
+
+def _ends(limits: Sampled, body: Body, number: int, field: Fields, reach: float) -> Iterator[Part]:
+    """Chambers before the planes of the body's ends, and the exterior, which must not pass them."""
+    wall, cavity, z = limits.spec.wall, limits.coarse[number].cavity, field.x[2]
+    for height, direction in ((z, -1.0), (limits.length - z, 1.0)):
+        c = (1.0 if cavity else 0.0) - height / wall
+        slope = np.full((len(z), 1), direction / wall)
+        if not cavity:
+            c[[0, -1]], slope[[0, -1]] = -np.inf, 0.0
+        yield _heights(limits, body, number, "planes" if cavity else "ends", c, slope, reach)
+
+
+def _envelope(limits: Sampled, body: Body, field: Fields, radius: float, reach: float) -> Part:
+    samples, surface, wall = limits.coarse[0], body.exterior, limits.spec.wall
+    away = np.hypot(field.x[0], field.x[1])
+    row, column, cell = worst_samples((away - radius) / wall, COARSE, limits.spans[0], -reach / wall)
+    numbers, weights = at(surface, samples.q[column], samples.r[row])
+    direction = (field.x[:2, row, column] / away[row, column]).T
+    return Part(
+        np.full(len(cell), KINDS.index("envelope")),
+        limits.first[0] + cell,
+        (away[row, column] - radius) / wall,
+        (3 * numbers[..., None] + np.arange(2)).reshape(len(cell), 32),
+        (weights[..., None] * direction[:, None, :] / wall).reshape(len(cell), 32),
+    )

@@ -1,0 +1,161 @@
+"""Rows of curvature, skew, stretch and area: the worst places of every cell with their exact derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from numpy.typing import NDArray
+
+from pneumorph.constraint.frame import frame
+from pneumorph.constraint.report import Places
+from pneumorph.constraint.sampled import FINE, SHAPE, Part, Sampled, cell_of, worst_samples
+from pneumorph.constraint.sampling import Grid
+from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
+from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry.local import at, local
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+NEARBY, CLOSE = np.array([-0.5, 0.0, 0.5]), -0.03
+"""Places between samples, in steps of them, that are looked at around the worst ones where c is above the latter."""
+
+_BLOCK = 4096
+"""Places evaluated at a time: compiled code knows this size alone, whatever the body."""
+
+
+def shapes(limits: Sampled, body: Body, least: float, places: Places | None) -> Iterator[Part]:
+    spec = limits.spec
+    scale = np.array([1 / spec.curvature, 1 / spec.skew, 1 / spec.stretch.limit, -1 / MIN_AREA])
+    shift = np.array([-1.0, -1.0, -1.0, 1.0])
+    for number, (surface, samples) in enumerate(zip(body.surfaces, limits.fine, strict=True)):
+        c = scale[:, None, None] * _measured(surface, samples, spec.stretch.form) + shift[:, None, None]
+        chosen = [_added(limits, number, places)]
+        for kind, values in enumerate(c):
+            row, column, cell = worst_samples(values, FINE, limits.spans[number], least)
+            q, r, worst = samples.q[column], samples.r[row], values[row, column]
+            close = np.flatnonzero(worst > CLOSE)
+            q[close], r[close] = _worst_nearby(surface, samples, kind, q[close], r[close], spec.stretch.form)
+            chosen.append((np.full(len(cell), kind), cell, q, r))
+        kind, cell, q, r = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
+        value, entry, points = _gradient(surface, samples, kind, q, r, spec.stretch.form)
+        yield Part(
+            kind,
+            limits.first[number] + cell,
+            scale[kind] * value + shift[kind],
+            (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48),
+            scale[kind][:, None] * entry,
+        )
+
+
+def _added(limits: Sampled, number: int, places: Places | None) -> tuple[Ints, Ints, Floats, Floats]:
+    """Kind, cell, q and r of the places on a surface where a certificate has found measures beyond their limits."""
+    none = np.zeros(0, dtype=np.int64)
+    if places is None:
+        return none, none, np.zeros(0), np.zeros(0)
+    parts = []
+    for kind, name in enumerate(SHAPE):
+        found = places.points[name]
+        here = found.surface == number
+        q, r = found.q[here], found.r[here]
+        parts.append((np.full(len(q), kind), cell_of(limits, number, q, r), q, r))
+    kind, cell, q, r = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return kind, cell, q, r
+
+
+def _worst_nearby(
+    surface: TubeSurface, samples: Grid, kind: int, q: Floats, r: Floats, form: Form
+) -> tuple[Floats, Floats]:
+    """The worst of nine places around each chosen sample: what is limited peaks between samples."""
+    rise, aside = (part.ravel() for part in np.meshgrid(NEARBY, NEARBY, indexing="ij"))
+    q = (q[:, None] + aside / len(samples.q)) % 1.0
+    r = np.clip(r[:, None] + rise / (len(samples.r) - 1), 0.0, 1.0)
+    found = _evaluated(*_tangents(surface, q.ravel(), r.ravel())[0], samples, form)[kind].reshape(q.shape)
+    pick = np.arange(len(q)), (found * (-1.0 if SHAPE[kind] == "area" else 1.0)).argmax(axis=1)
+    return q[pick], r[pick]
+
+
+_ORDERS = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))
+"""Which functions of r (see `Frame`) and which derivative by q make U, r_r, U_q, U_r and r_rr."""
+
+
+def _measured(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
+    """All measures (4, rows, columns) on a grid."""
+    parts = samples.frame
+    along = [np.stack([part[c] @ surface.net[..., c] for c in range(3)]) for part in parts[:4]]
+    fields = np.stack([along[of] @ samples.values_q[order].T for of, order in _ORDERS])
+    shape = fields.shape[2:]
+    shrink, slope = (np.broadcast_to(part, shape).ravel() for part in (parts.shrink, parts.slope))
+    return _evaluated(fields.reshape(5, 3, -1), shrink, slope, samples, form).reshape(4, *shape)
+
+
+def _tangents(surface: TubeSurface, q: Floats, r: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats, Floats]:
+    """At places (m,): (U … r_rr (5, 3, m), S, dS/dr), and the functions of r (4, 3, m, 4) and q (3, m, 4) behind."""
+    in_q, in_r = local(surface.basis_q, q)[0], local(surface.basis_r, r)[0]
+    by_q = np.stack([local(surface.basis_q, q, order)[1] / surface.size[0] ** order for order in range(3)])
+    rows, back = np.unique(r, return_inverse=True)
+    parts = frame(surface, rows)
+    by_r = np.take_along_axis(np.stack(parts[:4])[:, :, back], in_r[None, None], axis=3)
+    net = surface.net[in_r[:, :, None], in_q[:, None, :]]
+    fields = np.stack(
+        [np.einsum("cmj,mjic,mi->cm", by_r[of], net, by_q[order], optimize=True) for of, order in _ORDERS]
+    )
+    return (fields, parts.shrink[back, 0], parts.slope[back, 0]), by_r, by_q
+
+
+def _gradient(
+    surface: TubeSurface, samples: Grid, kind: Ints, q: Floats, r: Floats, form: Form
+) -> tuple[Floats, Floats, Ints]:
+    """Measures (m,) at places, derivatives (m, 48) by the control points (m, 16) that they depend on."""
+    arguments, by_r, by_q = _tangents(surface, q, r)
+    wanted = np.zeros((len(SHAPE), len(kind)))
+    wanted[kind, np.arange(len(kind))] = 1.0
+    aspect = samples.size[1] / samples.size[0]
+    value, slopes = _in_blocks(lambda *block: _differentiated(*block, aspect, form), (*arguments, wanted))
+    entry = sum(
+        np.einsum("cm,cmj,mi->mjic", slopes[k], by_r[of], by_q[order], optimize=True)
+        for k, (of, order) in enumerate(_ORDERS)
+    )
+    points, _ = at(surface, q, r)
+    return value[kind, np.arange(len(kind))], np.asarray(entry).reshape(len(kind), 48), points
+
+
+def _evaluated(fields: Floats, shrink: Floats, slope: Floats, samples: Grid, form: Form) -> Floats:
+    """Measures (4, m) from tangents (5, 3, m) and so on."""
+    aspect = samples.size[1] / samples.size[0]
+    (found,) = _in_blocks(lambda *block: (_at_places(*block, aspect, form),), (fields, shrink, slope))
+    return found
+
+
+def _in_blocks(function: Callable[..., tuple[Array, ...]], arrays: tuple[Floats, ...]) -> tuple[Floats, ...]:
+    """A function of arrays (..., m) that works on `_BLOCK` of their last entries at a time."""
+    count = arrays[0].shape[-1]
+    answers = []
+    for start in range(0, max(count, 1), _BLOCK):
+        stop = min(start + _BLOCK, count)
+        filled = [
+            np.concatenate(
+                [part := array[..., start:stop], np.ones((*part.shape[:-1], start + _BLOCK - stop))], axis=-1
+            )
+            for array in arrays
+        ]
+        answers.append([np.asarray(answer)[..., : stop - start] for answer in function(*filled)])
+    return tuple(np.concatenate(parts, axis=-1) for parts in zip(*answers, strict=True))
+
+
+def _measures(fields, shrink, slope, aspect, form: Form):
+    return jnp.stack(pointwise(tuple(fields), shrink, slope, aspect, form))
+
+
+_at_places = jax.jit(_measures, static_argnames="form")
+
+
+@partial(jax.jit, static_argnames="form")
+def _differentiated(fields, shrink, slope, wanted, aspect, form: Form):
+    value, back = jax.vjp(lambda fields: _measures(fields, shrink, slope, aspect, form), fields)
+    return value, back(wanted)[0]
