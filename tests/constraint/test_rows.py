@@ -29,11 +29,16 @@ def test_rows_are_first_derivatives(make_body, table, waved, chambers):
     errors = {}
     for step in (1.0, 0.5):
         there = linearised(limits, body.with_control_points(points + step * way), 2.2, -0.95)
-        known = dict(zip(zip(there.kind, there.cell, strict=True), there.value, strict=True))
+        known = {}
+        for key, value in zip(zip(there.kind, there.cell, strict=True), there.value, strict=True):
+            known.setdefault(key, []).append(value)
         for kind in np.unique(here.kind):
             some = np.flatnonzero(here.kind == kind)
-            found = np.array([known.get((kind, here.cell[i]), np.nan) for i in some])
-            remainder = np.abs(found - here.value[some] - step * linear[some])
+            # A cell may have two rows of a kind: the one that is nearest is meant.
+            remainder = [
+                np.abs(np.array(known.get((kind, here.cell[i]), [np.nan])) - here.value[i] - step * linear[i]).min()
+                for i in some
+            ]
             errors.setdefault(KINDS[kind], []).append(float(np.nanmedian(remainder)))
     assert {"curvature", "wall", "envelope", "ends", "rim"} <= set(errors)
     for kind, (whole, half) in errors.items():
