@@ -37,7 +37,7 @@ def few_sizes(monkeypatch):
     """Pad meshes to few sizes: compiling for a new one takes longer than an example."""
     # The package has a function of the module's name.
     model = import_module("pneumorph.mechanics.model")
-    monkeypatch.setattr(model, "padded", lambda count, ratio=2.0: max(512, 2 ** math.ceil(math.log2(count))))
+    monkeypatch.setattr(model, "padded", lambda count, *_: max(512, 2 ** math.ceil(math.log2(count))))
 
 
 def pytest_terminal_summary(terminalreporter):
