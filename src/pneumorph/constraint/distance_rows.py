@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
 from pneumorph.constraint.report import Places
 from pneumorph.constraint.sampled import COARSE, KINDS, Part, Sampled, cell_of, worst_of_cells, worst_samples
-from pneumorph.constraint.sampling import Fields, Grid, heights, rim_share
+from pneumorph.constraint.sampling import Fields, Grid
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.geometry.local import at
 
@@ -30,7 +30,7 @@ def distances(limits: Sampled, body: Body, reach: float) -> Iterator[Part]:
     for number, (field, samples) in enumerate(zip(fields, limits.coarse, strict=True)):
         yield _folds(limits, body, number, target(field, samples, discs=False), reach)
         if len(samples.rings):
-            yield from _rims(limits, body, number, field, reach)
+            yield from _rims(limits, body, number, reach)
         yield from _ends(limits, body, number, field, reach)
     if limits.spec.envelope is not None:
         yield _envelope(limits, body, fields[0], limits.spec.envelope.radius, reach)
@@ -212,16 +212,22 @@ def _heights(limits: Sampled, body: Body, number: int, kind: str, c: Floats, slo
     )
 
 
-def _rims(limits: Sampled, body: Body, number: int, field: Fields, reach: float) -> Iterator[Part]:
-    """A tube beside the planes of its own flat ends; see `rim_share`."""
+EDGE = 1e-3
+"""Part of a knot span at which the slope of a wall on its very rim is read off."""
+
+
+def _rims(limits: Sampled, body: Body, number: int, reach: float) -> Iterator[Part]:
+    """A tube beside the planes of its own flat ends, its rims included; see `sampling.rim_share`."""
     samples, spec, surface = limits.coarse[number], limits.spec.fold, body.surfaces[number]
-    shares = rim_share(samples, spec.neighbourhood)
-    for tip, (share, height) in enumerate(zip(shares, heights(field.x, samples), strict=True)):
-        kept = share > 0.0
-        slope = np.where(kept, (1.0 if tip else -1.0) / (spec.distance * np.where(kept, share, 1.0)), 0.0)
-        c = np.where(kept, 1.0 - height * np.abs(slope), -np.inf)
+    edge = EDGE / limits.spans[number][1]
+    r = np.clip(samples.r, edge, 1.0 - edge)
+    z = surface.sample(samples.q, r)[..., 2]
+    for tip, sign in ((0, 1.0), (1, -1.0)):
+        along = (1.0 - r if tip else r)[:, None] * surface.size[1]
+        slope = -sign / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))
+        c = 1.0 + slope * (z - surface.net[-1 if tip else 0, 0, 2])
         row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach / spec.distance)
-        numbers, weights = at(surface, samples.q[column], samples.r[row])
+        numbers, weights = at(surface, samples.q[column], r[row])
         # The plane goes with the end row; all of its points share one z.
         end, whole = at(surface, samples.q[column], np.full(len(row), float(tip)))
         yield Part(

@@ -51,6 +51,10 @@ third a step is taken back."""
 LARGEST, SMALLEST = 3.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
 
+AFRESH = 0.5
+"""Every design is tried with a trust region of at least this, in reference steps: what made the last one's small, a limit
+that could not be kept say, may not be in the way of the next."""
+
 OPTIMAL = 0.02
 """The loop stops where the limits leave no more than this part of the gradient."""
 
@@ -215,7 +219,7 @@ def _standing(
 def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str]:
     """The next accepted design, or why there is none."""
     reference = loop.problem.optimizer.step
-    clock, radius, spent = Clock(), now.radius, 0
+    clock, radius, spent = Clock(), max(now.radius, AFRESH), 0
     memory = now.memory.seen(now.analysis.phi, now.slopes.rest)
     gained = False
     while radius >= SMALLEST:

@@ -25,8 +25,8 @@ MARGIN = 0.4
 """How far within their bounds limits are brought, in the tolerances that they are held to: what is left of these is for
 the certificate's own gap."""
 
-ACCURACY = 0.25
-"""Part of the margins to which limits on samples are met."""
+ACCURACY = 0.1
+"""To what part of their tolerances limits on samples are met."""
 
 PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 5, 200
 """Most linearisations between two certificates, most certificates, and most iterations for a motion."""
@@ -45,6 +45,9 @@ REACH, LEAST = 0.1, -0.05
 """Distances this much (mm) within their bound, and measures from here on (0 is the bound), are held while moving."""
 
 
+TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
+
+
 @dataclass(frozen=True, eq=False)
 class Within:
     """A design that keeps every limit: its variables, and the report that says so."""
@@ -59,7 +62,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     Places between samples where a certificate finds a limit broken become samples, and margins grow where that is not
     enough.
     """
-    margins = MARGIN * np.array([BY_NAME[kind].tolerance for kind in KINDS])
+    margins = MARGIN * TOLERANCES
     places: Places | None = None
     for attempt in range(1, CERTIFICATES + 1):
         phi = _projected(space, smooth, limits, phi, margins, places)
@@ -81,7 +84,7 @@ def _projected(
     for _ in range(PROJECTIONS):
         rows = linearised(limits, space.body(phi), REACH, LEAST, places)
         excess = rows.value + margins[rows.kind]
-        worst = float((excess - ACCURACY * margins[rows.kind]).max(initial=0.0))
+        worst = float((excess - ACCURACY * TOLERANCES[rows.kind]).max(initial=0.0))
         if worst < least:
             best, least = phi, worst
         if worst == 0.0 or worst > HOPELESS:
