@@ -52,8 +52,8 @@ LARGEST, SMALLEST = 3.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
 
 AFRESH = 0.5
-"""Every design is tried with a trust region of at least this, in reference steps: what made the last one's small, a limit
-that could not be kept say, may not be in the way of the next."""
+"""Every design is tried with a trust region of at least this, in reference steps: what made the last one's small, say a
+limit that could not be kept, may not be in the way of the next."""
 
 OPTIMAL = 0.02
 """The loop stops where the limits leave no more than this part of the gradient."""
