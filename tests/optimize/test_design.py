@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from pneumorph.constraint import report
-from pneumorph.optimize import DesignAccepted, Finished, design
+from pneumorph.errors import ComputationError
+from pneumorph.optimize import DesignAccepted, Finished, Started, design
 from pneumorph.problem import loads
 
 FILE = """
@@ -83,6 +84,15 @@ def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
     for one, other in zip(again, designs[2:], strict=True):
         assert one.line["objective"] == pytest.approx(other.line["objective"], rel=1e-6)
         assert np.abs(one.body.control_points() - other.body.control_points()).max() < 1e-6
+
+
+def test_a_run_of_an_earlier_version_goes_on(three):
+    problem, events = three
+    state = dict(accepted(events)[2].state)
+    old = {name: value for name, value in state.items() if name != "prices" and not name.startswith("curvature_")}
+    assert isinstance(next(design(problem, old)), Started)
+    with pytest.raises(ComputationError, match="begin anew in another directory"):
+        next(design(problem, old | {"phi": old["phi"][:-1]}))
 
 
 @pytest.mark.slow

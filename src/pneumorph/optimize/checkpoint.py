@@ -37,6 +37,11 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
 
 def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tuple[Discretisation, Analysis]:
     """The mesh and the analysed design that were packed."""
+    if len(arrays["phi"]) != space.n:
+        raise ComputationError(
+            f"the run was made with {len(arrays['phi'])} design variables, this version has {space.n} for its problem; "
+            "begin anew in another directory"
+        )
     points = arrays["mesh_points"]
     faces = {name.removeprefix("face "): value for name, value in arrays.items() if name.startswith("face ")}
     param = {name.removeprefix("param "): value for name, value in arrays.items() if name.startswith("param ")}

@@ -189,7 +189,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         report(loop.space.body(analysis.phi), loop.problem.limits),
         Clock(),
         loop.stepper.unpack(state),
-        unpack_curvature(state),
+        unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
         float(state["radius"]),
         values[:-1],
     )

@@ -93,7 +93,8 @@ class SequentialQuadratic:
 
     def unpack(self, state: dict[str, Any]) -> SequentialQuadratic:
         """See `Stepper.unpack`."""
-        return replace(self, prices=np.asarray(state["prices"]))
+        # Runs of earlier versions have none; they are learnt anew.
+        return replace(self, prices=np.asarray(state["prices"])) if "prices" in state else self
 
 
 @dataclass(frozen=True, eq=False)
