@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 _ROUNDS = 9  # of halvings
-_MOST = 60  # cells in all rounds to each home
+_MOST = 300  # cells in all rounds to each home
 FINE = 0.003  # part of the bound that may lie between what is certified and what is seen
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
-from pneumorph.constraint.report import Places
-from pneumorph.constraint.sampled import COARSE, KINDS, Part, Sampled, cell_of, worst_of_cells, worst_samples
+from pneumorph.constraint.report import Pairs
+from pneumorph.constraint.sampled import COARSE, FINE, KINDS, Part, Sampled, cell_of, worst_of_cells, worst_samples
 from pneumorph.constraint.sampling import Fields, Grid
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.geometry.local import at
@@ -54,9 +54,34 @@ def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple
     some, near, offset, distance = some[keep], near[some[keep]], offset[keep], distance[keep]
     cell = _cell(limits, a, here, some)
     pick = worst_of_cells(-distance, cell)
-    one, other = _Place(a, here, some[pick], np.zeros((len(pick), 2))), _Place(b, there, near[pick], offset[pick])
-    outward = there.normals()[near[pick]]
-    return _between(limits, body, "wall", one, other, cell[pick], limits.spec.wall, outward)
+    some, near, offset, cell = some[pick], near[pick], offset[pick], cell[pick]
+    aside = np.zeros((len(pick), 2))
+    close = np.flatnonzero(distance[pick] < (1.0 - CLOSE) * limits.spec.wall)
+    aside[close], offset[close] = _closest_nearby(here, some[close], there, near[close], offset[close])
+    one, other = _Place(a, here, some, aside), _Place(b, there, near, offset)
+    return _between(limits, body, "wall", one, other, cell, limits.spec.wall, there.normals()[near])
+
+
+def _closest_nearby(here: Target, some: Ints, there: Target, near: Ints, offset: Floats) -> tuple[Floats, Floats]:
+    """Offsets (m, 2) of places around samples, and of their feet: surfaces come closest between samples."""
+    row = some // here.columns
+    best = np.linalg.norm(here.x[some] - _expanded(there, near, offset), axis=1)
+    aside, foot = np.zeros((len(some), 2)), offset.copy()
+    for across in NEARBY:
+        for along in NEARBY:
+            step = np.where(along < 0, here.behind[row], here.ahead[row])
+            away = np.stack([np.full(len(some), across * here.across), along * step], axis=1)
+            distance, _, place = there.closest(_expanded(here, some, away), near)
+            closer = distance < best
+            best[closer], aside[closer], foot[closer] = distance[closer], away[closer], place[closer]
+    return aside, foot
+
+
+def _expanded(surface: Target, sample: Ints, offset: Floats) -> Floats:
+    """Positions (m, 3) at offsets from samples, to second order."""
+    x, q, r, qq, qr, rr = (field[sample] for field in surface.fields)
+    a, b = offset[:, :1], offset[:, 1:]
+    return x + a * (q + 0.5 * a * qq + b * qr) + b * (r + 0.5 * b * rr)
 
 
 def _folds(limits: Sampled, body: Body, number: int, tube: Target, reach: float) -> Part:
@@ -73,6 +98,10 @@ def _folds(limits: Sampled, body: Body, number: int, tube: Target, reach: float)
     one = _Place(number, tube, some[pick], np.zeros((len(pick), 2)))
     other = _Place(number, tube, near[pick], offset[pick])
     return _between(limits, body, "fold", one, other, cell[pick], spec.distance)
+
+
+NEARBY, CLOSE = (-0.5, -0.25, 0.0, 0.25, 0.5), -0.03
+"""Places between samples, in steps of them, that are looked at around those where c is above the latter."""
 
 
 class _Place(NamedTuple):
@@ -157,9 +186,9 @@ def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = N
     return first + np.concatenate([numbers, end_row], axis=1), np.concatenate([s[:, None] * weights, centre], axis=1)
 
 
-def gaps(limits: Sampled, body: Body, name: str, places: Places) -> Part:
+def gaps(limits: Sampled, body: Body, name: str, found: Pairs) -> Part:
     """Distances between pairs of places that a certificate has found too close."""
-    found, bound = places.pairs[name], limits.spec.wall if name == "wall" else limits.spec.fold.distance
+    bound = limits.spec.wall if name == "wall" else limits.spec.fold.distance
     points = body.control_points()
     parts = []
     for a, b in sorted(set(zip(found.surface_a.tolist(), found.surface_b.tolist(), strict=True))):
@@ -218,7 +247,7 @@ EDGE = 1e-3
 
 def _rims(limits: Sampled, body: Body, number: int, reach: float) -> Iterator[Part]:
     """A tube beside the planes of its own flat ends, its rims included; see `sampling.rim_share`."""
-    samples, spec, surface = limits.coarse[number], limits.spec.fold, body.surfaces[number]
+    samples, spec, surface = limits.fine[number], limits.spec.fold, body.surfaces[number]
     edge = EDGE / limits.spans[number][1]
     r = np.clip(samples.r, edge, 1.0 - edge)
     z = surface.sample(samples.q, r)[..., 2]
@@ -226,7 +255,7 @@ def _rims(limits: Sampled, body: Body, number: int, reach: float) -> Iterator[Pa
         along = (1.0 - r if tip else r)[:, None] * surface.size[1]
         slope = -sign / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))
         c = 1.0 + slope * (z - surface.net[-1 if tip else 0, 0, 2])
-        row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach / spec.distance)
+        row, column, cell = worst_samples(c, FINE, limits.spans[number], -reach / spec.distance)
         numbers, weights = at(surface, samples.q[column], r[row])
         # The plane goes with the end row; all of its points share one z.
         end, whole = at(surface, samples.q[column], np.full(len(row), float(tip)))

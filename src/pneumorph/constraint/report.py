@@ -63,6 +63,10 @@ class Reading:
         """How far beyond the bound, relative to it (in mm where it is zero: the ends); not positive when held."""
         return BY_NAME[self.limit].excess(self.value, self.bound)
 
+    def seen_excess(self) -> float:
+        """The same of the worst place seen."""
+        return BY_NAME[self.limit].excess(self.seen, self.bound)
+
     def __str__(self) -> str:
         limit = BY_NAME[self.limit]
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
@@ -134,18 +138,12 @@ class Places:
         """Number of all places."""
         return sum(len(found.seen) for found in (*self.points.values(), *self.pairs.values()))
 
-    def joined(self, others: Places) -> Places:
-        """These places and others."""
-        return Places(
-            points={name: _concatenated(found, others.points[name]) for name, found in self.points.items()},
-            pairs={name: _concatenated(found, others.pairs[name]) for name, found in self.pairs.items()},
-        )
-
 
 _Kind = TypeVar("_Kind", Points, Pairs)
 
 
-def _concatenated(one: _Kind, other: _Kind) -> _Kind:
+def joined(one: _Kind, other: _Kind) -> _Kind:
+    """Places of one limit and others of the same."""
     return type(one)._make(np.concatenate(parts) for parts in zip(one, other, strict=True))
 
 

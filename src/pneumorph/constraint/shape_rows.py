@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import jax
@@ -12,7 +12,7 @@ from jax import Array
 from numpy.typing import NDArray
 
 from pneumorph.constraint.frame import frame
-from pneumorph.constraint.report import Places
+from pneumorph.constraint.report import Points
 from pneumorph.constraint.sampled import FINE, SHAPE, Part, Sampled, cell_of, worst_samples
 from pneumorph.constraint.sampling import Grid
 from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
@@ -22,45 +22,69 @@ from pneumorph.geometry.local import at, local
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-NEARBY, CLOSE = np.array([-0.5, 0.0, 0.5]), -0.03
-"""Places between samples, in steps of them, that are looked at around the worst ones where c is above the latter."""
+CLOSE = -0.03
+"""Where c is above this, what is limited is followed to its peak between samples."""
 
 _BLOCK = 4096
 """Places evaluated at a time: compiled code knows this size alone, whatever the body."""
 
 
-def shapes(limits: Sampled, body: Body, least: float, places: Places | None) -> Iterator[Part]:
+def shapes(
+    limits: Sampled, body: Body, least: float, places: Mapping[str, Points] | None
+) -> tuple[list[Part], dict[str, Points]]:
+    """The rows, and by measure the places of those that are close to their bounds."""
     spec = limits.spec
     scale = np.array([1 / spec.curvature, 1 / spec.skew, 1 / spec.stretch.limit, -1 / MIN_AREA])
     shift = np.array([-1.0, -1.0, -1.0, 1.0])
+    rows, close_by = [], []
     for number, (surface, samples) in enumerate(zip(body.surfaces, limits.fine, strict=True)):
         c = scale[:, None, None] * _measured(surface, samples, spec.stretch.form) + shift[:, None, None]
-        chosen = [_added(limits, number, places)]
-        for kind, values in enumerate(c):
-            row, column, cell = worst_samples(values, FINE, limits.spans[number], least)
-            q, r, worst = samples.q[column], samples.r[row], values[row, column]
-            close = np.flatnonzero(worst > CLOSE)
-            q[close], r[close] = _worst_nearby(surface, samples, kind, q[close], r[close], spec.stretch.form)
-            chosen.append((np.full(len(cell), kind), cell, q, r))
-        kind, cell, q, r = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
+        picked = [worst_samples(values, FINE, limits.spans[number], least) for values in c]
+        kind = np.repeat(np.arange(len(c)), [len(cell) for _, _, cell in picked])
+        row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
+        q, r, close = samples.q[column], samples.r[row], np.flatnonzero(c[kind, row, column] > CLOSE)
+        aside, up = _peaks(c, kind[close], row[close], column[close])
+        peak_q, peak_r = (q[close] + aside / len(samples.q)) % 1.0, r[close] + up / (len(samples.r) - 1)
+        found = _evaluated(*_tangents(surface, peak_q, peak_r)[0], samples, spec.stretch.form)
+        worse = scale[kind[close]] * found[kind[close], np.arange(len(close))] + shift[kind[close]]
+        worse = worse > c[kind[close], row[close], column[close]]
+        q[close[worse]], r[close[worse]] = peak_q[worse], peak_r[worse]
+        chosen = [_added(limits, number, places), (kind, cell, q, r)]
+        kind, cell, q, r = _told_apart(samples, *(np.concatenate(parts) for parts in zip(*chosen, strict=True)))
         value, entry, points = _gradient(surface, samples, kind, q, r, spec.stretch.form)
-        yield Part(
-            kind,
-            limits.first[number] + cell,
-            scale[kind] * value + shift[kind],
-            (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48),
-            scale[kind][:, None] * entry,
+        worst = scale[kind] * value + shift[kind]
+        rows.append(
+            Part(
+                kind,
+                limits.first[number] + cell,
+                worst,
+                (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48),
+                scale[kind][:, None] * entry,
+            )
         )
+        close = worst > CLOSE
+        close_by.append((kind[close], np.full(np.count_nonzero(close), number), q[close], r[close], value[close]))
+    kind, surface, q, r, value = (np.concatenate(parts) for parts in zip(*close_by, strict=True))
+    here = {name: kind == number for number, name in enumerate(SHAPE)}
+    return rows, {name: Points(surface[i], q[i], r[i], value[i], value[i]) for name, i in here.items()}
 
 
-def _added(limits: Sampled, number: int, places: Places | None) -> tuple[Ints, Ints, Floats, Floats]:
-    """Kind, cell, q and r of the places on a surface where a certificate has found measures beyond their limits."""
+def _told_apart(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tuple[Ints, Ints, Floats, Floats]:
+    """Without places that are less than half a sample's distance from one before them."""
+    steps = 2.0 * np.array([len(samples.q), len(samples.r) - 1])
+    rounded = np.stack([kind, np.round(q * steps[0]) % steps[0], np.round(r * steps[1])], axis=1)
+    first = np.sort(np.unique(rounded, axis=0, return_index=True)[1])
+    return kind[first], cell[first], q[first], r[first]
+
+
+def _added(limits: Sampled, number: int, places: Mapping[str, Points] | None) -> tuple[Ints, Ints, Floats, Floats]:
+    """Kind, cell, q and r of the places on a surface that are to be rows whatever their values."""
     none = np.zeros(0, dtype=np.int64)
     if places is None:
         return none, none, np.zeros(0), np.zeros(0)
     parts = []
     for kind, name in enumerate(SHAPE):
-        found = places.points[name]
+        found = places[name]
         here = found.surface == number
         q, r = found.q[here], found.r[here]
         parts.append((np.full(len(q), kind), cell_of(limits, number, q, r), q, r))
@@ -68,16 +92,20 @@ def _added(limits: Sampled, number: int, places: Places | None) -> tuple[Ints, I
     return kind, cell, q, r
 
 
-def _worst_nearby(
-    surface: TubeSurface, samples: Grid, kind: int, q: Floats, r: Floats, form: Form
-) -> tuple[Floats, Floats]:
-    """The worst of nine places around each chosen sample: what is limited peaks between samples."""
-    rise, aside = (part.ravel() for part in np.meshgrid(NEARBY, NEARBY, indexing="ij"))
-    q = (q[:, None] + aside / len(samples.q)) % 1.0
-    r = np.clip(r[:, None] + rise / (len(samples.r) - 1), 0.0, 1.0)
-    found = _evaluated(*_tangents(surface, q.ravel(), r.ravel())[0], samples, form)[kind].reshape(q.shape)
-    pick = np.arange(len(q)), (found * (-1.0 if SHAPE[kind] == "area" else 1.0)).argmax(axis=1)
-    return q[pick], r[pick]
+def _peaks(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Floats]:
+    """Offsets (m,) in steps along q and r from samples of c (kinds, rows, columns) to the peaks of parabolas there."""
+    rows, columns = c.shape[1:]
+    inside = np.clip(row, 1, rows - 2)
+    around = [c[kind, row, (column + k) % columns] for k in (-1, 0, 1)]
+    along = [c[kind, inside + k, column] for k in (-1, 0, 1)]
+    aside, up = _peak(*around), _peak(*along) + inside - row
+    return np.clip(aside, -0.5, 0.5), np.clip(up, np.where(row == 0, 0.0, -0.5), np.where(row == rows - 1, 0.0, 0.5))
+
+
+def _peak(before: Floats, here: Floats, after: Floats) -> Floats:
+    """Where a parabola through three equidistant values peaks, from the middle; at its higher side if nowhere."""
+    bend = 2.0 * here - before - after
+    return np.where(bend > 1e-12, 0.5 * (after - before) / np.maximum(bend, 1e-12), np.sign(after - before))
 
 
 _ORDERS = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))

@@ -7,12 +7,14 @@ the control points alone, so this costs no equilibrium.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint import LimitReport, Places, report
+from pneumorph.constraint import LimitReport, report
+from pneumorph.constraint.report import Pairs, Points, joined
 from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, Sampled
 from pneumorph.constraint.table import BY_NAME
@@ -34,7 +36,7 @@ PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 5, 200
 HOPELESS = 2.0
 """Motions end where limits are broken by so many times their bounds: what is linear there tells nothing."""
 
-ELASTIC = 1e-3
+ELASTIC = 1e-4
 """How far rows may give way for their price, in what they would move by themselves: rows that contradict each other are
 then met half way instead of by ever longer motions."""
 
@@ -62,36 +64,47 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     Places between samples where a certificate finds a limit broken become samples, and margins grow where that is not
     enough.
     """
-    margins = MARGIN * TOLERANCES
-    places: Places | None = None
+    margins, places, pairs = MARGIN * TOLERANCES, None, None
     for attempt in range(1, CERTIFICATES + 1):
-        phi = _projected(space, smooth, limits, phi, margins, places)
+        phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
         found = report(space.body(phi), limits.spec)
         if found.held() or attempt == CERTIFICATES:
             break
-        places = found.places if places is None else places.joined(found.places)
+        places = {name: joined(known, found.places.points[name]) for name, known in places.items()}
+        new = found.places.pairs
+        pairs = new if pairs is None else {name: joined(known, new[name]) for name, known in pairs.items()}
         for reading in found.violated():
+            # What no sample between can mend: what the certificate is short of what is seen, and what it has not told.
+            short = reading.excess() - (0.0 if attempt > 1 else reading.seen_excess())
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
-            margins[beyond] += min(max(reading.excess(), 0.0), WIDEST)
+            margins[beyond] += min(max(short, 0.0), WIDEST)
     return Within(phi, found) if found.held() else found
 
 
 def _projected(
-    space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray, margins: np.ndarray, places: Places | None
-) -> np.ndarray:
-    """The design after some least motions; the best on the way where they do not settle."""
+    space: DesignSpace,
+    smooth: Smoothing,
+    limits: Sampled,
+    phi: np.ndarray,
+    margins: np.ndarray,
+    places: Mapping[str, Points] | None,
+    pairs: Mapping[str, Pairs] | None,
+) -> tuple[np.ndarray, Mapping[str, Points]]:
+    """The design after some least motions, the best on the way where they do not settle; places that resisted them."""
     best, least = phi, np.inf
+    while_held: Mapping[str, Points] = {}
     for _ in range(PROJECTIONS):
-        rows = linearised(limits, space.body(phi), REACH, LEAST, places)
+        rows = linearised(limits, space.body(phi), REACH, LEAST, places, pairs)
+        places = rows.places
         excess = rows.value + margins[rows.kind]
         worst = float((excess - ACCURACY * TOLERANCES[rows.kind]).max(initial=0.0))
         if worst < least:
-            best, least = phi, worst
+            best, least, while_held = phi, worst, places
         if worst == 0.0 or worst > HOPELESS:
             break
         motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess, np.zeros(space.n))
         phi = np.clip(phi + motion.smooth, space.lower, space.upper)
-    return best
+    return best, while_held
 
 
 @dataclass(frozen=True, eq=False)
