@@ -66,21 +66,25 @@ class SequentialQuadratic:
         unit = max(float(np.abs(proxy.slope).mean()), 1e-300)
         scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
         bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
-        z, prices = np.zeros(space.n), self.prices.copy()
+        z, prices, places = np.zeros(space.n), self.prices.copy(), None
         for number in range(PROGRAMS):
             room = NARROWING**number * radius
             change = self.smooth.apply(z)
             # Both walls of a gap may go the whole radius.
-            rows = linearised(self.limits, space.body(phi + change), 2.2 * room, LEAST)
+            rows = linearised(self.limits, space.body(phi + change), 2.2 * room, LEAST, places)
+            places = rows.places
             jacobian = limits_by_variables(space, rows.jacobian)
             program = _Program(scaled, self.smooth, jacobian, rows.value - jacobian @ change, PROXIMITY / radius)
-            price, scale = prices[rows.kind, rows.cell], program.scale()
+            # The rows of a kind in a cell share its price.
+            sharing = np.zeros_like(prices)
+            np.add.at(sharing, (rows.kind, rows.cell), 1.0)
+            price, scale = (prices / np.maximum(sharing, 1.0))[rows.kind, rows.cell], program.scale()
             lower, upper = np.maximum(bounds[0], z - room), np.minimum(bounds[1], z + room)
             for _ in range(ROUNDS):
                 z = minimise(program.slope(price), z, lower, upper, scale, MOST_ITERATIONS, ACCURACY * radius)
                 price = program.price(price, self.smooth.apply(z))
             prices = np.zeros_like(prices)
-            prices[rows.kind, rows.cell] = price
+            np.add.at(prices, (rows.kind, rows.cell), price)
         return Step(self.smooth.apply(z), PROGRAMS, prices)
 
     def after(self, step: Step) -> SequentialQuadratic:
