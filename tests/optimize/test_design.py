@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pneumorph.constraint import report
-from pneumorph.errors import ComputationError
-from pneumorph.optimize import DesignAccepted, Finished, Started, design
+from pneumorph.errors import ComputationError, MeshError
+from pneumorph.optimize import DesignAccepted, Finished, MeshKept, Started, design
 from pneumorph.problem import loads
 
 FILE = """
@@ -84,6 +84,20 @@ def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
     for one, other in zip(again, designs[2:], strict=True):
         assert one.line["objective"] == pytest.approx(other.line["objective"], rel=1e-6)
         assert np.abs(one.body.control_points() - other.body.control_points()).max() < 1e-6
+
+
+def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch):
+    def fails(*_):
+        raise MeshError("surfaces may touch")
+
+    monkeypatch.setattr("pneumorph.optimize.loop.needs_remesh", lambda *_: "it is worn")
+    monkeypatch.setattr("pneumorph.optimize.loop.discretise", fails)
+    before = accepted(three[1])[1]
+    _, events = run(2, state=before.state)
+    assert [type(event) for event in events] == [Started, MeshKept, DesignAccepted, Finished]
+    assert "surfaces may touch" in events[1].reason
+    assert 0 < events[1].quality < 1
+    assert extension(events[2]) > extension(before)
 
 
 def test_a_run_of_an_earlier_version_goes_on(three):

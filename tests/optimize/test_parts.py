@@ -11,9 +11,11 @@ from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, sampled
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import design_space
+from pneumorph.optimize import design
 from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.curvature import no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper, minimise_dfp, proxy_scale
+from pneumorph.optimize.events import BroughtWithin
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import smoothing
@@ -193,6 +195,22 @@ def test_a_design_beyond_its_limits_is_brought_within(stage):
     assert found.report.held()
     assert report(space.body(found.phi), problem.limits).held()
     assert np.abs(found.phi - phi).max() < 3.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "limit"),
+    [
+        ('center = ["0 mm", "0 mm"]', 'center = ["3 mm", "0 mm"]', "wall"),
+        ('radius = "12 mm"', 'radius = "7.5 mm"', "envelope"),
+        ('radius = "4 mm"', 'radius = "1.2 mm"', "curvature"),
+    ],
+)
+def test_a_start_beyond_its_limits_is_brought_within_first(old, new, limit):
+    first = next(design(loads(FILE.replace(old, new))))
+    assert isinstance(first, BroughtWithin)
+    assert len(first.broken) == 1
+    assert first.broken[0].startswith(f"{limit} is")
+    assert 0.1 < first.moved_mm < 2.0
 
 
 def test_limits_that_cannot_be_met_together_are_told(stage):

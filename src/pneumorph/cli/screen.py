@@ -14,7 +14,16 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.constraint.table import in_history
-from pneumorph.optimize import BroughtWithin, DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
+from pneumorph.optimize import (
+    BroughtWithin,
+    DesignAccepted,
+    DesignRejected,
+    Event,
+    Finished,
+    MeshKept,
+    Remeshed,
+    Started,
+)
 from pneumorph.output.words import analysed, duration, motion_of
 from pneumorph.problem import Problem
 
@@ -68,6 +77,11 @@ class Screen:
                 self._stand(event)
             case Remeshed():
                 self._note(f"design {event.iteration}: meshed anew with {event.elements} elements, {event.reason}")
+            case MeshKept():
+                self._note(
+                    f"design {event.iteration}: the old mesh goes on with elements of quality {event.quality:.2g}, "
+                    f"{event.reason}"
+                )
             case DesignRejected() if event.step_mm > 0:
                 self._note(f"design {event.iteration}: step taken back to {event.step_mm:.3g} mm, {event.reason}")
             case DesignRejected():

@@ -1,6 +1,25 @@
 """The design loop: proxy, sub-problem, trust region (the paper's Sections V and VI)."""
 
-from pneumorph.optimize.events import BroughtWithin, DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
+from pneumorph.optimize.events import (
+    BroughtWithin,
+    DesignAccepted,
+    DesignRejected,
+    Event,
+    Finished,
+    MeshKept,
+    Remeshed,
+    Started,
+)
 from pneumorph.optimize.loop import design
 
-__all__ = ["BroughtWithin", "DesignAccepted", "DesignRejected", "Event", "Finished", "Remeshed", "Started", "design"]
+__all__ = [
+    "BroughtWithin",
+    "DesignAccepted",
+    "DesignRejected",
+    "Event",
+    "Finished",
+    "MeshKept",
+    "Remeshed",
+    "Started",
+    "design",
+]

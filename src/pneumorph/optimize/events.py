@@ -44,6 +44,15 @@ class Remeshed:
 
 
 @dataclass(frozen=True)
+class MeshKept:
+    """A mesh that has become poor goes on, since no new one could be made for a reason given as a sentence."""
+
+    iteration: int
+    reason: str
+    quality: float
+
+
+@dataclass(frozen=True)
 class DesignRejected:
     """A step was taken back for a reason given as a sentence; the next is at most `step_mm` long."""
 
@@ -87,4 +96,4 @@ class Finished:
     stable: dict[str, bool]
 
 
-Event = Started | BroughtWithin | Remeshed | DesignRejected | DesignAccepted | Finished
+Event = Started | BroughtWithin | Remeshed | MeshKept | DesignRejected | DesignAccepted | Finished

@@ -33,7 +33,16 @@ from pneumorph.optimize.analysis import (
 )
 from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
-from pneumorph.optimize.events import BroughtWithin, DesignAccepted, DesignRejected, Event, Finished, Remeshed, Started
+from pneumorph.optimize.events import (
+    BroughtWithin,
+    DesignAccepted,
+    DesignRejected,
+    Event,
+    Finished,
+    MeshKept,
+    Remeshed,
+    Started,
+)
 from pneumorph.optimize.history import Clock, Told, history_line
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
@@ -305,9 +314,10 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
             try:
                 new = discretise(problem, space.body(phi))
             except MeshError as error:
-                if _quality(disc, points) < BEARABLE:
+                quality, poor = _quality(disc, points), None
+                if quality < BEARABLE:
                     return _Trial(disc, None, str(error), now.analysis.value, True, 0)
-                poor = None
+                yield MeshKept(now.iteration + 1, str(error), quality)
             else:
                 starts = carried_over(disc, disc.morph.positions(points), starts, new)
                 disc, count = new, 0

@@ -174,20 +174,21 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
 
 
 def _walls(problem: Problem) -> Iterator[Fault]:
+    """Walls along the axis: the loop thickens those across it where they start too thin, but ends keep their place."""
     body, wall = problem.body, problem.limits.wall
     mend = f"thinner than limits.wall = {wall:g} mm at the start; move or shrink the chamber, or lower the limit"
     for index, chamber in enumerate(body.chamber):
-        key = f"body.chamber[{index}]"
-        side = body.radius - math.hypot(*chamber.center) - chamber.radius
-        if side < wall - _EPS:
-            yield f"{key}.{_across(chamber)}", f"leaves {side:g} mm of wall to the exterior, {mend}"
         end = min(chamber.span[0], body.length - chamber.span[1])
         if end < wall - _EPS:
-            yield f"{key}.span", f"leaves {end:g} mm of wall at an end of the body, {mend}"
+            yield f"body.chamber[{index}].span", f"leaves {end:g} mm of wall at an end of the body, {mend}"
     for (i, one), (j, other) in combinations(enumerate(body.chamber), 2):
-        between = math.hypot(*(max(gap, 0.0) for gap in _gaps(one, other)))
-        if between < wall - _EPS:
-            yield f"body.chamber[{j}]", f'leaves {between:g} mm of wall to "{one.name}" (body.chamber[{i}]), {mend}'
+        across, along = _gaps(one, other)
+        if across <= 0.0 and along < wall - _EPS:
+            yield f"body.chamber[{j}]", f'leaves {along:g} mm of wall to "{one.name}" (body.chamber[{i}]), {mend}'
+
+
+_BEYOND = 3.0
+"""How many times its limit a start's curvature may be: what is less the loop may bring within it."""
 
 
 def _limits(problem: Problem) -> Iterator[Fault]:
@@ -200,13 +201,6 @@ def _limits(problem: Problem) -> Iterator[Fault]:
         if ripple and ripple.amplitude >= radius:
             yield key, f"is not below the radius of {name}; make it smaller"
             return
-    amplitude = body.ripple.amplitude if body.ripple else 0.0
-    if limits.envelope and body.radius + amplitude > limits.envelope.radius + _EPS:
-        yield (
-            "limits.envelope.radius",
-            f"the body starts with {body.radius + amplitude:g} mm (ripple included), outside the envelope of "
-            f"{limits.envelope.radius:g} mm; widen the envelope or make the body thinner",
-        )
     if limits.fold.neighbourhood <= limits.fold.distance:
         yield (
             "limits.fold.neighbourhood",
@@ -218,11 +212,11 @@ def _limits(problem: Problem) -> Iterator[Fault]:
         # h₁ = ½(k₁² + k₂²): on the tube with the ripple's crests, on a hemisphere.
         tube = 0.5 * ((radius - amplitude) ** -2 + (amplitude * wave**2) ** 2)
         bend = max(tube, radius**-2 if ends == "pole" else 0.0)
-        if bend > limits.curvature:
+        if bend > _BEYOND * limits.curvature:
             yield (
                 "limits.curvature",
-                f"{name} starts with {bend:.3g} /mm^2, above the limit of {limits.curvature:g} /mm^2; raise the "
-                "limit, or make the radius larger or the ripple flatter",
+                f"{name} starts with {bend:.3g} /mm^2, too far above the limit of {limits.curvature:g} /mm^2; raise "
+                "the limit, or make the radius larger or the ripple flatter",
             )
         half_turn = min(limits.fold.neighbourhood / (2 * radius), math.pi / 2)
         if 2 * radius * math.sin(half_turn) < limits.fold.distance - _EPS:
