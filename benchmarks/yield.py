@@ -38,7 +38,13 @@ SOURCE = HERE.parents[1] / "src"
 MEASURING = 1800
 """Seconds after which measuring a run is given up."""
 
-RETURNS = {"number asked": "the number of designs", "settled": "designs together improved", "no step": "no step"}
+RETURNS = {
+    "number asked": "the number of designs",
+    "settled": "designs together improved",
+    "optimal": "the design is optimal",
+    "no promise": "promises no more",
+    "no step": "no step",
+}
 TARGETS = ("match_curve", "match_sections", "reach")
 
 

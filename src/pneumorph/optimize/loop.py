@@ -68,7 +68,8 @@ OPTIMAL = 0.02
 """The loop stops where the limits leave no more than this part of the gradient."""
 
 PATIENCE, PROGRESS = 5, 0.005
-"""The loop stops, too, when this many designs together improve the objective by less than this fraction of it."""
+"""The loop stops, too, when this many designs together improve the objective by less than this fraction of it, or when
+the next one promises less than its share of that."""
 
 BEARABLE = 0.002
 """A mesh whose worst element is better goes on where no new one can be made."""
@@ -246,6 +247,9 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         if not expected > 0:
             radius *= SHRINK
             continue
+        share = expected / max(abs(now.analysis.value), 1e-300)
+        if radius >= AFRESH and share < PROGRESS / PATIENCE:
+            return f"a step of {radius * reference:.2g} mm promises no more than {100 * share:.1g} % of the objective"
         gained = True
         trial = yield from _try(loop, now, target.phi, clock)
         spent += trial.factorisations
