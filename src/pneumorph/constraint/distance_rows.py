@@ -37,9 +37,12 @@ def distances(limits: Sampled, body: Body, reach: float) -> Iterator[Part]:
 
 
 def _fields(surface: TubeSurface, samples: Grid) -> Fields:
-    along = [np.tensordot(values, surface.net, axes=1).transpose(2, 0, 1) for values in samples.values_r]
+    # Contiguous factors: products of strided ones are ten times as slow.
+    net = np.ascontiguousarray(np.moveaxis(surface.net, 2, 0))
+    along = [values @ net for values in samples.values_r]
+    around = [np.ascontiguousarray(values.T) for values in samples.values_q]
     orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-    return Fields(*(along[dr] @ samples.values_q[dq].T for dq, dr in orders))
+    return Fields(*(along[dr] @ around[dq] for dq, dr in orders))
 
 
 def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple[int, Target], reach: float) -> Part:

@@ -70,7 +70,8 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
         found = report(space.body(phi), limits.spec)
         if found.held() or attempt == CERTIFICATES:
             break
-        places = {name: joined(known, found.places.points[name]) for name, known in places.items()}
+        # New places first: of those close together the first stays.
+        places = {name: joined(found.places.points[name], known) for name, known in places.items()}
         new = found.places.pairs
         pairs = new if pairs is None else {name: joined(known, new[name]) for name, known in pairs.items()}
         for reading in found.violated():
