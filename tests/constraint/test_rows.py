@@ -59,6 +59,21 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
             assert worst == pytest.approx(reading.seen, rel=0.01), kind
 
 
+def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, waved):
+    body = make_body(length=30.0, chambers=CHAMBERS["flat"])
+    body = body.with_control_points(waved(body, 1, wave=1.2))
+    limits = sampled(body, table().model_copy(update={"curvature": 0.05}))
+    places = linearised(limits, body, 0.0, -0.5).places
+    count = {name: len(found.q) for name, found in places.items()}
+    assert count["curvature"] > 5
+    again = linearised(limits, body, 0.0, 1e9, places)
+    for name, found in places.items():
+        of_kind = again.kind == KINDS.index(name)
+        assert np.count_nonzero(of_kind) == count[name]
+        bound = {"curvature": 0.05, "skew": 0.2, "stretch": 0.1}.get(name, 1.0)
+        assert np.sort(again.value[of_kind]) == pytest.approx(np.sort(found.seen / bound - 1.0))
+
+
 def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
     body = make_body(length=30.0, chambers=((4.0, (0.0, 0.0), (3.0, 27.0), "flat"),))
     limits = sampled(body, table())
