@@ -6,9 +6,9 @@ from scipy import sparse
 from scipy.special import ellipe, ellipk
 
 from pneumorph.mechanics import Equilibrium, Tangent, configuration, loads, model, rest, rubber, solve
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.linear import SuperLU
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.linear import SuperLU
 from pneumorph.mechanics.setup import MIXED_FROM, asks_for_mixed
 from pneumorph.verify.incompressible import radius_at, sphere_pressure, tube_pressure
 from pneumorph.verify.solids import octant, tube, with_lids

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.linear import SuperLU
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.linear import SuperLU
 from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)

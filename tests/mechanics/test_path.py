@@ -16,7 +16,7 @@ from pneumorph.mechanics import (
     rubber,
     solve,
 )
-from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.verify.incompressible import sphere_pressure
 from pneumorph.verify.solids import octant, tube
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rest, rubber, solve
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.plate import rotation, rotation_vector
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.plate import rotation, rotation_vector
 from pneumorph.verify.solids import tube, with_lids
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import pytest
 
 from pneumorph.mechanics import Configuration, NoEquilibrium
-from pneumorph.mechanics import sweep as module
-from pneumorph.mechanics.potential import Loads, State
+from pneumorph.mechanics.assembly.potential import Loads, State
+from pneumorph.mechanics.solve import sweep as module
 
 
 def at(pressure: float) -> Configuration:

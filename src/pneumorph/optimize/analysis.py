@@ -26,7 +26,7 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mechanics.potential import State, displacement
+from pneumorph.mechanics.assembly.potential import State, displacement
 from pneumorph.mesh import Morph, mesh_body
 from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, objectives

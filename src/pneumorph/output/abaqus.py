@@ -13,7 +13,7 @@ import numpy as np
 
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Configuration
-from pneumorph.mechanics.energies import neo_hookean
+from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mesh.tets import TetMesh, area_vectors
 
 FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])

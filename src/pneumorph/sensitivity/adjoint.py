@@ -8,8 +8,8 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, Tangent
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.potential import State
 from pneumorph.objective import Objective
 
 

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.potential import State
 from pneumorph.mesh.tets import (
     TRIANGLE_RULE,
     TetMesh,

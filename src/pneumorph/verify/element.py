@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Tangent, configuration, loads, model, rubber
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.element import deformation_gradients, inverse, reference_gradients
-from pneumorph.mechanics.plate import rotation
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.element import deformation_gradients, inverse, reference_gradients
+from pneumorph.mechanics.assembly.plate import rotation
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual
 from pneumorph.verify.solids import distorted_cube
 from pneumorph.verify.verdict import Verdict, absolute

@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Configuration, Tangent
-from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.assembly import potential as kernels
 
 MOST_STEPS = 25
 

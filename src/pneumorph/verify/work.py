@@ -20,8 +20,8 @@ from pneumorph.mechanics import (
     model_of,
     solve,
 )
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.balance import unloaded
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.solve.balance import unloaded
 from pneumorph.mesh import mesh_body
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 from pneumorph.verify.verdict import Verdict, relative

@@ -7,9 +7,9 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.potential import Loads, State
-from pneumorph.mechanics.tangent import Configuration
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.potential import Loads, State
+from pneumorph.mechanics.assembly.tangent import Configuration
 
 RUNAWAY_STRETCH = 8.0
 

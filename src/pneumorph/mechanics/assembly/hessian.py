@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.element import TET_CORNER_N, TET_DN
-from pneumorph.mechanics.energies import OfInvariants
-from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import Loads, State
-from pneumorph.mechanics.stiffness import coupling_blocks, element_blocks, gather, invariant_blocks, scatter
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.element import TET_CORNER_N, TET_DN
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.potential import Loads, State
+from pneumorph.mechanics.assembly.stiffness import coupling_blocks, element_blocks, gather, invariant_blocks, scatter
+from pneumorph.mechanics.material.energies import OfInvariants
 
 
 def tangent(model: Model, X, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:

@@ -12,14 +12,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.balance import applied_force, evaluate, scaled
-from pneumorph.mechanics.descent import minimise
-from pneumorph.mechanics.linear import SingularMatrix
-from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import Loads, State
-from pneumorph.mechanics.saddle import settle
-from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.potential import Loads, State
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.solve.balance import applied_force, evaluate, scaled
+from pneumorph.mechanics.solve.descent import minimise
+from pneumorph.mechanics.solve.saddle import settle
 
 TOLERANCE = 1e-9
 """Residual norm over the norm of the applied forces at which a state counts as an equilibrium."""

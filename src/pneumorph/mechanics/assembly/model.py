@@ -9,10 +9,10 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import block_diag
 
-from pneumorph.mechanics.element import mixed
-from pneumorph.mechanics.material import Rubber
-from pneumorph.mechanics.pattern import Pattern, pattern
-from pneumorph.mechanics.potential import State, Topology, padded
+from pneumorph.mechanics.assembly.element import mixed
+from pneumorph.mechanics.assembly.potential import State, Topology, padded
+from pneumorph.mechanics.assembly.sparsity import Pattern, pattern
+from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.element import (
+from pneumorph.mechanics.assembly.element import (
     TET_CORNER_N,
     TET_WEIGHT,
     deformation_gradients,
@@ -29,9 +29,9 @@ from pneumorph.mechanics.element import (
     triangle_integrals,
     triangle_volumes,
 )
-from pneumorph.mechanics.energies import Invariants, OfInvariants, determinant, invariants
-from pneumorph.mechanics.material import Energy
-from pneumorph.mechanics.plate import rigid_displacement
+from pneumorph.mechanics.assembly.plate import rigid_displacement
+from pneumorph.mechanics.material.energies import Invariants, OfInvariants, determinant, invariants
+from pneumorph.mechanics.material.rubber import Energy
 
 
 class Topology(NamedTuple):

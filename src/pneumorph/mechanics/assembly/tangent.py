@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.linear import factorisation
-from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import Loads, State
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.linear import factorisation
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.potential import Loads, State
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from math import nan
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics.model import Model, model
-from pneumorph.mechanics.potential import State
-from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.potential import State
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mesh import TetMesh, Unfolded, unfolded
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS, operations
