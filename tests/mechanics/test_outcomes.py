@@ -70,7 +70,7 @@ def test_superlu_serves_where_there_is_no_mkl():
     built = model(mesh, RUBBER)
     at = configuration(built, mesh.points, loads(built, {"A": 0.05}))
     data = tangent(built, at.X, rest(built), at.loads, at.blocked)
-    plain = SuperLU(built.pattern.indptr, built.pattern.indices)
+    plain = SuperLU(built.sparsity.indptr, built.sparsity.indices)
     plain.refactorise(data)
     best = Tangent(built)
     best.factorise(at, rest(built))

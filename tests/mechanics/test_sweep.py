@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import pytest
 
 from pneumorph.mechanics import Configuration, NoEquilibrium
-from pneumorph.mechanics.assembly.potential import Loads, State
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.solve import sweep as module
 
 

@@ -9,7 +9,7 @@ from scipy.optimize import root_scalar
 
 from pneumorph.mechanics.assembly.model import Model, model
 from pneumorph.mechanics.assembly.plate import COMPONENTS
-from pneumorph.mechanics.assembly.potential import Loads
+from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import loads

@@ -1,17 +1,20 @@
-"""The discrete mechanical model of one mesh: topology for the potential, pattern for the tangent, supports."""
+"""The discrete mechanical model of one mesh: its terms, the sparsity they share, and its supports."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from scipy import sparse
 from scipy.linalg import block_diag
 
-from pneumorph.mechanics.assembly.element import mixed
-from pneumorph.mechanics.assembly.potential import State, Topology, padded
-from pneumorph.mechanics.assembly.sparsity import Pattern, pattern
+from pneumorph.mechanics.assembly import element
+from pneumorph.mechanics.assembly.kinematics import State, Topology, padded
+from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
+from pneumorph.mechanics.assembly.sparsity import Places, Sparsity, places_of, sparsity, touching
+from pneumorph.mechanics.assembly.terms import Plate, Pressure, Solid, Term, Weight, connect
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
@@ -19,41 +22,76 @@ from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 @dataclass(frozen=True)
 class Model:
-    """All of the mechanics that stays fixed while nodes move: rubber, connectivity, supports, sparsity.
+    """All of the mechanics that stays fixed while nodes move: terms, supports, sparsity.
 
     Attributes
     ----------
-    rubber : Rubber
+    rubbers : dict of Rubber by region
+        One that is called "" where the mesh names no regions.
+    regions : dict of (M_r,) int by region
+        The numbers of its elements.
     chambers : tuple of str
         Names, in the order of every pressure and volume vector.
     plate : bool
         Whether the tip face is bonded to a rigid plate.
+    mixed : bool
+        Whether elements have a pressure of their own.
     nodes : int
         Number of nodes; arrays handed to the kernels are padded beyond it.
     mirror : str or None
         The plane in which the other half of the body continues; its state is the image of this one's.
+    supports : (nodes, 3) bool
+        Displacement components held at zero.
+    terms : tuple of Term
+        What Π is the sum of.
+    potential, near_tip : Potential
+        The terms for the kernels; and those of their elements that depend on the plate.
+    places : tuple of Places
+        Of every group of the potential.
     fixed : (n,) bool
-        Unknowns held at zero by the supports, in the numbering of `pattern`.
+        Unknowns held at zero by the supports, in the numbering of `sparsity`.
+    supported_values, diagonal : int
+        Places in the tangent's values of the entries beside fixed unknowns, and of the diagonal.
     """
 
-    rubber: Rubber
+    rubbers: Mapping[str, Rubber]
+    regions: Mapping[str, np.ndarray]
     chambers: tuple[str, ...]
     plate: bool
+    mixed: bool
     nodes: int
     mirror: str | None
-    top: Topology
-    near_tip: Topology
-    pattern: Pattern
+    supports: np.ndarray
+    terms: tuple[Term, ...]
+    potential: Potential
+    near_tip: Potential
+    sparsity: Sparsity
+    places: tuple[Places, ...]
     fixed: np.ndarray
-    chamber_places: np.ndarray
     off_tip: np.ndarray
     supported_values: np.ndarray
     diagonal: np.ndarray
 
     @property
+    def rubber(self) -> Rubber:
+        """The rubber of a body that is of one.
+
+        Raises
+        ------
+        ValueError
+            Where there are several.
+        """
+        (only,) = self.rubbers.values()
+        return only
+
+    @property
+    def top(self) -> Topology:
+        return self.potential.top
+
+    @property
     def size(self) -> int:
         """Number of unknowns."""
-        return self.pattern.size
+        return self.sparsity.size
 
     @property
     def copies(self) -> int:
@@ -72,12 +110,7 @@ class Model:
     @property
     def pressures(self) -> int:
         """Number of pressures π among the unknowns; 0 where elements are not mixed."""
-        return len(self.pattern.corners)
-
-    @property
-    def mixed(self) -> bool:
-        """Whether elements have a pressure of their own."""
-        return self.pressures > 0
+        return len(self.sparsity.corners)
 
     @property
     def element(self) -> str:
@@ -88,12 +121,6 @@ class Model:
     def pressure_unknowns(self) -> slice:
         """Where they are among the unknowns."""
         return slice(self.size - 6 - self.pressures, self.size - 6)
-
-    @property
-    def rubber_arguments(self):
-        """What every kernel takes first."""
-        density = mixed(self.rubber.isochoric) if self.mixed else self.rubber.energy
-        return density, jnp.asarray(self.rubber.parameters, dtype=float)
 
     def pad(self, nodal: np.ndarray) -> jnp.ndarray:
         """A nodal array (nodes, …) with the rows of padding added."""
@@ -106,18 +133,22 @@ class Model:
         rows, end = self.top.on_tip.shape[0], 3 * len(self.off_tip)
         u = np.zeros((rows, 3))
         u[self.off_tip] = vector[:end].reshape(-1, 3)
-        pressure = np.zeros(rows if self.mixed else 0)
-        pressure[self.pattern.corners] = vector[end:-6]
+        pressure = np.zeros(len(self.sparsity.rank))
+        pressure[self.sparsity.corners] = vector[end:-6]
         return State(jnp.asarray(u), jnp.asarray(vector[-6:]), jnp.asarray(pressure))
 
     def vector(self, state: State) -> np.ndarray:
         """A State (or a residual) as a vector (n,)."""
         displaced = np.asarray(state.u)[self.off_tip].ravel()
-        return np.concatenate([displaced, np.asarray(state.pressure)[self.pattern.corners], np.asarray(state.plate)])
+        return np.concatenate([displaced, np.asarray(state.pressure)[self.sparsity.corners], np.asarray(state.plate)])
 
 
 def model(
-    mesh: TetMesh, rubber: Rubber, plate: bool = True, supports: np.ndarray | None = None, mixed: bool = False
+    mesh: TetMesh,
+    rubber: Rubber | Mapping[str, Rubber],
+    plate: bool = True,
+    supports: np.ndarray | None = None,
+    mixed: bool = False,
 ) -> Model:
     """Build the model of a mesh.
 
@@ -126,14 +157,22 @@ def model(
     mesh : TetMesh
         Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised), where there are such. On
         "mirror <plane>" nodes stay in the plane, by symmetry.
+    rubber : Rubber, or dict of them by the mesh's regions
     plate : bool
         False leaves the tip face free.
     supports : (N, 3) bool, optional
         Displacement components held at zero; by default all three on the face "base".
     mixed : bool
-        Elements with a linear, continuous pressure of their own, for rubbers that hardly change their volume.
+        Elements with a linear pressure of their own, continuous in each region, for rubbers that hardly change their
+        volume.
+
+    Raises
+    ------
+    ValueError
+        Where the regions of the rubbers are not those of the mesh, or do not share its elements among them.
     """
     count = len(mesh.points)
+    rubbers, regions = _regions(mesh, rubber)
     if supports is None:
         supports = np.zeros((count, 3), bool)
         supports[np.unique(mesh.faces["base"])] = True
@@ -144,36 +183,79 @@ def model(
     if plate:
         on_tip[np.unique(mesh.faces["tip"])] = True
     chambers = tuple(chamber for face in mesh.faces for chamber in chambers_of(face))
-    sparsity = pattern(mesh.tets, count, on_tip, mixed)
-    triangles = [(chambers_of(face), nodes) for face, nodes in mesh.faces.items() if chambers_of(face)]
-    tip = mesh.faces.get("tip", np.zeros((0, 6), int))
-    even = np.ones(3)
-    if mesh.mirror is not None:
-        even[NORMALS[mesh.mirror]] = 0.0
-    grade = padded(len(mesh.tets))
-    top = _topology(mesh.tets, triangles, tip, on_tip, even, grade, grade)
-    touching = [(names, nodes[on_tip[nodes].any(axis=1)]) for names, nodes in triangles]
-    near_tip = _topology(mesh.tets[on_tip[mesh.tets].any(axis=1)], touching, tip, on_tip, even, grade, grade // 4)
-
-    still = _odd(mesh.mirror) if plate else np.ones(6, bool)
-    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(sparsity.corners), bool), still])
-    rows = np.repeat(np.arange(sparsity.size), np.diff(sparsity.indptr))
-    supported = np.flatnonzero(fixed[rows] | fixed[sparsity.indices])
+    top = _topology(mesh, on_tip)
+    rows = top.on_tip.shape[0]
+    terms = []
+    for number, (name, solid) in enumerate(rubbers.items()):
+        tets = mesh.tets[regions[name]]
+        places = number * rows + tets[:, :4] if mixed else None
+        connectivity = connect(tets, places, size=padded(len(tets)))
+        density = element.mixed(solid.isochoric) if mixed else solid.energy
+        terms.append(Term(connectivity, Solid(density, jnp.asarray(solid.parameters, dtype=float))))
+        terms.append(Term(connectivity, Weight(jnp.asarray(solid.density))))
+    if len(top.chamber):
+        real = int(np.count_nonzero(np.asarray(top.chamber_weight).any(axis=1)))
+        chamber, weight = np.asarray(top.chamber)[:real], np.asarray(top.chamber_weight)[:real]
+        terms.append(Term(connect(chamber, data=weight, size=len(top.chamber)), Pressure()))
+    if plate:
+        terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
+    pressures = len(rubbers) * rows if mixed else 0
     return Model(
-        rubber=rubber,
+        rubbers=rubbers,
+        regions=regions,
         chambers=chambers,
         plate=plate,
+        mixed=mixed,
         nodes=count,
         mirror=mesh.mirror,
-        top=top,
-        near_tip=near_tip,
-        pattern=sparsity,
-        fixed=fixed,
-        chamber_places=_chamber_places(sparsity, np.asarray(top.chamber)),
+        supports=supports,
         off_tip=np.flatnonzero(~on_tip),
-        supported_values=supported,
-        diagonal=sparsity.indptr[:-1],
+        **_assembled(terms, top, on_tip, pressures, supports, plate, mesh.mirror),
     )
+
+
+def with_terms(model: Model, terms: Iterable[Term]) -> Model:
+    """The model with other terms, whose elements may see other unknowns than before: its sparsity is built anew.
+
+    Unknowns, state and supports stay; a `Tangent` is to be made for it, which repeats the symbolic analysis.
+    """
+    on_tip = np.asarray(model.top.on_tip)[: model.nodes, 0] > 0
+    pressures = len(model.sparsity.rank)
+    return replace(model, **_assembled(terms, model.top, on_tip, pressures, model.supports, model.plate, model.mirror))
+
+
+def _assembled(
+    terms: Iterable[Term], top: Topology, on_tip: np.ndarray, pressures: int, supports, plate: bool, mirror: str | None
+) -> dict[str, Any]:
+    """What of a model follows from its terms."""
+    terms = tuple(terms)
+    groups = grouped(terms)
+    common = sparsity([group.connectivity for group in groups], on_tip, pressures)
+    still = _odd(mirror) if plate else np.ones(6, bool)
+    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), still])
+    rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
+    return {
+        "terms": terms,
+        "potential": Potential(groups, top),
+        "near_tip": Potential(_near_tip(groups, on_tip), top),
+        "sparsity": common,
+        "places": tuple(places_of(common, group.connectivity) for group in groups),
+        "fixed": fixed,
+        "supported_values": np.flatnonzero(fixed[rows] | fixed[common.indices]),
+        "diagonal": common.indptr[:-1],
+    }
+
+
+def _regions(mesh: TetMesh, rubber: Rubber | Mapping[str, Rubber]) -> tuple[dict[str, Rubber], dict[str, np.ndarray]]:
+    """Rubbers and element numbers by region."""
+    if isinstance(rubber, Rubber):
+        return {"": rubber}, {"": np.arange(len(mesh.tets))}
+    if set(rubber) != set(mesh.regions):
+        raise ValueError(f"rubbers for {', '.join(rubber)}, but the mesh has {', '.join(mesh.regions) or 'no regions'}")
+    regions = {name: np.sort(mesh.regions[name]) for name in rubber}
+    if not np.array_equal(np.sort(np.concatenate([*regions.values()])), np.arange(len(mesh.tets))):
+        raise ValueError("every element of the mesh must be in one region, and in no other")
+    return dict(rubber), regions
 
 
 def _odd(mirror: str | None) -> np.ndarray:
@@ -182,19 +264,25 @@ def _odd(mirror: str | None) -> np.ndarray:
     return np.concatenate([polar, np.prod(polar) * polar]) < 0
 
 
-def _topology(tets, triangles, tip, on_tip, even, grade: int, most: int) -> Topology:
-    """Connectivity padded to sizes that follow from the mesh's `grade`, the padded number of all its elements.
+def _topology(mesh: TetMesh, on_tip: np.ndarray) -> Topology:
+    """The mesh's connectivity padded to sizes that follow from its `grade`, the padded number of all its elements.
 
     A new size of any array compiles everything anew, so all grow together: shares of the grade that hold of nearly all
-    bodies, and twice of them where one does not. `most` is the share of these elements.
+    bodies, and twice of them where one does not.
     """
+    grade = padded(len(mesh.tets))
+    even = np.ones(3)
+    if mesh.mirror is not None:
+        even[NORMALS[mesh.mirror]] = 0.0
+    triangles = [(chambers_of(face), nodes) for face, nodes in mesh.faces.items() if chambers_of(face)]
     chamber = np.concatenate([*(nodes for _, nodes in triangles), np.zeros((0, 6), int)])
     # A column for every chamber; a face that stands for an image too is shared between the two.
     shares = [np.full((len(names), len(nodes)), -1.0 / len(names)) for names, nodes in triangles]
     weight = block_diag(*shares).T if shares else np.zeros((0, 0))
     nodes = np.zeros((padded(len(on_tip), 2 * grade, 1.25), 1))
     nodes[: len(on_tip), 0] = on_tip
-    tets, tet_weight = _pad(tets, np.ones(len(tets)), most)
+    tip = mesh.faces.get("tip", np.zeros((0, 6), int))
+    tets, tet_weight = _pad(mesh.tets, np.ones(len(mesh.tets)), grade)
     tip, tip_weight = _pad(tip, np.ones(len(tip)), grade // 8)
     chamber, weight = _pad(chamber, weight, grade // 2)
     return Topology(*map(jnp.asarray, (tets, tet_weight, tip, tip_weight, nodes, chamber, weight, even)))
@@ -211,17 +299,18 @@ def _pad(connectivity, weight, size):
     )
 
 
-def _chamber_places(sparsity: Pattern, triangles: np.ndarray) -> np.ndarray:
-    """For every entry of the (S, 18, 18) chamber Hessians its place in the tangent's values, −1 for none; flat."""
-    if not len(triangles):
-        return np.zeros(0, int)
-    number = sparsity.number[triangles]
-    dofs = np.where(number[:, :, None] >= 0, 3 * number[:, :, None] + np.arange(3), -1).reshape(len(triangles), 18)
-    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-    wanted = (rows >= 0) & (columns >= rows)
-    ranks = sparse.csr_array(
-        (np.arange(1, len(sparsity.indices) + 1), sparsity.indices, sparsity.indptr), shape=(sparsity.size,) * 2
-    )
-    places = np.full(rows.shape, -1)
-    places[wanted] = np.asarray(ranks[rows[wanted], columns[wanted]]).ravel() - 1
-    return places.ravel()
+def _near_tip(groups: Iterable[Group], on_tip: np.ndarray) -> tuple[Group, ...]:
+    """The groups with those of their elements alone that depend on the plate, padded to a quarter of their size."""
+    near = []
+    for connectivity, energies in groups:
+        count = connectivity.count
+        nodes, pressures, data = (
+            np.asarray(rows)[:count] for rows in (connectivity.nodes, connectivity.pressures, connectivity.data)
+        )
+        chosen = np.flatnonzero(touching(nodes, on_tip, connectivity.plate))
+        if not len(chosen):
+            continue
+        size = padded(len(chosen), len(connectivity.weight) // 4, 2.0) if nodes.shape[1] else len(chosen)
+        part = connect(nodes[chosen], pressures[chosen], data[chosen], connectivity.plate, size)
+        near.append(Group(part, energies))
+    return tuple(near)

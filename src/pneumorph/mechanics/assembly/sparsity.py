@@ -1,136 +1,202 @@
-"""The fixed sparsity pattern of the tangent.
+"""The common sparsity of all terms' second derivatives, and where each of their elements' blocks goes in it.
 
-Unknowns are numbered: three per node that is not on the tip, in node order, then in mixed elements one pressure per
-corner node, then the six of the plate. Only the upper triangle is stored (the tangent has a potential, so it is
-symmetric). Supported unknowns stay in the pattern as rows of the identity.
+Unknowns are numbered: three per node that is not on the tip, in node order, then in mixed elements the pressures π,
+then the six of the plate. Only the upper triangle is stored (the tangent has a potential, so it is symmetric).
+Supported unknowns stay in it as rows of the identity.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mechanics.assembly.terms import Connectivity
+
 
 @dataclass(frozen=True)
-class Pattern:
-    """Where every element block goes in the upper triangle (CSR) of the tangent.
+class Sparsity:
+    """Which pairs of unknowns the tangent couples.
 
     Attributes
     ----------
     number : (N,) int
         Rank of each node among those not on the tip; −1 on the tip.
-    size : int
-        Number of unknowns, 3·(nodes off the tip) + corners + 6.
-    indptr, indices : CSR arrays of the upper triangle, columns ascending.
-    visits, visit_start : (10·M,), (n + 1,) int
-        For every node off the tip, the (element·10 + local node) pairs that touch it.
-    slot : (M, 10, 10) int
-        Rank of node b in the block row of node a, or −1 where the block is below the diagonal or touches the tip.
-    beside_tip : (k,) int
-        Nodes off the tip that share an element with it.
     corners : (n_π,) int
-        Nodes with a pressure; none where elements are not mixed.
+        Places in `State.pressure` that are unknowns; none where elements are not mixed.
+    rank : (P,) int
+        Rank of each place in `corners`; −1 where it is none.
+    size : int
+        Number of unknowns, 3·(nodes off the tip) + n_π + 6.
+    indptr, indices : CSR arrays of the upper triangle, columns ascending.
+    motion, coupling, compression : CSR
+        The pairs of nodes, of nodes with pressures, and of pressures, that it is made of.
+    beside_tip : (k,) int
+        Nodes off the tip that share an element with it or with the plate.
     corners_beside_tip : (k_π,) int
-        Ranks in `corners` of those that share an element with the tip.
-    coupling_places : (M·10·4·3,) int
-        Place in the values of ∂²/∂u∂π for every element, node, corner and component; −1 on the tip.
-    compression_places : (M·4·4,) int
-        Place in the values of ∂²/∂π∂π for every element and pair of corners; −1 below the diagonal.
+        Ranks in `corners` of those that do.
     """
 
     number: np.ndarray
+    corners: np.ndarray
+    rank: np.ndarray
     size: int
     indptr: np.ndarray
     indices: np.ndarray
+    motion: sparse.csr_array
+    coupling: sparse.csr_array
+    compression: sparse.csr_array
+    beside_tip: np.ndarray
+    corners_beside_tip: np.ndarray
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the blocks of one connectivity's elements (without padding) go in the values of the tangent.
+
+    Attributes
+    ----------
+    visits, visit_start : (a·E,), (n + 1,) int
+        For every node off the tip, the (element·a + local node) pairs that touch it.
+    slot : (E, a, a) int
+        Rank of node b in the block row of node a, or −1 where the block is below the diagonal or touches the tip.
+    coupling : (E·a·c·3,) int
+        Place in the values of ∂²/∂u∂π for every element, node, pressure and component; −1 on the tip.
+    compression : (E·c·c,) int
+        Place in the values of ∂²/∂π∂π for every element and pair of pressures; −1 below the diagonal.
+    """
+
     visits: np.ndarray
     visit_start: np.ndarray
     slot: np.ndarray
-    beside_tip: np.ndarray
-    corners: np.ndarray
-    corners_beside_tip: np.ndarray
-    coupling_places: np.ndarray
-    compression_places: np.ndarray
+    coupling: np.ndarray
+    compression: np.ndarray
 
 
-def pattern(tets: np.ndarray, count: int, on_tip: np.ndarray, mixed: bool = False) -> Pattern:
-    """Build the pattern for tetrahedra (M, 10) over `count` nodes, `on_tip` (count,) bool."""
-    number = np.full(count, -1)
+def sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, pressures: int) -> Sparsity:
+    """The sparsity of terms of all these connectivities.
+
+    Parameters
+    ----------
+    on_tip : (N,) bool
+        Nodes that the plate moves.
+    pressures : int
+        Length of `State.pressure`.
+    """
+    number = np.full(len(on_tip), -1)
     number[~on_tip] = np.arange(np.count_nonzero(~on_tip))
-    n = int(number.max()) + 1
-    local = number[tets]
-
-    a, b = local[:, :, None], local[:, None, :]
-    blocks, slot = _couples(a, b, (a >= 0) & (b >= a), n, n)
-
-    corners = np.unique(tets[:, :4]) if mixed else np.zeros(0, int)
-    rank = np.full(count, -1)
+    seen = [_rows(connectivity) for connectivity in connectivities]
+    corners = np.unique(np.concatenate([places.ravel() for _, places in seen]))
+    rank = np.full(pressures, -1)
     rank[corners] = np.arange(len(corners))
-    at_corner = rank[tets[:, :4]] if mixed else np.zeros((0, 4), int)
-    moved = local if mixed else np.zeros((0, 10), int)
-    c, d = at_corner[:, :, None], at_corner[:, None, :]
-    coupling, coupling_slot = _couples(moved[:, :, None], d, moved[:, :, None] >= 0, n, len(corners), diagonal=False)
-    compression, compression_slot = _couples(c, d, d >= c, len(corners), len(corners))
+    n, m = int(number.max()) + 1, len(corners)
 
-    near = tets[on_tip[tets].any(axis=1)]
-    beside = np.unique(near)
-    beside = beside[~on_tip[beside]]
-    with_plate = np.zeros(n, bool)
-    with_plate[number[beside]] = True
-    corners_beside = np.unique(rank[near[:, :4]]) if mixed else corners
-    corner_with_plate = np.zeros(len(corners), bool)
-    corner_with_plate[corners_beside] = True
+    pairings = [_pairings(number[nodes], rank[places]) for nodes, places in seen]
+    # Every unknown has its diagonal entry, also one that no element touches.
+    motion = _couples([(a, b, (a >= 0) & (b >= a)) for (a, b), _, _ in pairings], np.arange(n), (n, n))
+    coupling = _couples([(a, c, a >= 0) for _, (a, c), _ in pairings], np.zeros(0, int), (n, m))
+    compression = _couples([(c, d, d >= c) for _, _, (c, d) in pairings], np.arange(m), (m, m))
+
+    beside, corners_beside = np.zeros(len(on_tip), bool), np.zeros(m, bool)
+    for connectivity, (nodes, places) in zip(connectivities, seen, strict=True):
+        near = touching(nodes, on_tip, connectivity.plate)
+        beside[nodes[near]] = True
+        corners_beside[rank[places[near]]] = True
+    beside &= ~on_tip
     indptr, indices = _expand(
-        (blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)),
-        (coupling.indptr.astype(np.int64), coupling.indices.astype(np.int64)),
-        (compression.indptr.astype(np.int64), compression.indices.astype(np.int64)),
-        (with_plate, corner_with_plate),
+        _arrays(motion), _arrays(coupling), _arrays(compression), (beside[~on_tip], corners_beside)
+    )
+    return Sparsity(
+        number=number,
+        corners=corners,
+        rank=rank,
+        size=len(indptr) - 1,
+        indptr=indptr,
+        indices=indices,
+        motion=motion,
+        coupling=coupling,
+        compression=compression,
+        beside_tip=np.flatnonzero(beside),
+        corners_beside_tip=np.flatnonzero(corners_beside),
     )
 
+
+def touching(nodes: np.ndarray, on_tip: np.ndarray, plate: bool) -> np.ndarray:
+    """Which elements (E,) depend on the plate: those with a node on it, or all where they see it themselves."""
+    return np.any(on_tip[nodes], axis=1) | np.array(plate)
+
+
+def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
+    """Where the blocks of a connectivity go that the sparsity was built for."""
+    nodes, places = _rows(connectivity)
+    local, pressure = common.number[nodes], common.rank[places]
+    (a, b), (u, p), (c, d) = _pairings(local, pressure)
+    slot = _slots(common.motion, a, b, (a >= 0) & (b >= a))
+    coupling_slot = _slots(common.coupling, u, p, u >= 0)
+    compression_slot = _slots(common.compression, c, d, d >= c)
+
     # In a row of u the pressures follow the blocks of u; in a row of π they come first.
-    row = 3 * moved[:, :, None] + np.arange(3)
-    first = indptr[row] + 3 * np.diff(blocks.indptr)[moved][:, :, None] - np.arange(3)
-    coupling_places = first[:, :, None, :] + coupling_slot[:, :, :, None]
-    coupling_places[coupling_slot < 0] = -1
-    compression_places = indptr[3 * n + c] + compression_slot
-    compression_places[compression_slot < 0] = -1
+    n = len(common.motion.indptr) - 1
+    row = 3 * local[:, :, None] + np.arange(3)
+    first = common.indptr[row] + 3 * np.diff(common.motion.indptr)[local][:, :, None] - np.arange(3)
+    coupling = first[:, :, None, :] + coupling_slot[:, :, :, None]
+    coupling[coupling_slot < 0] = -1
+    compression = common.indptr[3 * n + c] + compression_slot
+    compression[compression_slot < 0] = -1
 
     touches = local.ravel()
     order = np.argsort(touches, kind="stable")
     order = order[touches[order] >= 0]
     start = np.searchsorted(touches[order], np.arange(n + 1))
-    return Pattern(
-        number=number,
-        size=len(indptr) - 1,
-        indptr=indptr,
-        indices=indices,
-        visits=order,
-        visit_start=start,
-        slot=slot,
-        beside_tip=beside,
-        corners=corners,
-        corners_beside_tip=corners_beside,
-        coupling_places=coupling_places.ravel(),
-        compression_places=compression_places.ravel(),
+    return Places(order, start, slot, coupling.ravel(), compression.ravel())
+
+
+def _rows(connectivity: Connectivity) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and places of pressures of the elements that are no padding."""
+    count = connectivity.count
+    return np.asarray(connectivity.nodes)[:count], np.asarray(connectivity.pressures)[:count].astype(int)
+
+
+def _pairings(local, pressure):
+    """All pairs in every element: of nodes (E, a, a), of nodes with pressures (E, a, c), of pressures (E, c, c)."""
+    return (
+        np.broadcast_arrays(local[:, :, None], local[:, None, :]),
+        np.broadcast_arrays(local[:, :, None], pressure[:, None, :]),
+        np.broadcast_arrays(pressure[:, :, None], pressure[:, None, :]),
     )
 
 
-def _couples(a, b, used, rows: int, columns: int, diagonal: bool = True) -> tuple[sparse.csr_array, np.ndarray]:
-    """The pattern (CSR) of all used pairs (a, b), and of every pair its rank in its row; −1 where it is not used."""
-    i, j, used = np.broadcast_arrays(a, b, used)
-    i, j = i[used], j[used]
-    # Every unknown has its diagonal entry, also one that no element touches.
-    extra = np.arange(rows) if diagonal else np.zeros(0, int)
-    pairs = np.concatenate([i, extra]), np.concatenate([j, extra])
-    couples = sparse.csr_array((np.ones(len(pairs[0]), np.int8), pairs), shape=(rows, columns))
+def _couples(pairs, diagonal: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:
+    """The pattern of all pairs (a, b, which are used) and of so many diagonal entries."""
+    rows = np.concatenate([*(a[used] for a, _, used in pairs), diagonal])
+    columns = np.concatenate([*(b[used] for _, b, used in pairs), diagonal])
+    couples = sparse.csr_array((np.ones(len(rows), np.int8), (rows, columns)), shape=shape)
     couples.sum_duplicates()
     couples.sort_indices()
-    keys = np.repeat(np.arange(rows), np.diff(couples.indptr)) * columns + couples.indices
+    return couples
+
+
+def _arrays(couples: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """Row starts and columns as Numba has been compiled for."""
+    return couples.indptr.astype(np.int64), couples.indices.astype(np.int64)
+
+
+def _slots(couples: sparse.csr_array, i: np.ndarray, j: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """The rank of every pair (i, j) in its row; −1 where it is not used."""
     slot = np.full(used.shape, -1, dtype=np.int32)
-    slot[used] = np.searchsorted(keys, i.astype(np.int64) * columns + j) - couples.indptr[i]
-    return couples, slot
+    i, j = i[used].astype(np.int64), j[used]
+    if len(i):
+        starts = couples.indptr
+        stride = int(max(couples.indices.max(), j.max())) + 1
+        keys = np.repeat(np.arange(len(starts) - 1), np.diff(starts)) * stride + couples.indices
+        found = np.searchsorted(keys, i * stride + j).clip(max=len(keys) - 1)
+        if np.any(keys[found] != i * stride + j):
+            raise ValueError("the sparsity was built without these elements")
+        slot[used] = found - starts[i]
+    return slot
 
 
 @numba.njit(cache=True)

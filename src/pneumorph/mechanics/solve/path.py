@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
@@ -26,6 +25,7 @@ from pneumorph.mechanics.solve.balance import (
     RUNAWAY_STRETCH,
     applied_force,
     length,
+    pressure_force,
     residual_at,
     smallest_ratio,
     supported,
@@ -239,9 +239,8 @@ def _moving(at: Configuration) -> np.ndarray:
 
 def _along(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
     """dx/dλ = K⁻¹f with the factorisation at hand."""
-    model = at.model
-    arguments = (*model.rubber_arguments, model.top, at.X, model.state(vector), at.loads)
-    return tangent.precondition(supported(at, -model.vector(kernels.pressure_product(*arguments, at.loads.pressure))))
+    push = pressure_force(at, at.model.state(vector), at.loads.pressure)
+    return tangent.precondition(supported(at, push))
 
 
 def _place(
