@@ -11,7 +11,7 @@ import sys
 from pneumorph.errors import MeshError
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, carried_over, discretise
 from pneumorph.optimize.checkpoint import unpack
 from pneumorph.optimize.history import answers

@@ -24,7 +24,7 @@ import numpy as np
 
 from pneumorph.geometry import starting_body
 from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
-from pneumorph.mechanics.assembly import tangent
+from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, TRIANGLE_RULE, TetMesh
 from pneumorph.run.cache import use_compilation_cache

@@ -23,6 +23,8 @@ PACKAGES = [
     "verify",
     "cli",
 ]
+# The rooms of mechanics, top to bottom like the packages.
+ROOMS = ["material", "assembly", "solve", "setup", "__init__"]
 # What a package must not know although it stands above.
 KEPT_APART = {"mechanics": {"geometry"}, "objective": {"mesh"}, "constraint": {"mesh", "mechanics"}}
 
@@ -30,8 +32,8 @@ SOURCE = Path(pneumorph.__file__).parent
 MODULES = sorted(SOURCE.rglob("*.py"))
 
 
-def packages_imported(path: Path) -> set[str]:
-    """The pneumorph packages that a module imports, at its top or inside a function."""
+def modules_imported(path: Path) -> set[str]:
+    """The pneumorph modules, by full name, that a module imports, at its top or inside a function."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         names = []
@@ -42,8 +44,17 @@ def packages_imported(path: Path) -> set[str]:
             names = [node.module or ""]
             if node.module == "pneumorph":
                 names = [f"pneumorph.{alias.name}" for alias in node.names]
-        found |= {name.split(".")[1] for name in names if name.startswith("pneumorph.")}
-    return found - {"errors", "__version__"}
+        found |= {name for name in names if name.startswith("pneumorph.")}
+    return found
+
+
+def packages_imported(path: Path) -> set[str]:
+    return {name.split(".")[1] for name in modules_imported(path)} - {"errors", "__version__"}
+
+
+def rooms_imported(path: Path) -> set[str]:
+    """The rooms of mechanics that a module imports; "__init__" where it imports the package itself."""
+    return {[*name.split("."), "__init__"][2] for name in modules_imported(path) if name.split(".")[1] == "mechanics"}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=[str(path.relative_to(SOURCE)) for path in MODULES])
@@ -55,3 +66,14 @@ def test_imports_run_one_way(path):
         return
     above = set(PACKAGES[: PACKAGES.index(package)]) - KEPT_APART.get(package, set())
     assert imported <= above, f"{package} must not import {', '.join(sorted(imported - above))}"
+
+
+MECHANICS = sorted((SOURCE / "mechanics").rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", MECHANICS, ids=[str(path.relative_to(SOURCE)) for path in MECHANICS])
+def test_rooms_of_mechanics_import_one_way(path):
+    room = path.relative_to(SOURCE / "mechanics").parts[0].removesuffix(".py")
+    above = set(ROOMS[: ROOMS.index(room)])
+    imported = rooms_imported(path) - {room}
+    assert imported <= above, f"{room} must not import {', '.join(sorted(imported - above))}"

@@ -9,7 +9,7 @@ import pytest
 from pneumorph.cli import design, simulate
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mechanics.sweep import sweep
+from pneumorph.mechanics.solve.sweep import sweep
 from pneumorph.output import Pictures
 from pneumorph.study import single
 

@@ -36,7 +36,7 @@ def command(tmp_path):
 def few_sizes(monkeypatch):
     """Pad meshes to few sizes: compiling for a new one takes longer than an example."""
     # The package has a function of the module's name.
-    model = import_module("pneumorph.mechanics.model")
+    model = import_module("pneumorph.mechanics.assembly.model")
     monkeypatch.setattr(model, "padded", lambda count, *_: max(512, 2 ** math.ceil(math.log2(count))))
 
 

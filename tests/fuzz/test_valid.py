@@ -13,7 +13,7 @@ from tally import Outcome
 
 from pneumorph.cli import simulate
 from pneumorph.mechanics import Equilibrium
-from pneumorph.mechanics.sweep import sweep
+from pneumorph.mechanics.solve.sweep import sweep
 
 DEADLINE = 120.0
 """Seconds of processor time that one simulation may take; those on the wall depend on what else the machine does."""

@@ -8,11 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from pneumorph.mechanics import Rubber, energies
-from pneumorph.mechanics.element import mixed
-from pneumorph.mechanics.energies import OfInvariants
-from pneumorph.mechanics.material import complete
-from pneumorph.mechanics.stiffness import _moduli
+from pneumorph.mechanics import Rubber
+from pneumorph.mechanics.assembly.element import mixed
+from pneumorph.mechanics.assembly.stiffness import _moduli
+from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.energies import OfInvariants
+from pneumorph.mechanics.material.rubber import complete
 
 BULK = 5.0
 # Parameters, the initial shear modulus, and τ_a − τ_b of isochoric stretches (l₁, l₂, l₃) between axes a and b.

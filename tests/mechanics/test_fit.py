@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from pneumorph.mechanics import energies, rubber_of
-from pneumorph.mechanics.fit import DIRECTIONS, TensionTest, fit, forms, nominal_stress, ranked, stable_up_to
+from pneumorph.mechanics import rubber_of
+from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.fit import DIRECTIONS, TensionTest, fit, forms, nominal_stress, ranked, stable_up_to
 from pneumorph.mechanics.setup import equibiaxial_stretch
 from pneumorph.problem import loads
 from pneumorph.problem.material import library

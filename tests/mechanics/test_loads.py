@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Equilibrium, Tangent, configuration, loads, loads_of, model, rubber, solve
-from pneumorph.mechanics.balance import evaluate
-from pneumorph.mechanics.plate import COMPONENTS
+from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.mechanics.solve.balance import evaluate
 from pneumorph.problem import load
 from pneumorph.verify.solids import tube
 

@@ -6,9 +6,10 @@ from scipy import sparse
 from scipy.special import ellipe, ellipk
 
 from pneumorph.mechanics import Equilibrium, Tangent, configuration, loads, model, rest, rubber, solve
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.linear import SuperLU
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.linear import SuperLU
+from pneumorph.mechanics.assembly.tangent import Origin
 from pneumorph.mechanics.setup import MIXED_FROM, asks_for_mixed
 from pneumorph.verify.incompressible import radius_at, sphere_pressure, tube_pressure
 from pneumorph.verify.solids import octant, tube, with_lids
@@ -93,7 +94,7 @@ def loaded():
 
 
 def full_matrix(built, data):
-    sparsity = built.pattern
+    sparsity = built.sparsity
     upper = sparse.csr_array((data, sparsity.indices, sparsity.indptr), shape=(built.size, built.size))
     return upper + sparse.triu(upper, 1).T
 
@@ -102,8 +103,7 @@ def test_tangent_is_the_derivative_of_the_residual(loaded):
     built, at, vector = loaded
     direction = np.where(built.fixed, 0.0, np.random.default_rng(1).standard_normal(built.size))
     by_matrix = full_matrix(built, tangent(built, at.X, built.state(vector), at.loads, at.blocked)) @ direction
-    arguments = (*built.rubber_arguments, built.top, at.X)
-    product = kernels.tangent_product(*arguments, built.state(vector), at.loads, built.state(direction))
+    product = kernels.tangent_product(built.potential, at.X, built.state(vector), at.loads, built.state(direction))
     expected = np.where(built.fixed, 0.0, built.vector(product))
     assert np.abs(by_matrix - expected).max() < 1e-10 * np.abs(expected).max()
     assert np.abs(expected[built.pressure_unknowns]).max() > 0
@@ -125,8 +125,8 @@ def test_pivots_beyond_the_pressures_count_the_unstable_motions(loaded):
     pressures[built.pressure_unknowns] = True
     B, M = K[~pressures][:, pressures], K[pressures][:, pressures]
     condensed = K[~pressures][:, ~pressures] - B @ np.linalg.solve(M, B.T)
-    best, plain = Tangent(built), SuperLU(built.pattern.indptr, built.pattern.indices)
-    best._refactorise(data)
+    best, plain = Tangent(built), SuperLU(built.sparsity.indptr, built.sparsity.indices)
+    best._refactorise(data, Origin(at, rest(built), 0.0))
     plain.refactorise(data)
     assert np.count_nonzero(np.linalg.eigvalsh(condensed) < 0) == 3
     assert best.negative_pivots == 3

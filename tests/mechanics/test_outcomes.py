@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.linear import SuperLU
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.linear import SuperLU
 from pneumorph.verify.solids import tube
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
@@ -70,7 +70,7 @@ def test_superlu_serves_where_there_is_no_mkl():
     built = model(mesh, RUBBER)
     at = configuration(built, mesh.points, loads(built, {"A": 0.05}))
     data = tangent(built, at.X, rest(built), at.loads, at.blocked)
-    plain = SuperLU(built.pattern.indptr, built.pattern.indices)
+    plain = SuperLU(built.sparsity.indptr, built.sparsity.indices)
     plain.refactorise(data)
     best = Tangent(built)
     best.factorise(at, rest(built))

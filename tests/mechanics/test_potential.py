@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from pneumorph.mechanics import Tangent, configuration, loads, model, rest, rubber, solve
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.plate import rotation, rotation_vector
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.kinematics import State, chamber_volumes
+from pneumorph.mechanics.assembly.plate import rotation, rotation_vector
 from pneumorph.verify.solids import tube, with_lids
 
 RUBBER = rubber(0.49, 4.80, 1.1e-9)
@@ -36,11 +37,11 @@ def loaded():
 def test_tangent_is_the_derivative_of_the_residual(loaded):
     built, at, vector = loaded
     data = tangent(built, at.X, built.state(vector), at.loads, at.blocked)
-    sparsity = built.pattern
+    sparsity = built.sparsity
     upper = sparse.csr_array((data, sparsity.indices, sparsity.indptr), shape=(built.size, built.size))
     direction = np.where(built.fixed, 0.0, np.random.default_rng(1).standard_normal(built.size))
     by_matrix = upper @ direction + sparse.triu(upper, 1).T @ direction
-    arguments = (*built.rubber_arguments, built.top, at.X)
+    arguments = (built.potential, at.X)
     product = kernels.tangent_product(*arguments, built.state(vector), at.loads, built.state(direction))
     expected = np.where(built.fixed, 0.0, built.vector(product))
     assert np.abs(by_matrix - expected).max() < 1e-10 * np.abs(expected).max()
@@ -59,8 +60,8 @@ def test_a_rigid_motion_costs_nothing():
     turn = np.asarray(rotation(jnp.array([0.4, -1.1, 2.0])))
     u = mesh.points @ turn.T + np.array([3.0, -2.0, 5.0]) - mesh.points
     at = configuration(built, mesh.points, loads(built, {}))
-    state = kernels.State(built.pad(u), jnp.zeros(6))
-    value, residual = kernels.value_and_residual(*built.rubber_arguments, built.top, at.X, state, at.loads)
+    state = State(built.pad(u), jnp.zeros(6))
+    value, residual = kernels.value_and_residual(built.potential, at.X, state, at.loads)
     assert abs(value) < 1e-9
     assert np.abs(np.asarray(residual.u)).max() < 1e-10
     assert built.top.weight.sum() == len(mesh.tets)
@@ -70,7 +71,7 @@ def test_chamber_volume_of_a_deformed_bore():
     mesh, _ = with_lids(tube(4, 8, 20, (1, 16, 4)), 20)
     built = model(mesh, RUBBER, plate=False)
     stretched = mesh.points * np.array([1.1, 1.1, 1.3]) + np.array([5.0, -3.0, 7.0])
-    volume = kernels.chamber_volumes(built.top, built.pad(stretched))[0]
+    volume = chamber_volumes(built.top, built.pad(stretched))[0]
     assert float(volume) == pytest.approx(np.pi * 4.4**2 * 26, rel=1e-3)
 
 
@@ -86,7 +87,7 @@ def test_work_of_the_pressure_becomes_stored_energy():
         state = found.state
         volumes.append(found.volumes["A"])
         free = configuration(built, mesh.points, loads(built, {}))
-        energies.append(float(kernels.potential(*built.rubber_arguments, built.top, free.X, state, free.loads)))
+        energies.append(float(kernels.total(built.potential, free.X, state, free.loads)))
     work = np.trapezoid(pressures, volumes)
     assert energies[-1] - energies[0] == pytest.approx(work, rel=1e-3)
 

@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import pytest
 
 from pneumorph.mechanics import Configuration, NoEquilibrium
-from pneumorph.mechanics import sweep as module
-from pneumorph.mechanics.potential import Loads, State
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.solve import sweep as module
 
 
 def at(pressure: float) -> Configuration:

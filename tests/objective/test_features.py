@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import model, rubber
-from pneumorph.mechanics.plate import rotation
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.plate import rotation
 from pneumorph.objective import features, maximize
 from pneumorph.objective.target import MOTIONS
 from pneumorph.verify.solids import tube

@@ -8,7 +8,7 @@ from tiny import tiny
 
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import model, rubber
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.objective import Features, equidistant, features, match, objectives, reach
 from pneumorph.problem import Reach, loads
 from pneumorph.verify.solids import tube

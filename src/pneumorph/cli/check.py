@@ -14,7 +14,7 @@ from pneumorph.constraint import report
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace, adjusted_columns, design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mechanics.equilibrium import TOLERANCE
+from pneumorph.mechanics.solve.equilibrium import TOLERANCE
 from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, design_gradient, discretise
 from pneumorph.optimize.history import answers
 from pneumorph.output.words import analysed, motion_of

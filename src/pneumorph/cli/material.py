@@ -14,7 +14,7 @@ from rich.text import Text
 
 from pneumorph import units
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics.fit import Fit, TensionTest, fit, forms, material_keys, ranked
+from pneumorph.mechanics.material.fit import Fit, TensionTest, fit, forms, material_keys, ranked
 from pneumorph.mechanics.setup import rubber_of
 from pneumorph.output.fit import draw_fits
 from pneumorph.problem.material import MODELS, Material, library

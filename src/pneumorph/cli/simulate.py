@@ -33,8 +33,8 @@ from pneumorph.mechanics import (
     model_of,
     whole_of,
 )
-from pneumorph.mechanics.plate import COMPONENTS
-from pneumorph.mechanics.sweep import sweep
+from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.mechanics.solve.sweep import sweep
 from pneumorph.mesh import TetMesh, mesh_body
 from pneumorph.objective import features
 from pneumorph.output.curves import draw_curves

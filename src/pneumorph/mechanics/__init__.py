@@ -1,12 +1,13 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
-from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, predict, rest, solve
-from pneumorph.mechanics.material import Rubber, rubber
-from pneumorph.mechanics.mirror import Whole, mirror_of, whole_of
-from pneumorph.mechanics.model import Model, model
-from pneumorph.mechanics.path import Path, PathPoint, explained, follow
+from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.material.rubber import Rubber, rubber
 from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
-from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, rest, solve
+from pneumorph.mechanics.solve.mirror import Whole, mirror_of, whole_of
+from pneumorph.mechanics.solve.path import Path, PathPoint, explained, follow
+from pneumorph.mechanics.solve.prediction import predict
 
 __all__ = [
     "Configuration",

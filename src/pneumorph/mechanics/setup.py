@@ -7,12 +7,12 @@ from math import inf, sqrt
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.mechanics import energies
-from pneumorph.mechanics.equilibrium import loads
-from pneumorph.mechanics.material import Rubber
-from pneumorph.mechanics.model import Model, model
-from pneumorph.mechanics.plate import COMPONENTS
-from pneumorph.mechanics.potential import Loads
+from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.rubber import Rubber
+from pneumorph.mechanics.solve.equilibrium import loads
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -92,11 +92,15 @@ class TetMesh:
         closed: tube and both ends. Half a body has in addition ``"mirror xz"`` or ``"mirror yz"``, where it was cut in
         two; chambers in its plane are open there, and one that has its image in the other half is called
         ``"chamber <name> <name of the image>"``.
+    regions : dict of (m,) int
+        Numbers of the tetrahedra of each part that has a rubber of its own, every one in one part; none where all are
+        of one rubber.
     """
 
     points: np.ndarray
     tets: np.ndarray
     faces: dict[str, np.ndarray]
+    regions: dict[str, np.ndarray] = field(default_factory=dict)
 
     def at(self, points: np.ndarray) -> TetMesh:
         """The same mesh with its nodes elsewhere."""

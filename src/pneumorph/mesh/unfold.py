@@ -59,4 +59,5 @@ def unfolded(mesh: TetMesh) -> Unfolded:
             case _ if not name.startswith("mirror "):
                 faces[name] = np.concatenate([triangles, mirrored])
     tets = np.concatenate([mesh.tets, image[mesh.tets[:, _TET_IMAGE]]])
-    return Unfolded(TetMesh(sign * points[source], tets, faces), source, sign)
+    regions = {name: np.concatenate([part, len(mesh.tets) + part]) for name, part in mesh.regions.items()}
+    return Unfolded(TetMesh(sign * points[source], tets, faces, regions), source, sign)

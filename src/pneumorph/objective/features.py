@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.element import TET_N, TET_WEIGHT, reference_gradients
-from pneumorph.mechanics.energies import determinant
-from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import State, Topology, chamber_volumes, displacement, tip_centre, tip_mean
+from pneumorph.mechanics.assembly.element import TET_N, TET_WEIGHT, reference_gradients
+from pneumorph.mechanics.assembly.kinematics import State, Topology, chamber_volumes, displacement, tip_centre, tip_mean
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.material.energies import determinant
 from pneumorph.objective.rotations import continued_logarithm, polar_rotation
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from jax import Array
 
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.plate import rotation as rotation_of
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.plate import rotation as rotation_of
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
 from pneumorph.objective.features import NO_SLABS, Features, Slabs, equidistant, features

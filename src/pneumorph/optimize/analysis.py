@@ -26,7 +26,7 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mechanics.potential import State, displacement
+from pneumorph.mechanics.assembly.kinematics import State, displacement
 from pneumorph.mesh import Morph, mesh_body
 from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, objectives
@@ -189,7 +189,6 @@ def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, 
 
 def _task_gradient(space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str) -> np.ndarray:
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
-    disc.tangents[name].move_to(at, equilibrium.state)
     found = gradient(at, disc.tangents[name], equilibrium, disc.objectives[name])
     if not np.isfinite(found.X).all():
         raise ComputationError(
@@ -204,7 +203,6 @@ def _task_jacobian(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Residuals (k,) of a task and their derivatives (k, n) by Φ."""
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
-    disc.tangents[name].move_to(at, equilibrium.state)
     found = residual_jacobian(at, disc.tangents[name], equilibrium, disc.objectives[name])
     rows = [
         space.pullback(disc.morph.pullback(X), {name: dict(zip(disc.model.chambers, pressure, strict=True))})
@@ -219,8 +217,6 @@ def predicted(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi:
     pressures = space.pressures(phi)
     states = {}
     for name, at in analysis.configurations.items():
-        # After a trial that was taken back the factorisation at hand is the trial's.
-        disc.tangents[name].move_to(at, analysis.equilibria[name].state)
         dp = [pressures[name][chamber] - analysis.pressures[name][chamber] for chamber in disc.model.chambers]
         states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, np.array(dp))
     return states

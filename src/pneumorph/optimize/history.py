@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.constraint import LimitReport
-from pneumorph.mechanics.plate import rotation_vector
+from pneumorph.mechanics.assembly.plate import rotation_vector
 from pneumorph.optimize.analysis import Analysis, Discretisation
 from pneumorph.problem import Problem
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Configuration
-from pneumorph.mechanics.energies import neo_hookean
+from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mesh.tets import TetMesh, area_vectors
 
 FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
@@ -100,12 +100,12 @@ def _step(mesh: TetMesh, at: Configuration, increment: float, tolerance: float) 
             yield "*DLOAD"
             elements, faces = element_faces(mesh, mesh.faces[f"chamber {name}"])
             yield from (f"{e + 1}, P{f + 1}, {pressure:.12e}" for e, f in zip(elements, faces, strict=True))
-    weight = np.asarray(at.loads.body_force)
-    if weight.any():
-        size = float(np.linalg.norm(weight))
-        direction = ", ".join(f"{part:.12e}" for part in weight / size)
+    acceleration = np.asarray(at.loads.acceleration)
+    if acceleration.any():
+        size = float(np.linalg.norm(acceleration))
+        direction = ", ".join(f"{part:.12e}" for part in acceleration / size)
         yield "*DLOAD"
-        yield f"BODY, GRAV, {size / at.model.rubber.density:.12e}, {direction}"
+        yield f"BODY, GRAV, {size:.12e}, {direction}"
     if at.model.plate and np.any(at.loads.wrench):
         yield "*CLOAD"
         for component, load in _nonzero(np.asarray(at.loads.wrench)):

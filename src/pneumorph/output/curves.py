@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pneumorph.mechanics.plate import COMPONENTS
+from pneumorph.mechanics.assembly.plate import COMPONENTS
 from pneumorph.output.sweeps import AXES, Curve, reactions
 
 Step = dict[str, Any]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from pneumorph.mechanics.fit import Fit, TensionTest
+from pneumorph.mechanics.material.fit import Fit, TensionTest
 
 
 def draw_fits(path: Path, test: TensionTest, fits: Sequence[Fit], title: str) -> None:

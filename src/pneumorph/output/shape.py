@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from scipy.interpolate import make_interp_spline
 
-from pneumorph.mechanics.plate import rotation
+from pneumorph.mechanics.assembly.plate import rotation
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.features import equidistant
 from pneumorph.output.words import motion_of

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.mechanics.plate import COMPONENTS
+from pneumorph.mechanics.assembly.plate import COMPONENTS
 
 AXES = ("x", "y", "z")
 UNITS = {name: "N" if name in COMPONENTS[:3] else "N*mm" for name in COMPONENTS}

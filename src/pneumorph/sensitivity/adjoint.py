@@ -8,8 +8,8 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, Tangent
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.objective import Objective
 
 
@@ -51,16 +51,16 @@ class NodalJacobian:
 def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective) -> NodalGradient:
     """Gradient of `objective` with respect to every node and every chamber pressure, by one adjoint solve.
 
-    The tangent must be factorised at the equilibrium, as `solve` leaves it.
+    The tangent is the one at the equilibrium, as `solve` leaves it; where something else is factorised, it is anew.
     """
     model, state = at.model, equilibrium.state
     value, (direct, seed) = jax.value_and_grad(objective.at, argnums=(1, 2))(model, at.X, state)
-    w = model.state(tangent.precondition(np.where(at.held, 0.0, model.vector(seed))))
-    shape, pressure = kernels.shape_pullback(*model.rubber_arguments, model.top, at.X, state, at.loads, w)
+    w = model.state(tangent.solve_at(at, state, np.where(at.held, 0.0, model.vector(seed))))
+    shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, w)
     return NodalGradient(
         value=float(value),
         X=np.asarray(direct - shape)[: model.nodes],
-        pressure=dict(zip(model.chambers, -np.asarray(pressure), strict=True)),
+        pressure=dict(zip(model.chambers, -np.asarray(acting.pressure), strict=True)),
         adjoint=w,
     )
 
@@ -70,7 +70,7 @@ def residual_jacobian(
 ) -> NodalJacobian:
     """Derivatives of an objective's residuals, one adjoint each, all with one call of the linear solver.
 
-    The tangent must be factorised at the equilibrium, as `solve` leaves it.
+    The tangent is the one at the equilibrium, as `solve` leaves it; where something else is factorised, it is anew.
     """
     model, state = at.model, equilibrium.state
     assert objective.residuals is not None
@@ -86,10 +86,8 @@ def residual_jacobian(
         direct.append(nodes)
         seeds.append(np.where(at.held, 0.0, model.vector(seed)))
     shapes, pressures = [], []
-    for nodes, w in zip(direct, tangent.precondition(np.array(seeds).T).T, strict=True):
-        shape, pressure = kernels.shape_pullback(
-            *model.rubber_arguments, model.top, at.X, state, at.loads, model.state(w)
-        )
+    for nodes, w in zip(direct, tangent.solve_at(at, state, np.array(seeds).T).T, strict=True):
+        shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, model.state(w))
         shapes.append(np.asarray(nodes - shape)[: model.nodes])
-        pressures.append(-np.asarray(pressure))
+        pressures.append(-np.asarray(acting.pressure))
     return NodalJacobian(np.asarray(values), np.array(shapes), np.array(pressures))

@@ -12,9 +12,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import Configuration, Equilibrium
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.potential import State
+from pneumorph.mechanics import Configuration, Equilibrium, Rubber
+from pneumorph.mechanics.assembly.element import mixed
+from pneumorph.mechanics.assembly.kinematics import State, displacement
+from pneumorph.mechanics.material.rubber import Energy
 from pneumorph.mesh.tets import (
     TRIANGLE_RULE,
     TetMesh,
@@ -36,7 +37,7 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
     """
     model = at.model
     # The adjoint's field on the tip is the plate's first-order motion.
-    _, w = jax.jvp(lambda s: kernels.displacement(model.top, at.X, s), (equilibrium.state,), (adjoint,))
+    _, w = jax.jvp(lambda s: displacement(model.top, at.X, s), (equilibrium.state,), (adjoint,))
     w = np.asarray(w)[: model.nodes]
     pressures = dict(zip(model.chambers, np.asarray(at.loads.pressure), strict=True))
     answer = np.zeros((model.nodes, 3))
@@ -63,18 +64,27 @@ def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, tr
     gradients = derivative @ np.linalg.inv(jacobian)
     F = np.eye(3) + np.einsum("fai,fqaj->fqij", equilibrium.u[tets], gradients)
     slope = np.einsum("fai,fqaj->fqij", w[tets], gradients)
-    hydrostatic = jnp.zeros(F.shape[:2])
-    if at.model.mixed:
-        linear = np.concatenate([1 - xi.sum(axis=-1, keepdims=True), xi], axis=-1)
-        hydrostatic = jnp.einsum("fqc,fc->fq", linear, jnp.asarray(equilibrium.state.pressure)[tets[:, :4]])
-    density, parameters = at.model.rubber_arguments
-    stress = jax.grad(lambda F: jnp.sum(density(F, hydrostatic, parameters)))(
-        jnp.moveaxis(jnp.asarray(F), (2, 3), (0, 1))
-    )
+    linear = np.concatenate([1 - xi.sum(axis=-1, keepdims=True), xi], axis=-1)
+    stress, density = np.empty_like(F), np.empty(len(owner))
+    for number, (region, rubber) in enumerate(at.model.rubbers.items()):
+        own = np.isin(owner, at.model.regions[region])
+        energy, hydrostatic = rubber.energy, np.zeros(linear[own].shape[:2])
+        if at.model.mixed:
+            energy = mixed(rubber.isochoric)
+            pressures = np.asarray(equilibrium.state.pressure).reshape(len(at.model.rubbers), -1)[number]
+            hydrostatic = np.einsum("fqc,fc->fq", linear[own], pressures[tets[own][:, :4]])
+        stress[own], density[own] = _stress(energy, rubber, F[own], hydrostatic), rubber.density
     cofactor = np.linalg.det(F)[..., None, None] * np.swapaxes(np.linalg.inv(F), -1, -2)
-    total = np.moveaxis(np.asarray(stress), (0, 1), (2, 3)) + pressure * cofactor
-    weight = np.einsum("fqa,fai,i->fq", tet_shape(xi), w[tets], np.asarray(at.loads.body_force))
+    total = stress + pressure * cofactor
+    weight = density[:, None] * np.einsum("fqa,fai,i->fq", tet_shape(xi), w[tets], np.asarray(at.loads.acceleration))
     return np.einsum("fqij,fqij->fq", total, slope) - weight
+
+
+def _stress(energy: Energy, rubber: Rubber, F: np.ndarray, hydrostatic: np.ndarray) -> np.ndarray:
+    """∂ψ/∂F (f, 6, 3, 3), MPa."""
+    parameters = jnp.asarray(rubber.parameters)
+    slope = jax.grad(lambda F: jnp.sum(energy(F, hydrostatic, parameters)))
+    return np.moveaxis(np.asarray(slope(jnp.moveaxis(jnp.asarray(F), (2, 3), (0, 1)))), (0, 1), (2, 3))
 
 
 def _owners(tets: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

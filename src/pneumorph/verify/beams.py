@@ -13,7 +13,7 @@ from scipy.integrate import solve_bvp
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rubber
-from pneumorph.mechanics.sweep import sweep
+from pneumorph.mechanics.solve.sweep import sweep
 from pneumorph.verify.solids import bar
 from pneumorph.verify.verdict import Verdict, absolute, relative
 

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Tangent, configuration, loads, model, rubber
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.element import deformation_gradients, inverse, reference_gradients
-from pneumorph.mechanics.plate import rotation
+from pneumorph.mechanics.assembly.element import deformation_gradients, inverse, reference_gradients
+from pneumorph.mechanics.assembly.kinematics import displacement
+from pneumorph.mechanics.assembly.plate import rotation
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual
 from pneumorph.verify.solids import distorted_cube
 from pneumorph.verify.verdict import Verdict, absolute
@@ -67,7 +67,7 @@ def stresses(at: Configuration, vector: np.ndarray) -> np.ndarray:
     """First Piola–Kirchhoff stress (3, 3, 4, M) at the quadrature points, MPa."""
     built = at.model
     tets = built.top.tets[: built.elements]
-    u = kernels.displacement(built.top, at.X, built.state(vector))
+    u = displacement(built.top, at.X, built.state(vector))
     F = deformation_gradients(u[tets], inverse(reference_gradients(at.X[tets])))
     return np.asarray(_stress(F))
 

@@ -8,7 +8,8 @@ from functools import partial
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.mechanics import Rubber, Tangent, configuration, energies, loads, model
+from pneumorph.mechanics import Rubber, Tangent, configuration, loads, model
+from pneumorph.mechanics.material import energies
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual
 from pneumorph.verify.solids import distorted_cube
 from pneumorph.verify.verdict import Case, Verdict, relative

@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Configuration, Tangent
-from pneumorph.mechanics import potential as kernels
+from pneumorph.mechanics.assembly import potential as kernels
 
 MOST_STEPS = 25
 
@@ -18,7 +18,7 @@ MOST_STEPS = 25
 def residual(at: Configuration, vector: np.ndarray) -> np.ndarray:
     """∂Π over all unknowns (n,), those with supports too: there it is the reaction, N."""
     model = at.model
-    _, gradient = kernels.value_and_residual(*model.rubber_arguments, model.top, at.X, model.state(vector), at.loads)
+    _, gradient = kernels.value_and_residual(model.potential, at.X, model.state(vector), at.loads)
     return model.vector(gradient)
 
 

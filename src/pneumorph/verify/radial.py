@@ -17,7 +17,7 @@ from scipy.integrate import solve_bvp
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Rubber
-from pneumorph.mechanics.energies import SMALLEST_RATIO
+from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 
 TUBE, SPHERE = 1, 2
 

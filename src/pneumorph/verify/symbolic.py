@@ -19,8 +19,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics.linear import factorisation
-from pneumorph.mechanics.plate import rigid_displacement
+from pneumorph.mechanics.assembly.linear import factorisation
+from pneumorph.mechanics.assembly.plate import rigid_displacement
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TRIANGLE_RULE, TetMesh, area_vectors
 from pneumorph.verify.verdict import Unavailable
 

@@ -20,8 +20,8 @@ from pneumorph.mechanics import (
     model_of,
     solve,
 )
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.balance import unloaded
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.solve.balance import unloaded
 from pneumorph.mesh import mesh_body
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 from pneumorph.verify.verdict import Verdict, relative
@@ -85,7 +85,7 @@ class Actuator:
 
     def potential(self, at: Configuration, found: Equilibrium) -> float:
         """Π of a state under the loads of `at`, N·mm."""
-        return float(kernels.potential(*self.model.rubber_arguments, self.model.top, at.X, found.state, at.loads))
+        return float(kernels.total(self.model.potential, at.X, found.state, at.loads))
 
 
 def start(size: float) -> Actuator:

@@ -8,7 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.mechanics.balance import (
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.material.energies import SMALLEST_RATIO
+from pneumorph.mechanics.solve.balance import (
     RUNAWAY_STRETCH,
     applied_force,
     evaluate,
@@ -17,10 +21,6 @@ from pneumorph.mechanics.balance import (
     supported,
     unloaded,
 )
-from pneumorph.mechanics.energies import SMALLEST_RATIO
-from pneumorph.mechanics.linear import SingularMatrix
-from pneumorph.mechanics.potential import State
-from pneumorph.mechanics.tangent import Configuration, Tangent
 
 MOST_NEWTON_STEPS = 40
 MOST_PRODUCTS = 6

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.assembly import tangent
-from pneumorph.mechanics.linear import factorisation
-from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import Loads, State
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.linear import factorisation
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.terms import Loads
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,17 @@ class Configuration:
         return held
 
 
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """What a factorisation is of: the tangent at a state, its diagonal raised by a part of it."""
+
+    at: Configuration
+    state: State
+    shift: float
+
+
 class Tangent:
-    """A factorised tangent that is reused while it serves.
+    """A factorised tangent that is reused while it serves: as itself by `solve_at`, as a preconditioner elsewhere.
 
     Attributes
     ----------
@@ -47,18 +57,24 @@ class Tangent:
         How many back-solves.
     negative_pivots : int
         Of the latest factorisation, beyond the one that every pressure of mixed elements has: 0 at a stable state.
+    origin : Origin or None
+        What the latest factorisation is of; None where there is none, or none that succeeded.
     unit_seconds : float
         What the latest assembly with factorisation took: the yardstick that a design's cost is told in.
     """
 
     def __init__(self, model: Model):
         self._model = model
-        self._factor = factorisation(model.pattern.indptr, model.pattern.indices)
-        self._place: tuple[Configuration, State] | None = None
-        self.ready = False
+        self._factor = factorisation(model.sparsity.indptr, model.sparsity.indices)
+        self.origin: Origin | None = None
         self.factorisations = 0
         self.solves = 0
         self.unit_seconds = 0.0
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is a factorisation, of whatever state."""
+        return self.origin is not None
 
     @property
     def negative_pivots(self) -> int:
@@ -68,36 +84,53 @@ class Tangent:
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
         began = time.perf_counter()
-        self._refactorise(tangent(self._model, at.X, state, at.loads, at.blocked))
+        self._refactorise(self._assembled(at, state), Origin(at, state, 0.0))
         self.unit_seconds = time.perf_counter() - began
-        self._place = (at, state)
+
+    def is_of(self, at: Configuration, state: State) -> bool:
+        """Whether the factorisation at hand is that of the tangent at this very state, and not raised.
+
+        Configuration and state are compared as objects: equal copies count as others.
+        """
+        origin = self.origin
+        return origin is not None and origin.at is at and origin.state is state and origin.shift == 0.0
 
     def move_to(self, at: Configuration, state: State) -> None:
-        """Factorise at a state, unless the factorisation at hand is that one."""
-        if self._place is None or self._place[0] is not at or self._place[1] is not state:
+        """Factorise at a state, unless the factorisation at hand is of it."""
+        if not self.is_of(at, state):
             self.factorise(at, state)
+
+    def solve_at(self, at: Configuration, state: State, rhs: np.ndarray) -> np.ndarray:
+        """K⁻¹ rhs (n,) or (n, k) with the tangent at just this state, whatever was factorised before."""
+        self.move_to(at, state)
+        return self.precondition(rhs)
 
     def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3) -> float:
         """Factorise; an unstable tangent with its diagonal raised until it is stable, by the part of it returned.
 
         Tried are 0, `least`, and four times as much at a time. The diagonal of the pressures stays.
         """
-        data = tangent(self._model, at.X, state, at.loads, at.blocked)
-        self._refactorise(data)
+        data = self._assembled(at, state)
+        self._refactorise(data, Origin(at, state, 0.0))
         diagonal, shift = np.abs(data[self._model.diagonal]), 0.0
         diagonal[self._model.pressure_unknowns] = 0.0
         while self.negative_pivots > 0 and shift < 10:
             shift = 4 * shift or least
             raised = data.copy()
             raised[self._model.diagonal] += shift * diagonal
-            self._refactorise(raised)
+            self._refactorise(raised, Origin(at, state, shift))
         return shift
 
-    def _refactorise(self, data: np.ndarray) -> None:
+    def _assembled(self, at: Configuration, state: State) -> np.ndarray:
+        if at.model is not self._model:
+            raise ValueError("the configuration is that of another model")
+        return tangent(self._model, at.X, state, at.loads, at.blocked)
+
+    def _refactorise(self, data: np.ndarray, origin: Origin) -> None:
+        self.origin = None
         self._factor.refactorise(data)
         self.factorisations += 1
-        self.ready = True
-        self._place = None
+        self.origin = origin
 
     def precondition(self, rhs: np.ndarray) -> np.ndarray:
         """Back-solve with the factorisation at hand for a right-hand side (n,), or for several (n, k)."""
@@ -117,7 +150,7 @@ class Tangent:
         for count in range(most):
             if rho <= target or rho <= 0:
                 return Solution(x, True, False, count)
-            product = kernels.tangent_product(*model.rubber_arguments, model.top, at.X, state, at.loads, model.state(p))
+            product = kernels.tangent_product(model.potential, at.X, state, at.loads, model.state(p))
             Kp = np.where(held, 0.0, model.vector(product))
             curvature = p @ Kp
             if not curvature > 0:

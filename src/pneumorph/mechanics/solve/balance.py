@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.potential import Loads, State
-from pneumorph.mechanics.tangent import Configuration
+from pneumorph.mechanics.assembly import kinematics
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.tangent import Configuration
+from pneumorph.mechanics.assembly.terms import Loads
 
 RUNAWAY_STRETCH = 8.0
 
@@ -17,7 +20,7 @@ RUNAWAY_STRETCH = 8.0
 def scaled(full: Loads, fraction: float) -> Loads:
     """A part of the pressures, weights and plate loads; springs stay."""
     return full._replace(
-        pressure=full.pressure * fraction, body_force=full.body_force * fraction, wrench=full.wrench * fraction
+        pressure=full.pressure * fraction, acceleration=full.acceleration * fraction, wrench=full.wrench * fraction
     )
 
 
@@ -29,7 +32,7 @@ def unloaded(at: Configuration) -> Configuration:
 def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
     """Π and R (n,); supports and blocks not taken out."""
     model = at.model
-    value, residual = kernels.value_and_residual(*model.rubber_arguments, model.top, at.X, state, at.loads)
+    value, residual = kernels.value_and_residual(model.potential, at.X, state, at.loads)
     return float(value), model.vector(residual)
 
 
@@ -46,7 +49,8 @@ def residual_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
 def length(at: Configuration, change: np.ndarray) -> float:
     """Norm of a change of the unknowns: in mm and rad, and for pressures in shear moduli."""
     pressures = change[at.model.pressure_unknowns]
-    squares = change @ change + (at.model.rubber.shear_modulus**-2 - 1.0) * (pressures @ pressures)
+    stiffest = max(rubber.shear_modulus for rubber in at.model.rubbers.values())
+    squares = change @ change + (stiffest**-2 - 1.0) * (pressures @ pressures)
     return float(np.sqrt(max(squares, 0.0)))
 
 
@@ -59,11 +63,18 @@ def applied_force(at: Configuration, state: State) -> float:
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
 
+def pressure_force(at: Configuration, state: State, change: np.ndarray | jnp.ndarray) -> np.ndarray:
+    """−(∂R/∂p)·change (n,): what a change of the chamber pressures (C,) in MPa pushes with, supports not taken out."""
+    still = jax.tree.map(jnp.zeros_like, at.loads)
+    given = still._replace(pressure=jnp.asarray(change, dtype=float))
+    return -at.model.vector(kernels.load_product(at.model.potential, at.X, state, at.loads, given))
+
+
 def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
     """The smallest volume ratio J at the quadrature points."""
-    return float(kernels.least_ratio(at.model.top, at.X, at.model.state(vector)))
+    return float(kinematics.least_ratio(at.model.top, at.X, at.model.state(vector)))
 
 
 def largest_stretch(at: Configuration, vector: np.ndarray) -> float:
     """The largest principal stretch at the quadrature points."""
-    return float(jnp.max(kernels.stretches(at.model.top, at.X, at.model.state(vector))))
+    return float(jnp.max(kinematics.stretches(at.model.top, at.X, at.model.state(vector))))

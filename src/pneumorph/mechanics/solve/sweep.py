@@ -7,10 +7,11 @@ from collections.abc import Iterable, Iterator
 import jax
 import jax.numpy as jnp
 
-from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, solve
-from pneumorph.mechanics.path import explained
-from pneumorph.mechanics.potential import Loads, State
-from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, solve
+from pneumorph.mechanics.solve.path import explained
 
 
 def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibrium | NoEquilibrium]:

@@ -12,14 +12,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.balance import applied_force, evaluate, scaled
-from pneumorph.mechanics.descent import minimise
-from pneumorph.mechanics.linear import SingularMatrix
-from pneumorph.mechanics.model import Model
-from pneumorph.mechanics.potential import Loads, State
-from pneumorph.mechanics.saddle import settle
-from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly import kinematics
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.solve.balance import applied_force, evaluate, scaled
+from pneumorph.mechanics.solve.descent import minimise
+from pneumorph.mechanics.solve.saddle import settle
 
 TOLERANCE = 1e-9
 """Residual norm over the norm of the applied forces at which a state counts as an equilibrium."""
@@ -98,11 +99,10 @@ def loads(
     They are those of the whole body and, where the model is half of it, symmetric like it (see `mirror.mirror_of`).
     """
     zero = np.zeros(6)
-    force = np.zeros(3) if acceleration is None else model.rubber.density * np.asarray(acceleration, float)
     share = 1.0 / model.copies
     return Loads(
         pressure=jnp.asarray([pressures.get(name, 0.0) for name in model.chambers], dtype=float),
-        body_force=jnp.asarray(force),
+        acceleration=jnp.asarray(zero[:3] if acceleration is None else acceleration, dtype=float),
         spring=share * jnp.asarray(zero if spring is None else spring, dtype=float),
         wrench=share * jnp.asarray(zero if wrench is None else wrench, dtype=float),
     )
@@ -148,7 +148,7 @@ def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
     """From rest: weights and plate loads first, which make the body sag, then the pressures."""
     loads, since = at.loads, (scaled(at.loads, 0.0), rest(at.model))
-    if np.any(loads.body_force) or np.any(loads.wrench):
+    if np.any(loads.acceleration) or np.any(loads.wrench):
         sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure))
         # As near as the full load asks for: a small weight's own forces may be lost in the rounding of the residual.
         near = tolerance * max(1.0, applied_force(at, since[1]) / applied_force(sagging, since[1]))
@@ -209,11 +209,11 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
     model = at.model
     tangent.move_to(at, state)
     negative = tangent.negative_pivots
-    u = kernels.displacement(model.top, at.X, state)
+    u = kinematics.displacement(model.top, at.X, state)
     _, forces = evaluate(at, state)
-    plate = np.asarray(state.plate) if model.plate else np.r_[kernels.tip_centre(model.top, at.X, u), np.zeros(3)]
-    volumes = model.copies * kernels.chamber_volumes(model.top, at.X + u)
-    stretch = kernels.stretches(model.top, at.X, state)
+    plate = np.asarray(state.plate) if model.plate else np.r_[kinematics.tip_centre(model.top, at.X, u), np.zeros(3)]
+    volumes = model.copies * kinematics.chamber_volumes(model.top, at.X + u)
+    stretch = kinematics.stretches(model.top, at.X, state)
     return Equilibrium(
         state=state,
         u=np.asarray(u)[: model.nodes],
@@ -226,13 +226,3 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
         factorisations=tangent.factorisations - before[0],
         solves=tangent.solves - before[1],
     )
-
-
-def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, dp: np.ndarray) -> State:
-    """The state after nodes move by dX (N, 3) and pressures by dp (C,), to first order: K du = −∂R/∂X dX − ∂R/∂p dp."""
-    model = at.model
-    arguments = (*model.rubber_arguments, model.top, at.X, state, at.loads)
-    change = model.vector(kernels.shape_product(*arguments, model.pad(dX)))
-    if np.any(dp):
-        change = change + model.vector(kernels.pressure_product(*arguments, jnp.asarray(dp)))
-    return model.state(model.vector(state) + tangent.precondition(np.where(at.held, 0.0, -change)))

@@ -15,8 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
-from pneumorph.mechanics import energies
-from pneumorph.mechanics.material import Energy
+from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.rubber import Energy
 
 DIRECTIONS = {"uniaxial": (1.0, -0.5), "equibiaxial": (1.0, 1.0), "planar": (1.0, 0.0)}
 """Logarithms of the first two principal stretches over that of the first, for the isochoric tests of stability."""

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.energies import determinant
-from pneumorph.mechanics.material import Energy, with_volume
+from pneumorph.mechanics.material.energies import determinant
+from pneumorph.mechanics.material.rubber import Energy, with_volume
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape, triangle_gradient, triangle_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)
@@ -69,17 +69,21 @@ def deformation_gradients(u: Array, inverse_jacobian: Array) -> Array:
     return jnp.eye(3)[:, :, None, None] + matrix_product(reference_gradients(u), inverse_jacobian)
 
 
-def tet_energies(X: Array, u: Array, pressure: Array, density: Energy, parameters: Array, body_force: Array) -> Array:
-    """∫ ψ(F, π) − ρ₀ g·u over each tetrahedron, (M,) in N·mm.
+def tet_energies(X: Array, u: Array, pressure: Array, density: Energy, parameters: Array) -> Array:
+    """∫ ψ(F, π) over each tetrahedron, (M,) in N·mm.
 
-    Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa, body force ρ₀ g (3,) in
-    N/mm³.
+    Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa.
     """
     jacobian = reference_gradients(X)
-    work = jnp.einsum("ea,qa->qe", u @ body_force, jnp.asarray(TET_N))
     F = deformation_gradients(u, inverse(jacobian))
-    value = density(F, jnp.asarray(TET_CORNER_N) @ pressure.T, parameters) - work
+    value = density(F, jnp.asarray(TET_CORNER_N) @ pressure.T, parameters)
     return TET_WEIGHT * jnp.sum(determinant(jacobian) * value, axis=0)
+
+
+def tet_works(X: Array, u: Array, body_force: Array) -> Array:
+    """∫ ρ₀ g·u over each tetrahedron, (M,) in N·mm, for a body force ρ₀ g (3,) in N/mm³."""
+    work = jnp.einsum("ea,qa->qe", u @ body_force, jnp.asarray(TET_N))
+    return TET_WEIGHT * jnp.sum(determinant(reference_gradients(X)) * work, axis=0)
 
 
 def triangle_points(x: Array) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from pneumorph.mechanics.energies import OfInvariants, determinant, neo_hookean
+from pneumorph.mechanics.material.energies import OfInvariants, determinant, neo_hookean
 
 Energy = Callable[..., Array]
 """ψ(F, parameters) in MPa; of an element ψ(F, π, parameters), whose π only mixed ones use."""

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from pneumorph.mechanics.spectral import spectrum, trace_of_power
+from pneumorph.mechanics.material.spectral import spectrum, trace_of_power
 
 
 def determinant(F: Array) -> Array:

@@ -18,12 +18,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.mechanics import potential as kernels
-from pneumorph.mechanics.balance import RUNAWAY_STRETCH, applied_force, length, residual_at, smallest_ratio, supported
-from pneumorph.mechanics.energies import SMALLEST_RATIO
-from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, read_off, solve
-from pneumorph.mechanics.linear import SingularMatrix
-from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.material.energies import SMALLEST_RATIO
+from pneumorph.mechanics.solve.balance import (
+    RUNAWAY_STRETCH,
+    applied_force,
+    length,
+    pressure_force,
+    residual_at,
+    smallest_ratio,
+    supported,
+)
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, read_off, solve
 
 TOLERANCE = 1e-8
 """Residual norm over the norm of the applied forces at which a point counts as found."""
@@ -232,9 +239,8 @@ def _moving(at: Configuration) -> np.ndarray:
 
 def _along(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
     """dx/dλ = K⁻¹f with the factorisation at hand."""
-    model = at.model
-    arguments = (*model.rubber_arguments, model.top, at.X, model.state(vector), at.loads)
-    return tangent.precondition(supported(at, -model.vector(kernels.pressure_product(*arguments, at.loads.pressure))))
+    push = pressure_force(at, at.model.state(vector), at.loads.pressure)
+    return tangent.precondition(supported(at, push))
 
 
 def _place(

@@ -10,7 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.mechanics.balance import (
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.material.energies import SMALLEST_RATIO
+from pneumorph.mechanics.solve.balance import (
     RUNAWAY_STRETCH,
     applied_force,
     largest_stretch,
@@ -20,10 +24,6 @@ from pneumorph.mechanics.balance import (
     supported,
     unloaded,
 )
-from pneumorph.mechanics.energies import SMALLEST_RATIO
-from pneumorph.mechanics.linear import SingularMatrix
-from pneumorph.mechanics.potential import State
-from pneumorph.mechanics.tangent import Configuration, Tangent
 
 MOST_NEWTON_STEPS = 40
 SMALLEST_STEP = 1 / 64

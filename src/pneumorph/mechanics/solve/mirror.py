@@ -13,9 +13,9 @@ from math import nan
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics.model import Model, model
-from pneumorph.mechanics.potential import State
-from pneumorph.mechanics.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mesh import TetMesh, Unfolded, unfolded
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS, operations
@@ -97,7 +97,9 @@ class Whole:
         u = self.model.pad(self.image.vectors(np.asarray(half.u)[: self.half.nodes]))
         if not self.half.mixed:
             return State(u, half.plate)
-        return State(u, half.plate, self.model.pad(np.asarray(half.pressure)[self.image.source]))
+        regions = len(self.half.rubbers)
+        pressure = np.asarray(half.pressure).reshape(regions, -1)[:, self.image.source]
+        return State(u, half.plate, jnp.concatenate([self.model.pad(part) for part in pressure]))
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
         """Those of the whole body's tangent at a state of the half: 0 where it is stable against all motions."""
@@ -108,5 +110,6 @@ class Whole:
 def whole_of(half: Model, mesh: TetMesh) -> Whole:
     """The whole body of a half model and its mesh."""
     image = unfolded(mesh)
-    body = model(image.mesh, half.rubber, half.plate, mixed=half.mixed)
+    rubber = half.rubber if len(half.rubbers) == 1 else half.rubbers
+    body = model(image.mesh, rubber, half.plate, mixed=half.mixed)
     return Whole(half, image, body, Tangent(body))

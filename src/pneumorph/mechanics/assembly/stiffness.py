@@ -1,4 +1,4 @@
-"""Kernels that fill the tangent: stiffness of the elements, and where it goes in the fixed pattern."""
+"""Numba kernels: the stiffness of tetrahedra of rubber, and the way of blocks into the tangent's values."""
 
 from __future__ import annotations
 
@@ -122,14 +122,12 @@ def _add(A, G, half, local):
 
 @numba.njit(cache=True, parallel=True)
 def gather(blocks, visits, visit_start, slot, indptr, data):
-    """Sum element blocks (M, 55, 9) into the CSR values `data`; every block row is filled by one thread."""
+    """Add blocks (E, pairs of nodes a ≤ b, 9) to the CSR values `data`; every block row is filled by one thread."""
+    count = slot.shape[1]
     for row in numba.prange(len(visit_start) - 1):
-        for i in range(3):
-            for at in range(indptr[3 * row + i], indptr[3 * row + i + 1]):
-                data[at] = 0.0
         for visit in range(visit_start[row], visit_start[row + 1]):
-            e, a = visits[visit] // 10, visits[visit] % 10
-            for b in range(10):
+            e, a = visits[visit] // count, visits[visit] % count
+            for b in range(count):
                 m = slot[e, a, b]
                 if m < 0:
                     continue

@@ -1,0 +1,93 @@
+"""The tangent's values: the blocks of every term's elements added up in the common sparsity, then the plate's columns.
+
+A term's blocks are made by JAX from its energy; where there is a faster way to the same numbers it is taken. So a term
+cannot be left out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jax import Array
+
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.solid import solid_blocks
+from pneumorph.mechanics.assembly.stiffness import gather, scatter
+from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Solid, Weight
+
+Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Of pairs of nodes a ≤ b (E, a(a + 1)/2, 9), of nodes with pressures (E, a, c, 3), and of pressures (E, c, c)."""
+
+
+def tangent(model: Model, X: Array, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
+    """Values of the tangent ∂²Π in the sparsity's order.
+
+    Rows and columns of fixed and of `held` (6,) plate unknowns are the identity's.
+    """
+    common = model.sparsity
+    data = np.zeros(len(common.indices))
+    for (connectivity, energies), places in zip(model.potential.groups, model.places, strict=True):
+        for energy in energies:
+            blocks = _blocks(model, connectivity, energy, X, state, loads)
+            if blocks is None:
+                continue
+            motion, coupling, compression = blocks
+            gather(motion, places.visits, places.visit_start, places.slot, common.indptr, data)
+            scatter(coupling.ravel(), places.coupling, data)
+            scatter(compression.ravel(), places.compression, data)
+    if model.plate:
+        _add_plate(model, X, state, loads, data)
+    data[model.supported_values] = 0.0
+    data[model.diagonal[model.fixed]] = 1.0
+    if model.plate and held.any():
+        _hold(model, data, held)
+    return data
+
+
+def _blocks(
+    model: Model, connectivity: Connectivity, energy: ElementEnergy, X: Array, state: State, loads: Loads
+) -> Blocks | None:
+    """The blocks of a term's elements; None where its energy is linear in all unknowns but the plate's."""
+    if connectivity.nodes.shape[1] + connectivity.pressures.shape[1] == 0:
+        return None
+    match energy:
+        case Weight():
+            return None
+        case Solid():
+            return solid_blocks(connectivity, energy, model.top, X, state)
+        case _:
+            matrices = kernels.element_hessians(connectivity, energy, model.top, X, state, loads)
+            return _cut(np.asarray(matrices)[: connectivity.count], connectivity.nodes.shape[1])
+
+
+def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
+    """The blocks of elements' matrices (E, 3a + c, 3a + c)."""
+    count, end = len(matrices), 3 * nodes
+    b, a = np.tril_indices(nodes)
+    motion = matrices[:, :end, :end].reshape(count, nodes, 3, nodes, 3)[:, a, :, b].transpose(1, 0, 2, 3)
+    coupling = matrices[:, :end, end:].reshape(count, nodes, 3, -1).transpose(0, 1, 3, 2)
+    return np.ascontiguousarray(motion).reshape(count, -1, 9), coupling, matrices[:, end:, end:]
+
+
+def _add_plate(model: Model, X: Array, state: State, loads: Loads, data: np.ndarray) -> None:
+    """The six columns of the plate, which moves the tip's nodes: of all terms together."""
+    common = model.sparsity
+    columns = kernels.plate_columns(model.near_tip, X, state, loads)
+    number = common.number[common.beside_tip]
+    row_ends = common.indptr[(3 * number[:, None] + np.arange(3)) + 1]
+    data[row_ends[:, :, None] + np.arange(-6, 0)] = np.asarray(columns.u)[common.beside_tip]
+    if model.mixed:
+        beside = common.corners_beside_tip
+        row_ends = common.indptr[3 * len(model.off_tip) + beside + 1]
+        data[row_ends[:, None] + np.arange(-6, 0)] = np.asarray(columns.pressure)[common.corners[beside]]
+    data[-21:] = np.asarray(columns.plate)[np.triu_indices(6)]
+
+
+def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:
+    columns = model.size - 6 + np.flatnonzero(held)
+    data[np.isin(model.sparsity.indices, columns)] = 0.0
+    corner = data[-21:]
+    rows, _ = np.triu_indices(6)
+    corner[held[rows]] = 0.0
+    data[model.diagonal[columns]] = 1.0

@@ -1,0 +1,248 @@
+"""The common sparsity of all terms' second derivatives, and where each of their elements' blocks goes in it.
+
+Unknowns are numbered: three per node that is not on the tip, in node order, then in mixed elements the pressures π,
+then the six of the plate. Only the upper triangle is stored (the tangent has a potential, so it is symmetric).
+Supported unknowns stay in it as rows of the identity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from scipy import sparse
+
+from pneumorph.mechanics.assembly.terms import Connectivity
+
+
+@dataclass(frozen=True)
+class Sparsity:
+    """Which pairs of unknowns the tangent couples.
+
+    Attributes
+    ----------
+    number : (N,) int
+        Rank of each node among those not on the tip; −1 on the tip.
+    corners : (n_π,) int
+        Places in `State.pressure` that are unknowns; none where elements are not mixed.
+    rank : (P,) int
+        Rank of each place in `corners`; −1 where it is none.
+    size : int
+        Number of unknowns, 3·(nodes off the tip) + n_π + 6.
+    indptr, indices : CSR arrays of the upper triangle, columns ascending.
+    motion, coupling, compression : CSR
+        The pairs of nodes, of nodes with pressures, and of pressures, that it is made of.
+    beside_tip : (k,) int
+        Nodes off the tip that share an element with it or with the plate.
+    corners_beside_tip : (k_π,) int
+        Ranks in `corners` of those that do.
+    """
+
+    number: np.ndarray
+    corners: np.ndarray
+    rank: np.ndarray
+    size: int
+    indptr: np.ndarray
+    indices: np.ndarray
+    motion: sparse.csr_array
+    coupling: sparse.csr_array
+    compression: sparse.csr_array
+    beside_tip: np.ndarray
+    corners_beside_tip: np.ndarray
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the blocks of one connectivity's elements (without padding) go in the values of the tangent.
+
+    Attributes
+    ----------
+    visits, visit_start : (a·E,), (n + 1,) int
+        For every node off the tip, the (element·a + local node) pairs that touch it.
+    slot : (E, a, a) int
+        Rank of node b in the block row of node a, or −1 where the block is below the diagonal or touches the tip.
+    coupling : (E·a·c·3,) int
+        Place in the values of ∂²/∂u∂π for every element, node, pressure and component; −1 on the tip.
+    compression : (E·c·c,) int
+        Place in the values of ∂²/∂π∂π for every element and pair of pressures; −1 below the diagonal.
+    """
+
+    visits: np.ndarray
+    visit_start: np.ndarray
+    slot: np.ndarray
+    coupling: np.ndarray
+    compression: np.ndarray
+
+
+def sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, pressures: int) -> Sparsity:
+    """The sparsity of terms of all these connectivities.
+
+    Parameters
+    ----------
+    on_tip : (N,) bool
+        Nodes that the plate moves.
+    pressures : int
+        Length of `State.pressure`.
+    """
+    number = np.full(len(on_tip), -1)
+    number[~on_tip] = np.arange(np.count_nonzero(~on_tip))
+    seen = [_rows(connectivity) for connectivity in connectivities]
+    corners = np.unique(np.concatenate([places.ravel() for _, places in seen]))
+    rank = np.full(pressures, -1)
+    rank[corners] = np.arange(len(corners))
+    n, m = int(number.max()) + 1, len(corners)
+
+    pairings = [_pairings(number[nodes], rank[places]) for nodes, places in seen]
+    # Every unknown has its diagonal entry, also one that no element touches.
+    motion = _couples([(a, b, (a >= 0) & (b >= a)) for (a, b), _, _ in pairings], np.arange(n), (n, n))
+    coupling = _couples([(a, c, a >= 0) for _, (a, c), _ in pairings], np.zeros(0, int), (n, m))
+    compression = _couples([(c, d, d >= c) for _, _, (c, d) in pairings], np.arange(m), (m, m))
+
+    beside, corners_beside = np.zeros(len(on_tip), bool), np.zeros(m, bool)
+    for connectivity, (nodes, places) in zip(connectivities, seen, strict=True):
+        near = touching(nodes, on_tip, connectivity.plate)
+        beside[nodes[near]] = True
+        corners_beside[rank[places[near]]] = True
+    beside &= ~on_tip
+    indptr, indices = _expand(
+        _arrays(motion), _arrays(coupling), _arrays(compression), (beside[~on_tip], corners_beside)
+    )
+    return Sparsity(
+        number=number,
+        corners=corners,
+        rank=rank,
+        size=len(indptr) - 1,
+        indptr=indptr,
+        indices=indices,
+        motion=motion,
+        coupling=coupling,
+        compression=compression,
+        beside_tip=np.flatnonzero(beside),
+        corners_beside_tip=np.flatnonzero(corners_beside),
+    )
+
+
+def touching(nodes: np.ndarray, on_tip: np.ndarray, plate: bool) -> np.ndarray:
+    """Which elements (E,) depend on the plate: those with a node on it, or all where they see it themselves."""
+    return np.any(on_tip[nodes], axis=1) | np.array(plate)
+
+
+def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
+    """Where the blocks of a connectivity go that the sparsity was built for."""
+    nodes, places = _rows(connectivity)
+    local, pressure = common.number[nodes], common.rank[places]
+    (a, b), (u, p), (c, d) = _pairings(local, pressure)
+    slot = _slots(common.motion, a, b, (a >= 0) & (b >= a))
+    coupling_slot = _slots(common.coupling, u, p, u >= 0)
+    compression_slot = _slots(common.compression, c, d, d >= c)
+
+    # In a row of u the pressures follow the blocks of u; in a row of π they come first.
+    n = len(common.motion.indptr) - 1
+    row = 3 * local[:, :, None] + np.arange(3)
+    first = common.indptr[row] + 3 * np.diff(common.motion.indptr)[local][:, :, None] - np.arange(3)
+    coupling = first[:, :, None, :] + coupling_slot[:, :, :, None]
+    coupling[coupling_slot < 0] = -1
+    compression = common.indptr[3 * n + c] + compression_slot
+    compression[compression_slot < 0] = -1
+
+    touches = local.ravel()
+    order = np.argsort(touches, kind="stable")
+    order = order[touches[order] >= 0]
+    start = np.searchsorted(touches[order], np.arange(n + 1))
+    return Places(order, start, slot, coupling.ravel(), compression.ravel())
+
+
+def _rows(connectivity: Connectivity) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and places of pressures of the elements that are no padding."""
+    count = connectivity.count
+    return np.asarray(connectivity.nodes)[:count], np.asarray(connectivity.pressures)[:count].astype(int)
+
+
+def _pairings(local, pressure):
+    """All pairs in every element: of nodes (E, a, a), of nodes with pressures (E, a, c), of pressures (E, c, c)."""
+    return (
+        np.broadcast_arrays(local[:, :, None], local[:, None, :]),
+        np.broadcast_arrays(local[:, :, None], pressure[:, None, :]),
+        np.broadcast_arrays(pressure[:, :, None], pressure[:, None, :]),
+    )
+
+
+def _couples(pairs, diagonal: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:
+    """The pattern of all pairs (a, b, which are used) and of so many diagonal entries."""
+    rows = np.concatenate([*(a[used] for a, _, used in pairs), diagonal])
+    columns = np.concatenate([*(b[used] for _, b, used in pairs), diagonal])
+    couples = sparse.csr_array((np.ones(len(rows), np.int8), (rows, columns)), shape=shape)
+    couples.sum_duplicates()
+    couples.sort_indices()
+    return couples
+
+
+def _arrays(couples: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """Row starts and columns as Numba has been compiled for."""
+    return couples.indptr.astype(np.int64), couples.indices.astype(np.int64)
+
+
+def _slots(couples: sparse.csr_array, i: np.ndarray, j: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """The rank of every pair (i, j) in its row; −1 where it is not used."""
+    slot = np.full(used.shape, -1, dtype=np.int32)
+    i, j = i[used].astype(np.int64), j[used]
+    if len(i):
+        starts = couples.indptr
+        stride = int(max(couples.indices.max(), j.max())) + 1
+        keys = np.repeat(np.arange(len(starts) - 1), np.diff(starts)) * stride + couples.indices
+        found = np.searchsorted(keys, i * stride + j).clip(max=len(keys) - 1)
+        if np.any(keys[found] != i * stride + j):
+            raise ValueError("the sparsity was built without these elements")
+        slot[used] = found - starts[i]
+    return slot
+
+
+@numba.njit(cache=True)
+def _expand(blocks, coupling, compression, with_plate):
+    """Scalar CSR (upper triangle) of 3×3 blocks of u, rows of u with π, rows of π; six plate columns where asked."""
+    block_start, block_columns = blocks
+    coupling_start, coupling_columns = coupling
+    compression_start, compression_columns = compression
+    plate_u, plate_p = with_plate
+    n, m = len(block_start) - 1, len(compression_start) - 1
+    indptr = np.zeros(3 * n + m + 7, np.int32)
+    for row in range(n):
+        width = 3 * (block_start[row + 1] - block_start[row]) + coupling_start[row + 1] - coupling_start[row]
+        if plate_u[row]:
+            width += 6
+        for i in range(3):
+            indptr[3 * row + i + 1] = indptr[3 * row + i] + width - i
+    for row in range(m):
+        width = compression_start[row + 1] - compression_start[row] + (6 if plate_p[row] else 0)
+        indptr[3 * n + row + 1] = indptr[3 * n + row] + width
+    for i in range(6):
+        indptr[3 * n + m + i + 1] = indptr[3 * n + m + i] + 6 - i
+    indices = np.empty(indptr[-1], np.int32)
+    for row in range(n):
+        for i in range(3):
+            at = indptr[3 * row + i]
+            for block in range(block_start[row], block_start[row + 1]):
+                first = i if block == block_start[row] else 0
+                for k in range(first, 3):
+                    indices[at] = 3 * block_columns[block] + k
+                    at += 1
+            for entry in range(coupling_start[row], coupling_start[row + 1]):
+                indices[at] = 3 * n + coupling_columns[entry]
+                at += 1
+            if plate_u[row]:
+                for k in range(6):
+                    indices[at + k] = 3 * n + m + k
+    for row in range(m):
+        at = indptr[3 * n + row]
+        for entry in range(compression_start[row], compression_start[row + 1]):
+            indices[at] = 3 * n + compression_columns[entry]
+            at += 1
+        if plate_p[row]:
+            for k in range(6):
+                indices[at + k] = 3 * n + m + k
+    for i in range(6):
+        for k in range(i, 6):
+            indices[indptr[3 * n + m + i] + k - i] = 3 * n + m + k
+    return indptr, indices

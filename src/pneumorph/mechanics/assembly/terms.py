@@ -1,0 +1,173 @@
+"""The terms of the potential: which unknowns the elements of each see, and the energy that they have.
+
+    Π(X, u, π) = Σ∫ψ(F, π) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d, plate d = [c, θ]
+
+The solid, the chambers' pressure, the weight and the plate are its terms. A term is a connectivity and an energy of its
+elements, written in JAX; all else, up to its part of the assembled tangent, is made of these in `potential.py` and
+`hessian.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple, Protocol
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.tree_util import register_dataclass
+
+from pneumorph.mechanics.assembly.element import tet_energies, tet_works, triangle_volumes
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.material.rubber import Energy
+
+
+class Loads(NamedTuple):
+    """What acts: chamber pressures (C,) MPa, acceleration g (3,) mm/s², plate springs and dead loads (6,)."""
+
+    pressure: Array
+    acceleration: Array
+    spring: Array
+    wrench: Array
+
+
+class Local(NamedTuple):
+    """What the elements of a term see, element by element.
+
+    Attributes
+    ----------
+    X : (E, a, 3) rest positions of their nodes, mm.
+    u : (E, a, 3) displacements, mm; on the tip those of the plate.
+    pressure : (E, c) their pressures π, MPa.
+    plate : (6,) the plate's unknowns; none, (0,), where the connectivity does not ask for them.
+    data : (E, k) numbers of the elements themselves.
+    """
+
+    X: Array
+    u: Array
+    pressure: Array
+    plate: Array
+    data: Array
+
+
+@partial(register_dataclass, data_fields=["nodes", "pressures", "data", "weight"], meta_fields=["plate"])
+@dataclass(frozen=True, eq=False)
+class Connectivity:
+    """Which unknowns each of E elements sees; see `connect`.
+
+    Attributes
+    ----------
+    nodes : (E, a) int
+        Nodes whose rest positions and displacements it sees.
+    pressures : (E, c) int
+        Places in `State.pressure` of the pressures π that it sees.
+    data : (E, k) float
+        Numbers that the energy wants to know of each element.
+    weight : (E,) float
+        1, or 0 for the copies that pad the arrays.
+    plate : bool
+        Whether all of them see the plate's unknowns.
+    """
+
+    nodes: Array
+    pressures: Array
+    data: Array
+    weight: Array
+    plate: bool = False
+
+    @property
+    def count(self) -> int:
+        """The number of elements without the padding, which comes last."""
+        return int(np.count_nonzero(self.weight))
+
+    def local(self, X: Array, u: Array, state: State) -> Local:
+        """What the elements see where all nodes (N, 3) are displaced by u."""
+        pressure = jnp.asarray(state.pressure)[self.pressures] if self.pressures.shape[1] else self.pressures * 0.0
+        plate = state.plate if self.plate else jnp.zeros(0)
+        return Local(X[self.nodes], u[self.nodes], pressure, plate, self.data)
+
+
+def connect(
+    nodes: np.ndarray,
+    pressures: np.ndarray | None = None,
+    data: np.ndarray | None = None,
+    plate: bool = False,
+    size: int | None = None,
+) -> Connectivity:
+    """The connectivity of elements with `nodes` (E, a), padded to `size` elements by copies of the first."""
+    count = len(nodes)
+    nothing = np.zeros((count, 0))
+    pressures = nothing.astype(int) if pressures is None else pressures
+    data = nothing if data is None else data
+    extra = 0 if size is None or not count else size - count
+    return Connectivity(
+        *(jnp.asarray(np.concatenate([rows, np.repeat(rows[:1], extra, axis=0)])) for rows in (nodes, pressures, data)),
+        weight=jnp.asarray(np.concatenate([np.ones(count), np.zeros(extra)])),
+        plate=plate,
+    )
+
+
+class ElementEnergy(Protocol):
+    """The energy of the elements of a term; registered with JAX, so that its numbers are no part of what is compiled.
+
+    It must be finite for the padding too.
+    """
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        """The energies (E,) of the elements, N·mm, twice differentiable in everything that `local` holds."""
+        ...
+
+
+class Term(NamedTuple):
+    """A part of Π: a sum over elements. Terms over one and the same connectivity are evaluated together."""
+
+    connectivity: Connectivity
+    energy: ElementEnergy
+
+
+@partial(register_dataclass, data_fields=["parameters"], meta_fields=["density"])
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four pressures."""
+
+    density: Energy
+    parameters: Array
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return tet_energies(local.X, local.u, corner_pressures(local), self.density, self.parameters)
+
+
+@partial(register_dataclass, data_fields=["density"], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class Weight:
+    """−∫ ρ₀ g·u over tetrahedra, a dead load; ρ₀ in t/mm³."""
+
+    density: Array
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return -tet_works(local.X, local.u, self.density * loads.acceleration)
+
+
+@partial(register_dataclass, data_fields=[], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class Pressure:
+    """−Σ p_c V_c over the chambers' triangles; the data of a triangle are its shares (C,) in the chambers' volumes."""
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return -(local.data @ loads.pressure) * triangle_volumes(local.X + local.u)
+
+
+@partial(register_dataclass, data_fields=[], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class Plate:
+    """½ Σ k_i d_i² − f·d: one element that sees the plate alone."""
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        d = local.plate
+        return (0.5 * jnp.sum(loads.spring * d**2) - jnp.sum(loads.wrench * d))[None]
+
+
+def corner_pressures(local: Local) -> Array:
+    """π at the corners of tetrahedra (E, 4); zero without mixed elements, whose energy asks for none."""
+    return local.pressure if local.pressure.shape[1] else jnp.zeros((local.X.shape[0], 4))

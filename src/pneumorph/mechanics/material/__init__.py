@@ -1,0 +1,1 @@
+"""Rubbers: their energies ψ(F), and how the parameters are fitted to tests."""

@@ -1,0 +1,22 @@
+"""How an equilibrium moves with nodes and pressures, to first order."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.solve.balance import pressure_force, supported
+
+
+def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, dp: np.ndarray) -> State:
+    """The state after nodes move by dX (N, 3) mm and pressures by dp (C,) MPa: K du = −∂R/∂X dX − ∂R/∂p dp.
+
+    K is the tangent at `state` in the configuration `at`; where something else is factorised, it is factorised anew.
+    """
+    model = at.model
+    push = -model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, model.pad(dX)))
+    if np.any(dp):
+        push = push + pressure_force(at, state, dp)
+    return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push)))

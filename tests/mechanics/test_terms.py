@@ -1,0 +1,196 @@
+"""Every term of the potential: energy, residual, tangent, product, shape and load derivatives are of one function."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax.tree_util import register_dataclass
+from scipy import sparse
+
+from pneumorph.mechanics import Model, Rubber, Tangent, configuration, loads, model, rubber
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.model import with_terms
+from pneumorph.mechanics.assembly.terms import Plate, Pressure, Solid, Term, Weight, connect
+from pneumorph.mechanics.material import energies
+from pneumorph.verify.solids import tube
+
+SOFT, STIFF = rubber(0.49, 4.80, 1.1e-9), rubber(1.3, 9.0, 1.4e-9)
+NEARLY_INCOMPRESSIBLE = {"inner": rubber(0.49, 490.0, 1.1e-9), "outer": rubber(1.3, 520.0, 1.4e-9)}
+OGDEN = Rubber(energies.ogden, (0.3, 1.7, 0.2, -2.3, 4.8), 1.1e-9)
+
+
+@partial(register_dataclass, data_fields=["stiffness"], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class Bonds:
+    """½ k (|x_b − x_a| − s)² + ½ k |u_a − c|² of pairs of nodes, s their data: a term that is not in the package."""
+
+    stiffness: jax.Array
+
+    def energies(self, local, loads):
+        x = local.X + local.u
+        length = jnp.sqrt(jnp.sum((x[:, 1] - x[:, 0]) ** 2, axis=1))
+        pulled = jnp.sum((local.u[:, 0] - local.plate[:3]) ** 2, axis=1)
+        return 0.5 * self.stiffness * ((length - local.data[:, 0]) ** 2 + pulled)
+
+
+def bonds(pairs) -> Term:
+    return Term(
+        connect(np.array(pairs), data=np.full((len(pairs), 1), 2.0), plate=True, size=4), Bonds(jnp.asarray(3.0))
+    )
+
+
+def layered(counts=(2, 6, 2)):
+    """A short tube of two layers, 4 to 6 and 6 to 8 mm."""
+    mesh = tube(4, 8, 8, counts)
+    outside = np.linalg.norm(mesh.points[mesh.tets[:, :4]].mean(axis=1)[:, :2], axis=1) > 5.9
+    return replace(mesh, regions={"inner": np.flatnonzero(~outside), "outer": np.flatnonzero(outside)})
+
+
+MESH = layered()
+FREE = np.zeros(MESH.points.shape, bool)
+
+
+def built(rubbers, mixed=False, kinds=(Solid, Weight, Pressure, Plate), more=()) -> Model:
+    """A tube without supports whose potential has terms of these kinds alone, and more."""
+    whole = model(MESH, rubbers, supports=FREE, mixed=mixed)
+    chosen = [term for term in whole.terms if isinstance(term.energy, kinds)]
+    return with_terms(whole, [*chosen, *more])
+
+
+TWO = {"inner": SOFT, "outer": STIFF}
+CASES = {
+    "solid": partial(built, SOFT, kinds=Solid),
+    "solid by stretches": partial(built, OGDEN, kinds=Solid),
+    "mixed solid": partial(built, NEARLY_INCOMPRESSIBLE["inner"], True, kinds=Solid),
+    "two rubbers": partial(built, TWO, kinds=Solid),
+    "two mixed rubbers": partial(built, NEARLY_INCOMPRESSIBLE, True, kinds=Solid),
+    "weight": partial(built, TWO, kinds=Weight),
+    "pressure": partial(built, SOFT, kinds=Pressure),
+    "plate": partial(built, SOFT, kinds=Plate),
+    "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
+    "everything": partial(built, NEARLY_INCOMPRESSIBLE, True, more=[bonds([[0, 40], [7, 90]])]),
+}
+
+
+class Place:
+    """A model at a state that is no equilibrium, and directions to go in."""
+
+    def __init__(self, of: Model):
+        random = np.random.default_rng(0)
+        self.model = of
+        self.loads = loads(
+            of,
+            {"A": 0.04},
+            acceleration=np.array([9810.0, -4000.0, 2000.0]),
+            spring=np.array([0.1, 0.2, 0.5, 3, 20, 7]),
+            wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
+        )
+        self.at = configuration(of, MESH.points, self.loads)
+        self.vector = 0.05 * random.standard_normal(of.size)
+        self.change, self.adjoint = random.standard_normal((2, of.size))
+        self.dX = np.asarray(of.pad(random.standard_normal(MESH.points.shape)))
+        self.dloads = jax.tree.map(lambda load: jnp.asarray(random.standard_normal(load.shape)), self.loads)
+
+    def evaluate(self, h=0.0, X=0.0, acting=0.0):
+        """Π, R after steps along the directions of state, nodes and loads."""
+        state = self.model.state(self.vector + h * self.change)
+        given = jax.tree.map(lambda load, change: load + acting * change, self.loads, self.dloads)
+        value, residual = kernels.value_and_residual(self.model.potential, self.at.X + X * self.dX, state, given)
+        return float(value), self.model.vector(residual)
+
+    def arguments(self):
+        return self.model.potential, self.at.X, self.model.state(self.vector), self.loads
+
+    def assembled(self):
+        """The tangent as a whole sparse matrix."""
+        of, common = self.model, self.model.sparsity
+        data = tangent(of, self.at.X, of.state(self.vector), self.loads, np.zeros(6, bool))
+        upper = sparse.csr_array((data, common.indices, common.indptr), shape=(of.size, of.size))
+        return upper + sparse.triu(upper, 1).T
+
+
+def falls_with_the_square(function, slope, step=2e-3):
+    """Whether function(h) − function(0) − h·slope falls as h², by Taylor remainders; or is none at all."""
+    start = function(0.0)
+    steps = step * 0.5 ** np.arange(4)
+    remainders = np.array([np.abs(function(h) - start - h * slope).max() for h in steps])
+    if remainders.max() < 1e-9 * step * np.abs(slope).max() + 1e-15:
+        return True
+    rates = np.log2(remainders[:-1] / remainders[1:])
+    return bool(np.all(np.abs(rates - 2) < 0.2))
+
+
+@pytest.fixture(scope="module", params=CASES)
+def place(request):
+    return Place(CASES[request.param]())
+
+
+def test_the_residual_is_the_slope_of_the_energy(place):
+    slope = float(place.evaluate()[1] @ place.change)
+    assert slope != 0
+    assert falls_with_the_square(lambda h: place.evaluate(h)[0], slope)
+
+
+def test_the_assembled_tangent_is_the_slope_of_the_residual(place):
+    slope = place.assembled() @ place.change
+    assert falls_with_the_square(lambda h: place.evaluate(h)[1], slope)
+    product = kernels.tangent_product(*place.arguments(), place.model.state(place.change))
+    assert np.abs(slope - place.model.vector(product)).max() <= 1e-11 * np.abs(slope).max()
+
+
+def test_shape_and_load_derivatives_are_those_of_the_residual(place):
+    w = place.adjoint
+    by_nodes, by_loads = kernels.pullback(*place.arguments(), place.model.state(w))
+    slope = float(np.sum(np.asarray(by_nodes) * place.dX))
+    assert falls_with_the_square(lambda h: w @ place.evaluate(X=h)[1], slope)
+    pushed = place.model.vector(kernels.shape_product(*place.arguments(), place.dX))
+    assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
+
+    slope = sum(float(jnp.sum(a * b)) for a, b in zip(by_loads, place.dloads, strict=True))
+    assert falls_with_the_square(lambda h: w @ place.evaluate(acting=h)[1], slope)
+    pushed = place.model.vector(kernels.load_product(*place.arguments(), place.dloads))
+    assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["solid", "solid by stretches", "two mixed rubbers"])
+def test_the_fast_way_of_the_solid_is_the_general_one(name):
+    """An energy that hides that it is a solid has its blocks made by JAX."""
+    fast = Place(CASES[name]())
+    slow = Place(with_terms(fast.model, [Term(seen, Hidden(energy)) for seen, energy in fast.model.terms]))
+    assert abs(fast.assembled() - slow.assembled()).max() < 1e-12 * abs(fast.assembled()).max()
+
+
+@partial(register_dataclass, data_fields=["inside"], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class Hidden:
+    inside: Solid
+
+    def energies(self, local, loads):
+        return self.inside.energies(local, loads)
+
+
+def test_a_term_may_see_other_unknowns_from_one_solve_to_the_next():
+    """As contact does: the sparsity and the symbolic analysis are made anew, state and unknowns stay."""
+    before = built(SOFT, more=[bonds([[0, 90]])])
+    after = with_terms(before, [*before.terms[:-1], bonds([[3, 50], [11, 100], [0, 60]])])
+    assert after.size == before.size
+    assert len(after.sparsity.indices) > len(before.sparsity.indices)
+    place = Place(after)
+    rhs = place.assembled() @ place.change
+    solver = Tangent(after)
+    found = solver.solve_at(place.at, after.state(place.vector), rhs)
+    assert found == pytest.approx(place.change, abs=1e-8)
+    with pytest.raises(ValueError, match="another model"):
+        Tangent(before).factorise(place.at, after.state(place.vector))
+
+
+def test_regions_must_share_the_elements_among_them():
+    with pytest.raises(ValueError, match="inner, outer"):
+        model(MESH, {"inner": SOFT})
+    twice = replace(MESH, regions=MESH.regions | {"outer": np.arange(len(MESH.tets))})
+    with pytest.raises(ValueError, match="in no other"):
+        model(twice, TWO)
