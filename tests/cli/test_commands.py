@@ -6,12 +6,12 @@ import json
 import jsonschema
 import pytest
 
-from pneumorph.cli import design, simulate
+from pneumorph.analysis import simulate
+from pneumorph.cli import design
+from pneumorph.drive import single
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mechanics.sweep import sweep
+from pneumorph.mechanics import NoEquilibrium, sweep
 from pneumorph.output import Pictures
-from pneumorph.study import single
 
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 BY_NAME = {"type": "object", "additionalProperties": {"type": "number"}}
@@ -130,7 +130,7 @@ def test_check(run, tiny):
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Drawing has tests of its own."""
-    monkeypatch.setattr(design, "run_pictures", lambda run: Pictures((), ("no pictures here",)))
+    monkeypatch.setattr(design, "run_pictures", lambda directory: Pictures((), ("no pictures here",)))
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ def accepted(events):
 
 
 def extension(event):
-    return event.line["tasks"]["extend"]["translation_mm"][2]
+    return event.entry.tasks["extend"].translation[2]
 
 
 def test_extension_grows_threefold_in_three_designs(three):
@@ -68,12 +68,12 @@ def test_extension_grows_threefold_in_three_designs(three):
 
 
 def test_the_history_line_is_as_documented(three):
-    line = accepted(three[1])[1].line
+    line = accepted(three[1])[1].entry
     assert {"iteration", "objective", "tasks", "limits", "elements", "dofs", "factorisations", "seconds"} <= set(line)
-    assert set(line["limits"]) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
-    assert {"geometry", "equilibrium", "gradient", "subproblem", "total"} == set(line["seconds"])
-    assert line["equivalents"] > 0
-    assert line["objective"] == -line["tasks"]["extend"]["translation_mm"][2]
+    assert set(line.limits) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
+    assert {"geometry", "equilibrium", "gradient", "subproblem", "total"} == set(line.seconds)
+    assert line.equivalents > 0
+    assert line.objective == -line.tasks["extend"].translation[2]
 
 
 def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
@@ -82,7 +82,7 @@ def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
     again = accepted(events)
     assert [event.iteration for event in again] == [event.iteration for event in designs[2:]]
     for one, other in zip(again, designs[2:], strict=True):
-        assert one.line["objective"] == pytest.approx(other.line["objective"], rel=1e-6)
+        assert one.entry.objective == pytest.approx(other.entry.objective, rel=1e-6)
         assert np.abs(one.body.control_points() - other.body.control_points()).max() < 1e-6
 
 

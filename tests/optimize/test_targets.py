@@ -6,12 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from pneumorph.analysis import analyse, answers, design_gradient, design_slopes, discretise, predicted
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.objective import Objective
-from pneumorph.optimize.analysis import analyse, design_gradient, design_slopes, discretise, predicted
-from pneumorph.optimize.history import answers
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
 

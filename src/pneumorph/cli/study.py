@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -19,16 +18,7 @@ from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
 
 
-def study(
-    source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
-    out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,
-    cluster: Annotated[
-        str | None, typer.Option(help="A Dask scheduler, tcp://…, whose workers share this disk; or slurm.")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes on this machine; by default one to a core.")
-    ] = None,
-) -> None:
+def study(source: Path, out: Path | None, cluster: str | None, workers: int | None) -> None:
     """Run every design of a study; members that have come to their end are not run again."""
     asked = load_study(source)
     folder = out or Path("runs") / source.stem
@@ -76,7 +66,7 @@ class Board:
         name = news["name"]
         self._state[name] = "running"
         self._news[name] = news
-        self._seconds[name] += news["line"]["seconds"]["total"]
+        self._seconds[name] += news["entry"].seconds["total"]
 
     def end(self, end: MemberEnd) -> None:
         """A member's end."""
@@ -92,9 +82,9 @@ class Board:
             if news is None:
                 table.add_row(member.name, "", "", "", "", Text(state, style=style))
                 continue
-            line = news["line"]
-            motions = ", ".join(str(motion_of(task, line["tasks"][task.name])) for task in member.problem.task)
-            held = Text("held") if line["held"] else Text("broken", style="red")
+            entry = news["entry"]
+            motions = ", ".join(str(motion_of(task, entry.tasks[task.name])) for task in member.problem.task)
+            held = Text("held") if entry.held else Text("broken", style="red")
             spent = duration(self._seconds[member.name])
             table.add_row(member.name, str(news["iteration"]), motions, held, spent, Text(state, style=style))
         return table

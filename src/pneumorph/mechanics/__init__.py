@@ -1,14 +1,29 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
-from pneumorph.mechanics.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, predict, rest, solve
+import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
+from pneumorph.mechanics.equilibrium import (
+    TOLERANCE,
+    Equilibrium,
+    NoEquilibrium,
+    configuration,
+    loads,
+    predict,
+    rest,
+    solve,
+)
 from pneumorph.mechanics.material import Rubber, rubber
 from pneumorph.mechanics.mirror import Whole, mirror_of, whole_of
 from pneumorph.mechanics.model import Model, model
 from pneumorph.mechanics.path import Path, PathPoint, explained, follow
+from pneumorph.mechanics.plate import COMPONENTS, rotation, rotation_vector
+from pneumorph.mechanics.potential import State, displacement
 from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
+from pneumorph.mechanics.sweep import sweep
 from pneumorph.mechanics.tangent import Configuration, Tangent
 
 __all__ = [
+    "COMPONENTS",
+    "TOLERANCE",
     "Configuration",
     "Equilibrium",
     "Model",
@@ -16,9 +31,11 @@ __all__ = [
     "Path",
     "PathPoint",
     "Rubber",
+    "State",
     "Tangent",
     "Whole",
     "configuration",
+    "displacement",
     "explained",
     "follow",
     "held_of",
@@ -29,8 +46,11 @@ __all__ = [
     "model_of",
     "predict",
     "rest",
+    "rotation",
+    "rotation_vector",
     "rubber",
     "rubber_of",
     "solve",
+    "sweep",
     "whole_of",
 ]

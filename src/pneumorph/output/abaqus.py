@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics import Configuration
+from pneumorph.mechanics import Configuration, whole_of
 from pneumorph.mechanics.energies import neo_hookean
 from pneumorph.mesh.tets import TetMesh, area_vectors
 
@@ -26,7 +26,8 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     Parameters
     ----------
     mesh : TetMesh
-        Faces "base", "tip" and "chamber <name>". Node and element k of the mesh are k + 1 in the file.
+        Faces "base", "tip" and "chamber <name>". Node and element k of the mesh are k + 1 in the file. Of half a body
+        the whole is written, whose first nodes and elements are those of the half.
     at : Configuration
         Made of the mesh's model; supports other than the clamped base are not written.
     increment : float
@@ -40,6 +41,9 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     ProblemError
         If the rubber is none that the file can hold.
     """
+    if mesh.mirror is not None:
+        whole = whole_of(at.model, mesh)
+        mesh, at = whole.image.mesh, whole.configuration(at)
     return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment, tolerance), ""])
 
 
@@ -78,7 +82,9 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
 def _rubber(at: Configuration) -> Iterator[str]:
     rubber = at.model.rubber
     if rubber.isochoric is not neo_hookean:
-        raise ProblemError("an input file for CalculiX is written for neo-Hookean rubbers only")
+        raise ProblemError(
+            "an input file for Abaqus and CalculiX is written for neo-Hookean rubbers only; export vtu instead"
+        )
     shear, bulk = rubber.parameters
     # Its energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
     yield "*MATERIAL, NAME=RUBBER"

@@ -9,12 +9,12 @@ from typing import Any
 
 import jax
 
+from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output import run_pictures
 from pneumorph.problem import Problem
 from pneumorph.run import open_run, resume, unlike
-from pneumorph.study.single import drive
 
 TOPIC = "pneumorph"
 
@@ -43,7 +43,7 @@ def finished(directory: Path, problem: Problem) -> bool:
     if key:
         raise ProblemError(f"{directory}: holds a run of another problem ({key} differs); name another --out")
     result = run.result()
-    return run.problem == problem and result is not None and result.get("completed") is True
+    return run.problem == problem and result is not None and result.completed
 
 
 def run_member(name: str, problem: Problem, directory: str, tell: Callable[[dict[str, Any]], None]) -> MemberEnd:
@@ -53,12 +53,12 @@ def run_member(name: str, problem: Problem, directory: str, tell: Callable[[dict
     ----------
     name, problem : of the member.
     directory : of its run.
-    tell : hears of every accepted design: name, iteration and history line.
+    tell : hears of every accepted design: name, iteration and history entry.
     """
 
     def show(event: Event) -> None:
         if isinstance(event, DesignAccepted):
-            tell({"name": name, "iteration": event.iteration, "line": event.line})
+            tell({"name": name, "iteration": event.iteration, "entry": event.entry})
 
     run = resume(directory, problem)
     try:
@@ -73,9 +73,6 @@ def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
     """`run_member` on a Dask worker, which tells the scheduler of every design."""
     from distributed import get_worker
 
-    from pneumorph.run.cache import use_compilation_cache
-
-    use_compilation_cache()
     worker = get_worker()
     try:
         return run_member(name, problem, directory, lambda news: worker.log_event(TOPIC, news))
