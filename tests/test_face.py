@@ -14,7 +14,7 @@ import pneumorph as pm
 from pneumorph.cli.commands import simulate
 
 ROOT = Path(__file__).parents[1]
-HEAVY = {"jax", "scipy", "numpy", "numba", "pyvista", "vtk", "matplotlib", "netgen", "distributed", "pint", "pydantic"}
+HEAVY = {"jax", "scipy", "numpy", "numba", "pyvista", "vtk", "matplotlib", "netgen", "distributed", "pint"}
 SLOW = {"Design", "Run", "Sweep", "check_gradient", "design", "designs", "open_run"}
 
 
@@ -35,7 +35,7 @@ def test_importing_changes_nothing():
 
 def test_reading_a_problem_needs_no_mechanics():
     assert not loaded_by(f"import pneumorph as pm; pm.load({str(ROOT / 'examples' / 'small.toml')!r})") & {
-        "jax", "scipy", "numba", "pyvista", "matplotlib", "netgen",
+        "jax", "numba", "pyvista", "matplotlib", "netgen",
     }  # fmt: skip
 
 

@@ -195,10 +195,10 @@ def from_json(kind: type[Record], content: Mapping[str, Any]) -> Record:
         inner = each.metadata.get("of")
         if inner is not None:
             values[each.name] = {name: from_json(inner, part) for name, part in content[key].items()}
-        elif key in content and (content[key] is not None or each.default in (None, MISSING)):
-            values[each.name] = _tuples(content[key])
         elif each.default is MISSING and each.default_factory is MISSING:
-            raise KeyError(key)
+            values[each.name] = _tuples(content[key])
+        elif content.get(key) is not None:
+            values[each.name] = _tuples(content[key])
     return kind(**values)
 
 

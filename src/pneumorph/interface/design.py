@@ -65,7 +65,7 @@ class Design:
     (3, 0.06)
     >>> all(reading.excess() < 0.01 for reading in best.limits)
     True
-    >>> best.mesh.point_data["extend stretch"].max() > 1.0
+    >>> print(best.mesh.point_data["extend stretch"].max() > 1.0)
     True
     """
 

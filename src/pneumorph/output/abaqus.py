@@ -41,10 +41,16 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     ProblemError
         If the rubber is none that the file can hold.
     """
-    if mesh.mirror is not None:
-        whole = whole_of(at.model, mesh)
-        mesh, at = whole.image.mesh, whole.configuration(at)
+    mesh, at = as_whole(mesh, at)
     return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment, tolerance), ""])
+
+
+def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
+    """The whole body that half a mesh and its configuration stand for; a whole one comes back as it is."""
+    if mesh.mirror is None:
+        return mesh, at
+    whole = whole_of(at.model, mesh)
+    return whole.image.mesh, whole.configuration(at)
 
 
 def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
