@@ -10,8 +10,6 @@ settings.register_profile("pneumorph", deadline=None)
 settings.register_profile("nightly", deadline=None, max_examples=6000)
 settings.load_profile("pneumorph")
 
-# Tests compile the same kernels over and over; the command keeps them, and so do the tests.
-
 
 @pytest.fixture(scope="module", autouse=True)
 def forgotten_kernels():

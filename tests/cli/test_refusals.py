@@ -82,6 +82,15 @@ def test_simulate_refuses(run, tiny, arguments, words):
     assert result.exit_code == 2 and words in result.stderr
 
 
+def test_export_refuses(run, tiny, tmp_path):
+    result = run("export", tiny, "--out", tmp_path / "body.vtu")
+    assert result.exit_code == 2 and "is not a run directory" in result.stderr
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "problem.toml").write_text(tiny.read_text())
+    result = run("export", tmp_path / "run", "--out", tmp_path / "body.vtu")
+    assert result.exit_code == 2 and "no finished design" in result.stderr
+
+
 def test_a_free_tip_cannot_be_blocked(run, tiny):
     tiny.write_text(tiny.read_text().replace('spring = { axial = "4 N/mm" }', 'kind = "free"'))
     result = run("simulate", tiny, "--block", "axial")

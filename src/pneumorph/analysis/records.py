@@ -195,9 +195,7 @@ def from_json(kind: type[Record], content: Mapping[str, Any]) -> Record:
         inner = each.metadata.get("of")
         if inner is not None:
             values[each.name] = {name: from_json(inner, part) for name, part in content[key].items()}
-        elif each.default is MISSING and each.default_factory is MISSING:
-            values[each.name] = _tuples(content[key])
-        elif content.get(key) is not None:
+        elif (each.default is MISSING and each.default_factory is MISSING) or content.get(key) is not None:
             values[each.name] = _tuples(content[key])
     return kind(**values)
 

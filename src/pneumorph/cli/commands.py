@@ -74,7 +74,9 @@ def export(
 ) -> None:
     """Write a design of a run for other programs, half bodies as whole ones."""
     from pneumorph.interface.runs import open_run
+    from pneumorph.mesh import keep_netgen_quiet
 
+    keep_netgen_quiet()
     open_run(run).design(design).export(out, format, task)
     print(f"in {out}")
 

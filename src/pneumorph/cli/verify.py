@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.run import atomic
 from pneumorph.verify import Case, Unavailable, Verdict, calculix, cases
 
@@ -29,6 +30,7 @@ Outcome = Verdict | Unavailable | ComputationError
 
 def verify(only: list[str], write: Path | None) -> None:
     """Verify the mechanics: what each case should give, what it gives, the error, and the verdict."""
+    keep_netgen_quiet()
     chosen = _chosen(cases(), only)
     console = Console()
     if not console.is_terminal:

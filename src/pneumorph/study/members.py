@@ -11,6 +11,7 @@ import jax
 
 from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output import run_pictures
 from pneumorph.problem import Problem
@@ -73,6 +74,7 @@ def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
     """`run_member` on a Dask worker, which tells the scheduler of every design."""
     from distributed import get_worker
 
+    keep_netgen_quiet()
     worker = get_worker()
     try:
         return run_member(name, problem, directory, lambda news: worker.log_event(TOPIC, news))
