@@ -53,7 +53,7 @@ def test_the_loop_designs_on_half_the_body(events):
     assert isinstance(started, Started) and isinstance(finished, Finished)
     assert started.mirror == "xz"
     first, *_, last = (event.entry for event in accepted(events))
-    assert last["objective"] < first["objective"] - 1e-3
+    assert last.objective < first.objective - 1e-3
     found = last.tasks["bend"]
     assert found.translation[1] == found.rotation[0] == found.rotation[2] == 0.0
     assert finished.stable == {"bend": True}

@@ -28,8 +28,8 @@ def test_a_killed_workers_member_goes_on_and_a_finished_one_is_not_run_again(tmp
     members = {member.name: member for member in asked.members}
     killed = threading.Event()
 
-    def hear(news):
-        if news["iteration"] == 1 and not killed.is_set():
+    def hear(name, entry):
+        if entry.iteration == 1 and not killed.is_set():
             killed.set()
             os.kill(worker, signal.SIGKILL)
 

@@ -65,8 +65,8 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
     if "tip" in mesh.faces:
         yield "*NSET, NSET=TIP"
         yield from _rows(np.unique(mesh.faces["tip"]) + 1)
+    centre, turn = plate_nodes(mesh)
     if at.model.plate:
-        centre, turn = plate_nodes(mesh)
         where = ", ".join(f"{x:.12e}" for x in tip_centre(mesh))
         yield "*NODE, NSET=PLATE"
         yield f"{centre}, {where}"

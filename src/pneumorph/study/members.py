@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import jax
 
+from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mesh import keep_netgen_quiet
@@ -47,19 +47,19 @@ def finished(directory: Path, problem: Problem) -> bool:
     return run.problem == problem and result is not None and result.completed
 
 
-def run_member(name: str, problem: Problem, directory: str, tell: Callable[[dict[str, Any]], None]) -> MemberEnd:
+def run_member(name: str, problem: Problem, directory: str, tell: Callable[[str, HistoryEntry], None]) -> MemberEnd:
     """Start or go on with a member's run; a failure of the computation is an end too, not an error.
 
     Parameters
     ----------
     name, problem : of the member.
     directory : of its run.
-    tell : hears of every accepted design: name, iteration and history entry.
+    tell : hears of every accepted design: the name and its history entry.
     """
 
     def show(event: Event) -> None:
         if isinstance(event, DesignAccepted):
-            tell({"name": name, "iteration": event.iteration, "entry": event.entry})
+            tell(name, event.entry)
 
     run = resume(directory, problem)
     try:
@@ -76,8 +76,13 @@ def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
 
     keep_netgen_quiet()
     worker = get_worker()
+
+    def tell(name: str, entry: HistoryEntry) -> None:
+        # Messages to the scheduler are of plain values.
+        worker.log_event(TOPIC, {"name": name, "entry": to_json(entry)})
+
     try:
-        return run_member(name, problem, directory, lambda news: worker.log_event(TOPIC, news))
+        return run_member(name, problem, directory, tell)
     finally:
         # A worker runs many members: compiled kernels are kept on disk, not in its memory.
         jax.clear_caches()
