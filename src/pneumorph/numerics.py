@@ -44,5 +44,5 @@ def _keep_compiled(folder: Path) -> None:
 
 
 jax.config.update("jax_enable_x64", True)
-if not jax.config.values.get("jax_compilation_cache_dir"):
+if not getattr(jax.config, "jax_compilation_cache_dir", None):
     _keep_compiled(cache_folder())

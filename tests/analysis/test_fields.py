@@ -3,14 +3,20 @@
 import numpy as np
 import pytest
 from records import one_element
+from tiny import tiny
 
 from pneumorph.analysis import nodal_stress, nodal_stretch
-from pneumorph.mechanics import rubber
-from pneumorph.mechanics.energies import mooney_rivlin
-from pneumorph.mechanics.material import Rubber
+from pneumorph.mechanics import rubber, rubber_of
+from pneumorph.problem import loads
 
 MESH = one_element().mesh
 SHEAR = 0.49
+TWO = loads(
+    tiny().replace(
+        'name = "Hei-Cast 8400"',
+        'model = "mooney-rivlin"\nc10 = "0.2 MPa"\nc01 = "0.05 MPa"\nbulk_modulus = "4.8 MPa"\ndensity = "1 g/cm^3"',
+    )
+)
 
 
 def test_stretch_of_a_uniform_stretch():
@@ -25,9 +31,8 @@ def test_stress_of_uniaxial_tension(stretch):
     u = MESH.points * (np.array([across, across, stretch]) - 1)
     expected = SHEAR * abs(stretch**2 - 1 / stretch)
     np.testing.assert_allclose(nodal_stress(MESH, u, rubber(SHEAR, 4.8, 1e-9)), expected, atol=1e-12)
-    two = Rubber(mooney_rivlin, (0.2, 0.05, 4.8), 1e-9)
     expected = 2 * (0.2 + 0.05 / stretch) * abs(stretch**2 - 1 / stretch)
-    np.testing.assert_allclose(nodal_stress(MESH, u, two), expected, atol=1e-12)
+    np.testing.assert_allclose(nodal_stress(MESH, u, rubber_of(TWO.material)), expected, atol=1e-12)
 
 
 def test_a_rotation_and_a_change_of_volume_leave_no_stress():
