@@ -11,12 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.analysis import analyse, discretise
 from pneumorph.geometry import Body, design_space, starting_body
 from pneumorph.objective import maximize
-from pneumorph.optimize.analysis import analyse, discretise
 from pneumorph.problem import Problem, loads
 from pneumorph.run import open_run
-from pneumorph.run.cache import use_compilation_cache
 from pneumorph.sensitivity import boundary_gradient, gradient
 
 EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
@@ -41,7 +40,6 @@ def row(problem: Problem, body: Body) -> None:
 
 
 def main() -> None:
-    use_compilation_cache()
     problem = loads(EXAMPLE)
     bodies = {"start": starting_body(problem.body)}
     if len(sys.argv) > 1:

@@ -13,18 +13,16 @@ from statistics import median
 
 import numpy as np
 
+from pneumorph.analysis import analyse, design_gradient, discretisation, predicted, stable
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import mesh_body
-from pneumorph.optimize.analysis import analyse, design_gradient, discretisation, predicted, stable
 from pneumorph.problem import loads
-from pneumorph.run.cache import use_compilation_cache
 
 EXAMPLE = (Path(__file__).parents[1] / "examples" / "bending.toml").read_text()
 
 
 def main(size: float) -> None:
-    use_compilation_cache()
     problem = loads(EXAMPLE)
     space = design_space(problem, starting_body(problem.body))
     # Ripples on the side of +x, two periods of the example's own.

@@ -14,7 +14,7 @@ PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
 
 
 def table(path: str) -> None:
-    lines = [line for line in open_run(path).history() if line["step_mm"] is not None]
+    lines = [line for line in open_run(path).history() if line.step is not None]
     print(f"{path}: {len(lines)} designs")
     print(
         f"{'':12s} {'designs':>7s} {'factor.':>8s} {'equiv.':>7s} {'total s':>8s} "
@@ -22,14 +22,14 @@ def table(path: str) -> None:
     )
     for name, chosen in (
         ("all", lines),
-        ("same mesh", [line for line in lines if not line["remeshed"]]),
-        ("remeshed", [line for line in lines if line["remeshed"]]),
+        ("same mesh", [line for line in lines if not line.remeshed]),
+        ("remeshed", [line for line in lines if line.remeshed]),
     ):
         if not chosen:
             continue
-        total = median(line["seconds"]["total"] for line in chosen)
-        parts = [median(line["seconds"][phase] for line in chosen) for phase in PHASES]
-        other = median(line["seconds"]["total"] - sum(line["seconds"][phase] for phase in PHASES) for line in chosen)
+        total = median(line.seconds["total"] for line in chosen)
+        parts = [median(line.seconds[phase] for line in chosen) for phase in PHASES]
+        other = median(line.seconds["total"] - sum(line.seconds[phase] for phase in PHASES) for line in chosen)
         print(
             f"{name:12s} {len(chosen):7d} {median(line['factorisations'] for line in chosen):8.1f} "
             f"{median(line['equivalents'] for line in chosen):7.1f} {total:8.2f} "

@@ -11,13 +11,11 @@ from statistics import median
 
 from pneumorph.optimize import DesignAccepted, DesignRejected, design
 from pneumorph.problem import loads
-from pneumorph.run.cache import use_compilation_cache
 
 EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
 
 
 def main() -> None:
-    use_compilation_cache()
     designs = int(sys.argv[1]) if len(sys.argv) > 1 else 10
     print(
         f"{'method':>7s} {'design':>6s} {'mm':>7s} {'wall':>6s} {'fold':>6s} {'h1':>6s} {'h2':>6s} {'h3':>6s} "
@@ -33,8 +31,8 @@ def main() -> None:
             if isinstance(event, DesignRejected):
                 print(f"{method:>7s} {event.iteration:6d} rejected: {event.reason}", flush=True)
             if isinstance(event, DesignAccepted) and 0 < event.iteration <= designs:
-                line, limits = event.line, event.line["limits"]
-                seconds.append(line["seconds"]["subproblem"])
+                line, limits = event.entry, event.entry.limits
+                seconds.append(line.seconds["subproblem"])
                 print(
                     f"{method:>7s} {event.iteration:6d} {-line['objective']:7.3f} "
                     f"{limits['wall_mm']:6.3f} {limits['fold_mm']:6.3f} "

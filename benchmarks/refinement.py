@@ -8,22 +8,18 @@ mesh, is carried over to the coarsest of them, from there to the next finer one,
 
 import sys
 
+from pneumorph.analysis import Analysis, Discretisation, analyse, answers, carried_over, discretise
+from pneumorph.analysis.checkpoint import unpack
 from pneumorph.errors import MeshError
 from pneumorph.geometry import design_space, starting_body
-from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, carried_over, discretise
-from pneumorph.optimize.checkpoint import unpack
-from pneumorph.optimize.history import answers
+from pneumorph.mechanics import NoEquilibrium, State
 from pneumorph.output.words import motion_of
 from pneumorph.problem import Problem
 from pneumorph.problem.models import MeshSpec
 from pneumorph.run import open_run
-from pneumorph.run.cache import use_compilation_cache
 
 
 def main() -> None:
-    use_compilation_cache()
     run = open_run(sys.argv[1])
     latest = run.latest()
     if latest is None:

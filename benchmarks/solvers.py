@@ -27,7 +27,6 @@ from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, so
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, TRIANGLE_RULE, TetMesh
-from pneumorph.run.cache import use_compilation_cache
 from pneumorph.verify import calculix, symbolic
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 
@@ -172,7 +171,6 @@ def timed(function):
 
 def alone(name: str, path: str) -> None:
     """Run one solver on a stored mesh and print what it took as JSON."""
-    use_compilation_cache()
     with np.load(path) as stored:
         faces = {key: stored[key] for key in stored.files if key not in ("points", "tets")}
         mesh = TetMesh(stored["points"], stored["tets"], faces)

@@ -22,14 +22,12 @@ from pneumorph.optimize.smoothing import smoothing
 from pneumorph.optimize.subproblem import sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import loads
-from pneumorph.run.cache import use_compilation_cache
 
 EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
 DENSITIES, RADIUS, BEFORE = (0.6, 0.85, 1.25), 0.4, 4
 
 
 def main() -> None:
-    use_compilation_cache()
     densities = [float(word) for word in sys.argv[1:]] or DENSITIES
     print(f"{'variables':>9s} {'method':>6s} {'step':>7s} {'within':>7s} {'certificate':>11s} {'gain':>6s}   (s)")
     for density in densities:

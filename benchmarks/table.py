@@ -43,23 +43,23 @@ def row(path: Path) -> str:
     history, problem = run.history(), run.problem
     last = history[-1]
     points, designs, spent = PAPER.get(path.name, ("–", "–", "–"))
-    body = run.load_design(last["iteration"]).body(problem)
-    seconds = sum(line["seconds"]["total"] for line in history)
-    cost = median(line["equivalents"] for line in history[1:])
+    body = run.load_design(last.iteration).body(problem)
+    seconds = sum(line.seconds["total"] for line in history)
+    cost = median(line.equivalents for line in history[1:])
     motions = "; ".join(
-        f"{task.name}: {motion_of(task, history[0]['tasks'][task.name])} → {motion_of(task, last['tasks'][task.name])}"
+        f"{task.name}: {motion_of(task, history[0].tasks[task.name])} → {motion_of(task, last.tasks[task.name])}"
         for task in problem.task
     )
-    held = "all limits held" if last["held"] else "not every limit is held"
-    steady = "stable" if all(answer["stable"] for answer in last["tasks"].values()) else "not stable"
+    held = "all limits held" if last.held else "not every limit is held"
+    steady = "stable" if all(found.stable for found in last.tasks.values()) else "not stable"
     cells = [
         path.name,
         f"{body.n_points} ({points})",
-        f"{last['iteration']} ({designs})",
+        f"{last.iteration} ({designs})",
         f"{duration(seconds)} ({spent})",
-        str(sum(line["factorisations"] for line in history)),
+        str(sum(line.factorisations for line in history)),
         f"{cost:.1f}",
-        str(last["elements"]),
+        str(last.elements),
         f"{motions}; {held}, {steady}",
     ]
     return f"| {' | '.join(cells)} |"

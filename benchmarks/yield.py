@@ -167,14 +167,12 @@ def predict(folder: Path) -> None:
     """
     import numpy as np
 
+    from pneumorph.analysis import analyse, design_gradient, discretise
     from pneumorph.geometry import design_space, starting_body
     from pneumorph.mechanics import NoEquilibrium
-    from pneumorph.optimize.analysis import analyse, design_gradient, discretise
     from pneumorph.optimize.smoothing import smoothing
     from pneumorph.problem import load
-    from pneumorph.run.cache import use_compilation_cache
 
-    use_compilation_cache()
     problem = load(folder / "problem.toml")
     body = starting_body(problem.body)
     space = design_space(problem, body)
@@ -195,9 +193,7 @@ def measure_limits(folder: Path) -> None:
     """Write measured.json: by design whether all limits are held, and the excess of each."""
     from pneumorph.constraint import report
     from pneumorph.run import open_run
-    from pneumorph.run.cache import use_compilation_cache
 
-    use_compilation_cache()
     stored = open_run(folder / "run") if (folder / "run" / "problem.toml").exists() else None
     designs = []
     for line in history(folder):

@@ -4,16 +4,11 @@ import jax
 import pytest
 from hypothesis import settings
 
-from pneumorph.run.cache import use_compilation_cache
-
 # The first call of a compiled kernel takes seconds and says nothing about the property: no deadline for examples.
 settings.register_profile("pneumorph", deadline=None)
 # For a long run of the properties: pytest tests/fuzz --hypothesis-profile=nightly
 settings.register_profile("nightly", deadline=None, max_examples=6000)
 settings.load_profile("pneumorph")
-
-# Tests compile the same kernels over and over; the command keeps them, and so do the tests.
-use_compilation_cache()
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -29,7 +29,7 @@ def coarse(path):
 def test_an_example_goes_through(path):
     events = list(design(coarse(path)))
     accepted = [event for event in events if isinstance(event, DesignAccepted)]
-    values = [event.line["objective"] for event in accepted]
+    values = [event.entry.objective for event in accepted]
     assert len(values) >= 3
     assert values[2] < values[1] < values[0]
     assert isinstance(events[-1], Finished)

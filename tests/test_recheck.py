@@ -3,15 +3,18 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from records import entry, one_element
 from tiny import tiny
 
+from pneumorph.analysis import to_json
 from pneumorph.constraint import report
 from pneumorph.geometry import starting_body
 from pneumorph.problem import loads
-from pneumorph.run import Design, create
+from pneumorph.run import StoredDesign, create
 
 SCRIPT = Path(__file__).parents[1] / "benchmarks" / "recheck.py"
 SERIES = (
@@ -37,9 +40,9 @@ def stored(request, tmp_path_factory):
     body = starting_body(problem.body)
     path = tmp_path_factory.mktemp("recheck") / "run"
     run = create(path, problem)
-    line = {"iteration": 0, "limits": report(body, problem.limits).values()}
+    line = entry(0, limits=report(body, problem.limits).values())
     names = [chamber.name for chamber in problem.body.chamber]
-    run.record(line, Design.of(body, {"extend": dict.fromkeys(names, 0.06)}), {})
+    run.record(line, StoredDesign.of(body, {"extend": dict.fromkeys(names, 0.06)}), one_element(), {})
     return path, line
 
 
@@ -49,8 +52,8 @@ def test_it_agrees_with_the_report(stored):
     assert found.returncode == 0, found.stdout + found.stderr
     cells = found.stdout.splitlines()[2].replace("(", " ").replace(")", " ").split()
     # What is certified is never better than what is measured, and far from its bound a little worse.
-    assert 0.97 * float(cells[1]) <= line["limits"]["wall_mm"] <= float(cells[1]) + 1e-3
-    assert float(cells[5]) - 1e-4 <= line["limits"]["curvature"] <= float(cells[5]) + 0.02 * 0.3
+    assert 0.97 * float(cells[1]) <= line.limits["wall_mm"] <= float(cells[1]) + 1e-3
+    assert float(cells[5]) - 1e-4 <= line.limits["curvature"] <= float(cells[5]) + 0.02 * 0.3
 
 
 @pytest.mark.parametrize(("key", "factor"), [("wall_mm", 1.04), ("curvature", 0.9)])
@@ -58,8 +61,8 @@ def test_a_claim_that_is_too_good_is_noticed(stored, key, factor):
     path, line = stored
     history = path / "history.jsonl"
     told = history.read_text()
-    spoiled = {**line, "limits": {**line["limits"], key: line["limits"][key] * factor}}
-    history.write_text(json.dumps(spoiled) + "\n")
+    spoiled = replace(line, limits={**line.limits, key: line.limits[key] * factor})
+    history.write_text(json.dumps(to_json(spoiled)) + "\n")
     try:
         found = recheck(path)
     finally:

@@ -1,15 +1,70 @@
-"""pneumorph: automatic morphological design of pneumatic soft robots."""
+"""pneumorph: automatic morphological design of pneumatic soft robots.
 
-import os
+    import pneumorph as pm
 
-# Worker threads of the linear solver that spin while they wait take the cores from the kernels in between: measured
-# twice as slow.
-os.environ.setdefault("KMP_BLOCKTIME", "0")
-os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    run = pm.design("linear.toml", out="runs/linear")
+    run.best.simulate({"A": "0:60:5 kPa"}, block="axial").plot()
 
-import jax
+Importing this package loads nothing else and changes nothing; `pneumorph.numerics` says what the first use does.
+"""
 
-# Equilibria are solved to nine digits and gradients checked to eight: single precision cannot.
-jax.config.update("jax_enable_x64", True)
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pneumorph.analysis import GradientCheck, HistoryEntry, RunResult, SweepStep, TaskResult
+    from pneumorph.constraint import LimitReading
+    from pneumorph.errors import ComputationError, MeshError, PneumorphError, ProblemError
+    from pneumorph.interface.check import check_gradient
+    from pneumorph.interface.design import Design, starting_design
+    from pneumorph.interface.runs import Run, design, designs, open_run
+    from pneumorph.interface.sweep import Sweep
+    from pneumorph.problem import Problem, load
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "ComputationError",
+    "Design",
+    "GradientCheck",
+    "HistoryEntry",
+    "LimitReading",
+    "MeshError",
+    "PneumorphError",
+    "Problem",
+    "ProblemError",
+    "Run",
+    "RunResult",
+    "Sweep",
+    "SweepStep",
+    "TaskResult",
+    "check_gradient",
+    "design",
+    "designs",
+    "load",
+    "open_run",
+    "starting_design",
+]
+
+_MODULES = {
+    "analysis": ("GradientCheck", "HistoryEntry", "RunResult", "SweepStep", "TaskResult"),
+    "constraint": ("LimitReading",),
+    "errors": ("ComputationError", "MeshError", "PneumorphError", "ProblemError"),
+    "interface.check": ("check_gradient",),
+    "interface.design": ("Design", "starting_design"),
+    "interface.runs": ("Run", "design", "designs", "open_run"),
+    "interface.sweep": ("Sweep",),
+    "problem": ("Problem", "load"),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Load the module of a public name when it is first asked for."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

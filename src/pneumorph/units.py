@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from tokenize import TokenError
-from typing import cast
+from typing import Any, cast
 
 import pint
 
@@ -47,12 +47,20 @@ STIFFNESS = Kind("a stiffness", "N/mm", "N/mm", "4 N/mm")
 TURNING_STIFFNESS = Kind("a stiffness against turning", "N*mm/rad", "N*mm/rad", "100 N*mm/rad")
 
 
-def parse(text: str, kind: Kind) -> float:
+def text_of(quantity: Any) -> Any:
+    """A pint quantity, of any registry, as text with its unit; all else as it is."""
+    if hasattr(quantity, "magnitude") and hasattr(quantity, "units"):
+        unit = format(quantity.units, "C").replace("**", "^")
+        return f"{quantity.magnitude} {unit}"
+    return quantity
+
+
+def parse(text: Any, kind: Kind) -> float:
     """The value of a quantity in its inside unit.
 
     Parameters
     ----------
-    text : str
+    text : str or pint quantity
         A number and a unit, e.g. ``"60 kPa"``, ``"0.6 /mm"``, ``"1.10 g/cm^3"``.
     kind : Kind
         What the quantity has to be.
@@ -63,6 +71,7 @@ def parse(text: str, kind: Kind) -> float:
         With a sentence that says what is wrong (no unit, no number, an unknown unit, another dimension) and the mend.
     """
     mend = f'write e.g. "{kind.example}"'
+    text = text_of(text)
     if not isinstance(text, str):
         if isinstance(text, (int, float)) and not isinstance(text, bool):
             raise ValueError(f"the number {text} has no unit; {mend}")

@@ -6,12 +6,12 @@ import json
 import jsonschema
 import pytest
 
-from pneumorph.cli import design, simulate
+from pneumorph.analysis import simulate
+from pneumorph.cli import design
+from pneumorph.drive import single
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mechanics.solve.sweep import sweep
+from pneumorph.mechanics import NoEquilibrium, sweep
 from pneumorph.output import Pictures
-from pneumorph.study import single
 
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 BY_NAME = {"type": "object", "additionalProperties": {"type": "number"}}
@@ -130,7 +130,7 @@ def test_check(run, tiny):
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Drawing has tests of its own."""
-    monkeypatch.setattr(design, "run_pictures", lambda run: Pictures((), ("no pictures here",)))
+    monkeypatch.setattr(design, "run_pictures", lambda directory: Pictures((), ("no pictures here",)))
 
 
 @pytest.mark.slow
@@ -146,6 +146,9 @@ def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
     assert "going on after design 1" in again.output
     lines = [json.loads(line) for line in (out / "history.jsonl").read_text().splitlines()]
     assert [line["iteration"] for line in lines][:3] == [0, 1, 2]
+    exported = run("export", out, "--out", tmp_path / "body.vtu")
+    assert exported.exit_code == 0, exported.output
+    assert (tmp_path / "body.vtu").stat().st_size > 10_000
     simulated = run("simulate", out, "--json", tmp_path / "steps.json", "--design", 0)
     assert simulated.exit_code == 0, simulated.output
     (step,) = steps_of(tmp_path / "steps.json")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from problems import problems, spoiled
 from tally import Outcome
 
-from pneumorph.cli import simulate
+from pneumorph.analysis import simulate
 from pneumorph.errors import ComputationError
 
 SOUND = "the file is sound after all"

@@ -11,9 +11,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from problems import problems
 from tally import Outcome
 
-from pneumorph.cli import simulate
-from pneumorph.mechanics import Equilibrium
-from pneumorph.mechanics.solve.sweep import sweep
+from pneumorph.analysis import simulate
+from pneumorph.mechanics import Equilibrium, sweep
 
 DEADLINE = 120.0
 """Seconds of processor time that one simulation may take; those on the wall depend on what else the machine does."""

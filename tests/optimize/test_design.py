@@ -6,6 +6,7 @@ It designs, holds limits, goes on after a stop as if nothing had happened, and s
 import numpy as np
 import pytest
 
+from pneumorph.analysis import to_json
 from pneumorph.constraint import report
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.optimize import DesignAccepted, Finished, MeshKept, Started, design
@@ -54,7 +55,7 @@ def accepted(events):
 
 
 def extension(event):
-    return event.line["tasks"]["extend"]["translation_mm"][2]
+    return event.entry.tasks["extend"].translation[2]
 
 
 def test_extension_grows_threefold_in_three_designs(three):
@@ -68,12 +69,13 @@ def test_extension_grows_threefold_in_three_designs(three):
 
 
 def test_the_history_line_is_as_documented(three):
-    line = accepted(three[1])[1].line
-    assert {"iteration", "objective", "tasks", "limits", "elements", "dofs", "factorisations", "seconds"} <= set(line)
-    assert set(line["limits"]) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
-    assert {"geometry", "equilibrium", "gradient", "subproblem", "total"} == set(line["seconds"])
-    assert line["equivalents"] > 0
-    assert line["objective"] == -line["tasks"]["extend"]["translation_mm"][2]
+    line = accepted(three[1])[1].entry
+    keys = {"iteration", "objective", "tasks", "limits", "elements", "dofs", "factorisations", "seconds"}
+    assert keys <= set(to_json(line))
+    assert set(line.limits) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
+    assert {"geometry", "equilibrium", "gradient", "subproblem", "total"} == set(line.seconds)
+    assert line.equivalents > 0
+    assert line.objective == -line.tasks["extend"].translation[2]
 
 
 def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
@@ -82,7 +84,7 @@ def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
     again = accepted(events)
     assert [event.iteration for event in again] == [event.iteration for event in designs[2:]]
     for one, other in zip(again, designs[2:], strict=True):
-        assert one.line["objective"] == pytest.approx(other.line["objective"], rel=1e-6)
+        assert one.entry.objective == pytest.approx(other.entry.objective, rel=1e-6)
         assert np.abs(one.body.control_points() - other.body.control_points()).max() < 1e-6
 
 

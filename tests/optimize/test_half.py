@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from tiny import tiny
 
+from pneumorph.analysis import Analysis, analyse, design_gradient, discretisation, discretise
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import mesh_body
 from pneumorph.optimize import DesignAccepted, Finished, Started, design
-from pneumorph.optimize.analysis import Analysis, analyse, design_gradient, discretisation, discretise
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
 
@@ -52,10 +52,10 @@ def test_the_loop_designs_on_half_the_body(events):
     started, finished = events[0], events[-1]
     assert isinstance(started, Started) and isinstance(finished, Finished)
     assert started.mirror == "xz"
-    first, *_, last = (event.line for event in accepted(events))
-    assert last["objective"] < first["objective"] - 1e-3
-    told = last["tasks"]["bend"]
-    assert told["translation_mm"][1] == told["rotation_rad"][0] == told["rotation_rad"][2] == 0.0
+    first, *_, last = (event.entry for event in accepted(events))
+    assert last.objective < first.objective - 1e-3
+    found = last.tasks["bend"]
+    assert found.translation[1] == found.rotation[0] == found.rotation[2] == 0.0
     assert finished.stable == {"bend": True}
 
 
@@ -63,7 +63,7 @@ def test_a_stopped_run_goes_on(problem, events):
     designs = accepted(events)
     (again,) = accepted(design(problem, designs[1].state))
     assert again.iteration == 2
-    assert again.line["objective"] == pytest.approx(designs[2].line["objective"], rel=1e-6)
+    assert again.entry.objective == pytest.approx(designs[2].entry.objective, rel=1e-6)
     assert np.abs(again.body.control_points() - designs[2].body.control_points()).max() < 1e-6
 
 

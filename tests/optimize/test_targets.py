@@ -6,12 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from pneumorph.analysis import analyse, answers, design_gradient, design_slopes, discretise, predicted
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.objective import Objective
-from pneumorph.optimize.analysis import analyse, design_gradient, design_slopes, discretise, predicted
-from pneumorph.optimize.history import answers
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
 
@@ -142,17 +141,17 @@ def test_an_objective_without_value_or_derivative_is_an_error(case):
 
 def test_answers_tell_what_the_objective_is_made_of(case):
     _, _, disc, _, at = case
-    told = answers(disc, at)
-    curve, reach = told["curve"], told["reach"]
-    assert curve["objective"] == pytest.approx(
-        2 * 3 * curve["errors"]["orientation_rad"] ** 2 + 0.01 * 3 * curve["errors"]["position_mm"] ** 2
+    found = answers(disc, at)
+    curve, reach = found["curve"], found["reach"]
+    assert curve.objective == pytest.approx(
+        2 * 3 * curve.errors["orientation_rad"] ** 2 + 0.01 * 3 * curve.errors["position_mm"] ** 2
     )
-    assert reach["objective"] == pytest.approx(
-        2 * reach["errors"]["orientation_rad"] ** 2 + 0.01 * reach["errors"]["position_mm"] ** 2
+    assert reach.objective == pytest.approx(
+        2 * reach.errors["orientation_rad"] ** 2 + 0.01 * reach.errors["position_mm"] ** 2
     )
-    away = np.array(reach["translation_mm"]) - [4.0, 0, 26.0 - 24.0]
-    assert reach["errors"]["position_mm"] == pytest.approx(np.linalg.norm(away))
-    assert np.shape(curve["section_position_mm"]) == np.shape(curve["section_rotation_rad"]) == (3, 3)
-    assert curve["section_position_mm"][2][2] == pytest.approx(20.0, abs=2.0)
+    away = np.array(reach.translation) - [4.0, 0, 26.0 - 24.0]
+    assert reach.errors["position_mm"] == pytest.approx(np.linalg.norm(away))
+    assert np.shape(curve.section_positions) == np.shape(curve.section_rotations) == (3, 3)
+    assert curve.section_positions[2][2] == pytest.approx(20.0, abs=2.0)
     # The arm bends about y, more and more towards the tip.
-    assert np.all(np.diff(np.abs(np.array(curve["section_rotation_rad"])[:, 1])) > 0)
+    assert np.all(np.diff(np.abs(np.array(curve.section_rotations)[:, 1])) > 0)

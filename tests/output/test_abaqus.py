@@ -5,7 +5,7 @@ import pytest
 from installed import needs
 
 from pneumorph.geometry import starting_body
-from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.mechanics import Tangent, configuration, loads, loads_of, model, model_of, rubber, solve, whole_of
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_FACES
 from pneumorph.output.abaqus import FACES, abaqus_input, element_faces, plate_nodes
@@ -108,3 +108,21 @@ def test_calculix_blocks_components(loaded):
     found = solve(blocked, Tangent(at.model))
     assert plate[2] == plate[4] == 0.0
     assert np.abs(u - found.u).max() < 5e-3 * np.abs(u).max()
+
+
+def test_half_a_body_is_written_whole():
+    """Its faces, loads and springs are those of the whole body, and the answer is the half's."""
+    problem = linear_actuator().with_changes({"body.symmetry.mirror": ["xz"], "end_effector.spring.axial": "0.5 N/mm"})
+    mesh = mesh_body(starting_body(problem.body), 8.0, "xz").mesh
+    half = model_of(problem, mesh)
+    at = configuration(half, mesh.points, loads_of(problem, half, {"A": 0.04}))
+    found = blocks(abaqus_input(mesh, at))
+    whole = whole_of(half, mesh).image.mesh
+    assert len(found["*ELEMENT, TYPE=C3D10, ELSET=BODY"]) == 2 * len(mesh.tets) == len(whole.tets)
+    assert len(found["*DLOAD"]) == len(whole.faces["chamber A"])
+    assert float(found["*SPRING, ELSET=SPRING3"][1]) == pytest.approx(0.5)
+    needs(calculix.program)
+    u, plate = calculix.equilibrium(mesh, at)
+    ours = solve(at, Tangent(half))
+    assert np.abs(plate - ours.plate).max() < 5e-3 * np.abs(plate).max()
+    assert np.abs(u[: len(mesh.points)] - ours.u).max() < 5e-3 * np.abs(u).max()

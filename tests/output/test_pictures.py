@@ -6,23 +6,22 @@ import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from records import entry, one_element, task_result
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from tiny import tiny
 
+from pneumorph.analysis import analyse, discretise, fields_of, nodal_stretch
 from pneumorph.geometry import design_space, starting_body
 from pneumorph.mesh import mesh_body
-from pneumorph.optimize import checkpoint
-from pneumorph.optimize.analysis import analyse, discretise
 from pneumorph.output import history, pictures, render, run_pictures
-from pneumorph.output.bodies import nodal_stretch
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
 from pneumorph.output.shape import achieved_course, target_course
 from pneumorph.output.view import Job, Shape, View
 from pneumorph.output.words import duration, motion_of, pressures
 from pneumorph.problem import loads
-from pneumorph.run import Design, create
+from pneumorph.run import StoredDesign, create
 
 
 @pytest.fixture(scope="module")
@@ -40,17 +39,9 @@ def mesh(body):
     return mesh_body(body, 6.0).mesh
 
 
-def history_line(iteration):
-    task = {"translation_mm": [0.0, 0.0, 0.1], "rotation_rad": [0.0, -0.1 * iteration, 0.0]}
-    limits = {"wall_mm": 3.0, "fold_mm": 2.0, "curvature": 0.1, "skew": 0.0, "stretch": 0.01, "envelope_mm": None}
-    seconds = {"geometry": 1.0, "equilibrium": 2.0, "gradient": 0.5, "subproblem": 1.0, "total": 4.5}
-    return {
-        "iteration": iteration,
-        "tasks": {"bend": task},
-        "limits": limits,
-        "seconds": seconds,
-        "remeshed": iteration == 1,
-    }
+def history_entry(iteration, **changes):
+    task = task_result(rotation=(0.0, -0.1 * iteration, 0.0))
+    return entry(iteration, **({"tasks": {"bend": task}, "remeshed": iteration == 1} | changes))
 
 
 @pytest.fixture(scope="module")
@@ -59,9 +50,9 @@ def finished(problem, body, tmp_path_factory):
     run = create(tmp_path_factory.mktemp("finished"), problem)
     space = design_space(problem, body)
     disc = discretise(problem, body)
-    state = checkpoint.pack(analyse(problem, space, disc, space.start), disc)
+    fields = fields_of(disc, analyse(problem, space, disc, space.start))
     for iteration in (0, 1):
-        run.record(history_line(iteration), Design.of(body, {"bend": {"A": 0.06}}), state)
+        run.record(history_entry(iteration), StoredDesign.of(body, {"bend": {"A": 0.06}}), fields, {})
     return run
 
 
@@ -113,18 +104,18 @@ def arm(*tasks):
 
 def answer(sections, error, turn=0.0):
     z = 24.0 * (np.arange(sections) + 0.5) / sections
-    return {
-        "translation_mm": [0.0, 0.0, 1.0],
-        "rotation_rad": [0.0, turn, 0.0],
-        "pressure_MPa": {"A": 0.03},
-        "objective": 1500.0,
-        "errors": {"orientation_rad": error, "position_mm": 10 * error},
-        "section_position_mm": np.column_stack([0 * z, 0 * z, z]).tolist(),
-    }
+    return task_result(
+        translation=(0.0, 0.0, 1.0),
+        rotation=(0.0, turn, 0.0),
+        pressures={"A": 0.03},
+        objective=1500.0,
+        errors={"orientation_rad": error, "position_mm": 10 * error},
+        section_positions=tuple((0.0, 0.0, height) for height in z),
+    )
 
 
 def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "_draw_bodies", lambda folder, run: ([], []))
+    monkeypatch.setattr(pictures, "_draw_bodies", lambda folder, run, history: ([], []))
     both = arm(task_text("curve", CURVE, FREE), task_text("turns", TURNS, FREE), task_text("volume", CODE))
     for number, (asked, names) in enumerate(
         (
@@ -137,7 +128,7 @@ def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monk
         for iteration in (0, 1):
             tasks = {task.name: answer(told[task.name], 0.4 - 0.3 * iteration) for task in asked.task}
             pressures = {name: {"A": 0.03} for name in tasks}
-            run.record(history_line(iteration) | {"tasks": tasks}, Design.of(body, pressures), {})
+            run.record(history_entry(iteration, tasks=tasks), StoredDesign.of(body, pressures), one_element(), {})
         drawn = run_pictures(run)
         assert [path.name for path in drawn.paths] == ["history.png", "profile.png", *names]
         for path in drawn.paths:
@@ -169,7 +160,7 @@ def test_three_units_have_three_scales():
         task_text("turns", TURNS),
         task_text("volume", CODE),
     )
-    lines = [history_line(k) | {"tasks": {task.name: answer(2, 0.4 - 0.3 * k) for task in asked.task}} for k in (0, 1)]
+    lines = [history_entry(k, tasks={task.name: answer(2, 0.4 - 0.3 * k) for task in asked.task}) for k in (0, 1)]
     axes = Figure().subplots()
     history._motions(axes, asked, lines)
     scales = axes.figure.axes
@@ -212,7 +203,7 @@ def test_the_profile_of_a_tube(body):
 
 
 def test_words(problem):
-    motion = motion_of(problem.task[0], {"translation_mm": [0, 0, 1], "rotation_rad": [0.0, -np.pi / 6, 0.0]})
+    motion = motion_of(problem.task[0], task_result(rotation=(0.0, -np.pi / 6, 0.0)))
     assert str(motion) == "30.00°" and motion.word == "−bending about y"
     assert pressures({"A": 0.06}) == "60 kPa"
     assert pressures({"A": 0.06, "B": 0.0}) == "A 60, B 0 kPa"

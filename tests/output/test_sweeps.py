@@ -7,32 +7,28 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pneumorph.output import curves as drawing
-from pneumorph.output.curves import draw_curves
-from pneumorph.output.sweeps import Curve, csv_text
+from pneumorph.analysis import Curve, SweepStep
+from pneumorph.output.curves import curves_figure
+from pneumorph.output.sweeps import csv_text, table
 
 
 def step(pressures, angle=0.5, force=None):
-    """A step as the JSON has it: bends about y, pulls nowhere else."""
+    """Bends about y, pulls nowhere else."""
     total = sum(pressures.values())
-    return {
-        "task": "t",
-        "pressure_MPa": pressures,
-        "translation_mm": [40 * total, 1e-4 * total, 100 * total],
-        "rotation_rad": [0.0, angle * total / 0.06, 1e-6],
-        "reaction": {} if force is None else {"axial": force * total, "torsion": -200 * total},
-        "volume_mm3": {name: 4000.0 + 1e4 * pressure for name, pressure in pressures.items()},
-        "max_stretch": 1.0 + total,
-        "beyond_validity": False,
-        "converged": True,
-    }
+    return SweepStep(
+        task="t",
+        pressures=pressures,
+        translation=(40 * total, 1e-4 * total, 100 * total),
+        rotation=(0.0, angle * total / 0.06, 1e-6),
+        reaction={} if force is None else {"axial": force * total, "torsion": -200 * total},
+        volumes={name: 4000.0 + 1e4 * pressure for name, pressure in pressures.items()},
+        max_stretch=1.0 + total,
+        stable=True,
+    )
 
 
 def missing(pressures):
-    nothing = dict.fromkeys(
-        ("translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity")
-    )
-    return {"task": "t", "pressure_MPa": pressures, **nothing, "converged": False, "reason": "it balloons, says A"}
+    return SweepStep("t", pressures, converged=False, reason="it balloons, says A")
 
 
 PRESSURES = [0.0, 0.02, 0.04, 0.06]
@@ -55,23 +51,23 @@ def test_the_table_has_units_in_its_header_and_every_step():
     assert (failed["converged"], failed["reason"], failed["max_stretch"]) == ("false", "it balloons, says A", "")
 
 
+def test_what_was_not_found_is_no_number():
+    header, rows = table([ONE], ["A"])
+    failed = dict(zip(header, rows[4], strict=True))
+    assert np.isnan([failed["translation_x_mm"], failed["reaction_axial_N"], failed["volume_A_mm3"]]).all()
+    assert failed["converged"] is False
+
+
 @pytest.fixture
-def drawn(monkeypatch, tmp_path):
+def drawn(tmp_path):
     """Draw sweeps; the figure with its axes by title."""
 
     def draw(curves, title=""):
-        kept = []
-
-        class Kept(drawing.Figure):
-            def __init__(self, *arguments, **options):
-                super().__init__(*arguments, **options)
-                kept.append(self)
-
-        monkeypatch.setattr(drawing, "Figure", Kept)
-        draw_curves(tmp_path / "curves.png", curves, title)
+        figure = curves_figure(curves, title)
+        figure.savefig(tmp_path / "curves.png")
         picture = plt.imread(tmp_path / "curves.png")
         assert picture.shape[0] > 300 and picture.std() > 0.01
-        return kept[0], {axes.get_title(): axes for axes in kept[0].axes if axes.get_title()}
+        return figure, {axes.get_title(): axes for axes in figure.axes if axes.get_title()}
 
     return draw
 

@@ -6,24 +6,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from records import entry, one_element
 
+from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.problem import load
-from pneumorph.run import Design, atomic, create, open_run, resume
+from pneumorph.run import StoredDesign, atomic, create, open_run, resume
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROBLEM = load(EXAMPLES / "linear.toml")
 OTHER = load(EXAMPLES / "linear_spring.toml")
 
 
-def design(iteration: int) -> Design:
+def design(iteration: int) -> StoredDesign:
     rng = np.random.default_rng(iteration)
-    return Design(rng.random((5, 8, 3)), {"A": rng.random((4, 8, 3))}, {"extend": {"A": 0.06}})
+    return StoredDesign(rng.random((5, 8, 3)), {"A": rng.random((4, 8, 3))}, {"extend": {"A": 0.06}})
 
 
-def line(iteration: int) -> dict:
-    return {"iteration": iteration, "objective": np.float64(0.1 * iteration), "limits": {"wall_mm": float("inf")}}
+def line(iteration: int) -> HistoryEntry:
+    return entry(iteration, objective=float(np.float64(0.1 * iteration)), limits={"wall_mm": float("inf")})
 
 
 def state(iteration: int) -> dict:
@@ -33,18 +35,18 @@ def state(iteration: int) -> dict:
 def run_of(path: Path, iterations: int):
     run = create(path, PROBLEM)
     for iteration in range(iterations):
-        run.record(line(iteration), design(iteration), state(iteration))
+        run.record(line(iteration), design(iteration), one_element(), state(iteration))
     return run
 
 
 def test_what_is_written_reads_back(tmp_path):
-    run_of(tmp_path / "run", 3).write_result({"objective": np.array([1.0, np.nan])})
+    run_of(tmp_path / "run", 3)
     run = open_run(tmp_path / "run")
     assert run.problem == PROBLEM
     assert run.latest() == 2
-    assert [entry["iteration"] for entry in run.history()] == [0, 1, 2]
-    assert run.history()[2]["objective"] == 0.2
-    assert run.history()[2]["limits"]["wall_mm"] is None
+    assert [entry.iteration for entry in run.history()] == [0, 1, 2]
+    assert run.history()[2].objective == 0.2
+    assert run.history()[2].limits["wall_mm"] is None
     stored, written = run.load_design(1), design(1)
     np.testing.assert_array_equal(stored.exterior, written.exterior)
     np.testing.assert_array_equal(stored.chambers["A"], written.chambers["A"])
@@ -53,14 +55,18 @@ def test_what_is_written_reads_back(tmp_path):
     assert iteration == 2
     np.testing.assert_array_equal(back.pop("phi"), [2.0, 3.0, 4.0])
     assert back == {"step": 2.1, "mesh": {"seed": 2}, "tried": [1, None]}
-    assert json.loads((run.path / "result.json").read_text())["objective"] == [1.0, None]
+    fields = run.fields(2)
+    np.testing.assert_array_equal(fields.mesh.tets, one_element().mesh.tets)
+    np.testing.assert_array_equal(fields.u["extend"], one_element().u["extend"])
+    assert fields.sag is None and set(fields.mesh.faces) == {"base"}
+    assert run.fields(1) is None, "only the first and the last design keep theirs"
 
 
 def test_a_body_comes_back_as_it_was_stored(tmp_path):
     start = starting_body(PROBLEM.body)
     body = start.with_control_points(start.control_points() + 0.1)
     run = create(tmp_path, PROBLEM)
-    run.record(line(0), Design.of(body, {"extend": {"A": 0.06}}), {})
+    run.record(line(0), StoredDesign.of(body, {"extend": {"A": 0.06}}), one_element(), {})
     back = run.load_design(0).body(PROBLEM)
     np.testing.assert_array_equal(back.control_points(), body.control_points())
 
@@ -81,7 +87,7 @@ class Killed(BaseException):
 
 @pytest.mark.parametrize("moment", range(4))
 def test_a_kill_at_any_moment_of_recording(tmp_path, monkeypatch, moment):
-    """Design 2 is being recorded when the process ends before one of its three writes takes effect, or after them."""
+    """Design 2 is being recorded when the process ends before one of its four writes takes effect, or after them."""
     run = run_of(tmp_path, 2)
     calls = 0
     replace, append = atomic.os.replace, atomic.append_line
@@ -105,23 +111,23 @@ def test_a_kill_at_any_moment_of_recording(tmp_path, monkeypatch, moment):
         patch.setattr(atomic.os, "replace", counted(replace, lambda *_: None))
         patch.setattr(atomic, "append_line", counted(append, half_a_line))
         try:
-            run.record(line(2), design(2), state(2))
+            run.record(line(2), design(2), one_element(), state(2))
         except Killed:
             expected = 1
         else:
             expected = 2
-    assert expected == (1 if moment < 3 else 2)
+    assert expected == (1 if moment < 4 else 2)
     assert open_run(tmp_path).latest() == expected
 
     again = resume(tmp_path, PROBLEM)
     assert again.latest() == expected
-    assert [entry["iteration"] for entry in again.history()] == list(range(expected + 1))
+    assert [entry.iteration for entry in again.history()] == list(range(expected + 1))
     assert sorted(path.name for path in (tmp_path / "designs").glob("[!.]*")) == [
         f"{i:04d}.npz" for i in range(expected + 1)
     ]
-    again.record(line(expected + 1), design(expected + 1), state(expected + 1))
+    again.record(line(expected + 1), design(expected + 1), one_element(), state(expected + 1))
     assert again.latest() == expected + 1
-    assert [entry["iteration"] for entry in again.history()] == list(range(expected + 2))
+    assert [entry.iteration for entry in again.history()] == list(range(expected + 2))
 
 
 @pytest.mark.parametrize("cut", [1, 10, 40])
@@ -130,7 +136,7 @@ def test_a_torn_last_line_is_ignored_and_trimmed(tmp_path, cut):
     history = tmp_path / "history.jsonl"
     whole = history.read_bytes()
     history.write_bytes(whole + whole.splitlines(keepends=True)[-1][:cut])
-    assert [entry["iteration"] for entry in open_run(tmp_path).history()] == [0, 1]
+    assert [entry.iteration for entry in open_run(tmp_path).history()] == [0, 1]
     resume(tmp_path, PROBLEM)
     assert history.read_bytes() == whole
 
@@ -142,7 +148,7 @@ def test_resume_before_the_first_design(tmp_path):
     empty.mkdir()
     assert resume(empty, PROBLEM).latest() is None
     run = create(tmp_path / "begun", PROBLEM)
-    atomic.append_line(run.path / "history.jsonl", json.dumps({"iteration": 0}))
+    atomic.append_line(run.path / "history.jsonl", json.dumps(to_json(line(0))))
     assert resume(run.path, PROBLEM).latest() is None
     assert run.history() == []
 

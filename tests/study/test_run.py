@@ -28,8 +28,8 @@ def test_a_killed_workers_member_goes_on_and_a_finished_one_is_not_run_again(tmp
     members = {member.name: member for member in asked.members}
     killed = threading.Event()
 
-    def hear(news):
-        if news["iteration"] == 1 and not killed.is_set():
+    def hear(name, entry):
+        if entry.iteration == 1 and not killed.is_set():
             killed.set()
             os.kill(worker, signal.SIGKILL)
 
@@ -39,7 +39,7 @@ def test_a_killed_workers_member_goes_on_and_a_finished_one_is_not_run_again(tmp
         assert worker not in client.run(os.getpid).values()
     assert killed.is_set()
     assert ends["A-20-kPa"].completed
-    assert [line["iteration"] for line in open_run(out / "A-20-kPa").history()] == [0, 1, 2]
+    assert [entry.iteration for entry in open_run(out / "A-20-kPa").history()] == [0, 1, 2]
     assert not ends["A-2000-kPa"].completed
     assert "no stable state" in ends["A-2000-kPa"].reason
 

@@ -6,9 +6,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from pneumorph.cli import check, design, material, simulate, study, verify
+from pneumorph.cli import commands
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.run.cache import use_compilation_cache
 
 
 class Commands(TyperGroup):
@@ -36,12 +35,12 @@ app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=F
 @app.callback()
 def pneumorph() -> None:
     """Shape pneumatic soft robots: from a target motion to the body, its air chambers and its pressures."""
-    use_compilation_cache()
 
 
-app.command()(design.design)
-app.command()(simulate.simulate)
-app.command()(check.check)
-app.add_typer(material.app, name="material")
-app.command()(study.study)
-app.command()(verify.verify)
+app.command()(commands.design)
+app.command()(commands.simulate)
+app.command()(commands.check)
+app.command()(commands.export)
+app.add_typer(commands.material, name="material")
+app.command()(commands.study)
+app.command()(commands.verify)

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import tomli_w
-import typer
 from pydantic import TypeAdapter, ValidationError
 from rich.console import Console
 from rich.text import Text
 
 from pneumorph import units
 from pneumorph.errors import ProblemError
+from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.fit import Fit, TensionTest, fit, forms, material_keys, ranked
-from pneumorph.mechanics.setup import rubber_of
 from pneumorph.output.fit import draw_fits
 from pneumorph.problem.material import MODELS, Material, library
 from pneumorph.problem.tension import read_tension
@@ -26,11 +25,9 @@ BULK_RATIO = 1000.0
 
 COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "source")
 
-app = typer.Typer(no_args_is_help=True, help="Elastomers: list the library, fit a model to a test.")
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
 
 
-@app.command("list")
 def list_() -> None:
     """List the elastomers of the library: model, parameters, stiffness, range and source."""
     for name in library():
@@ -38,8 +35,7 @@ def list_() -> None:
         print()
 
 
-@app.command()
-def show(name: Annotated[str, typer.Argument(help="An elastomer of the library.")]) -> None:
+def show(name: str) -> None:
     """Show an elastomer of the library."""
     if name not in library():
         raise ProblemError(f'material: "{name}" is not in the library; take one of {", ".join(library())}')
@@ -72,15 +68,7 @@ def _in_words(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-@app.command("fit")
-def fit_(
-    data: Annotated[Path, typer.Argument(help="CSV of stretch (or strain) and nominal stress, units in the header.")],
-    model: Annotated[str, typer.Option(help=f"One of {', '.join(MODELS)}, or all.")] = "all",
-    out: Annotated[Path | None, typer.Option(help="Where results go; by default <name of the file>-fit.")] = None,
-    density: Annotated[str, typer.Option(help="For the table [material]; a tension test does not tell it.")] = (
-        "1.1 g/cm^3"
-    ),
-) -> None:
+def fit_(data: Path, model: str, out: Path | None, density: str) -> None:
     """Fit models to a uniaxial tension test, check their stability, and write the best as a table [material]."""
     if model != "all" and model not in MODELS:
         raise ProblemError(f'--model: "{model}" is not known here; take one of {", ".join(MODELS)} or all')

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from types import TracebackType
-from typing import Any
 
 from rich.console import Console
 from rich.live import Live
@@ -13,6 +12,7 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
+from pneumorph.analysis import HistoryEntry
 from pneumorph.constraint.table import in_history
 from pneumorph.optimize import (
     BroughtWithin,
@@ -73,7 +73,7 @@ class Screen:
                     f"surfaces by up to {event.moved_mm:.2g} mm"
                 )
             case DesignAccepted():
-                self.row(event.line)
+                self.row(event.entry)
                 self._stand(event)
             case Remeshed():
                 self._note(f"design {event.iteration}: meshed anew with {event.elements} elements, {event.reason}")
@@ -89,10 +89,10 @@ class Screen:
             case Finished():
                 self._state = Text("drawing the pictures")
 
-    def row(self, line: Mapping[str, Any]) -> None:
+    def row(self, entry: HistoryEntry) -> None:
         """Show the row of an accepted design."""
         row = Text()
-        for (_, width), cell in zip(self._columns, _cells(self._problem, line), strict=True):
+        for (_, width), cell in zip(self._columns, _cells(self._problem, entry), strict=True):
             row.append(f"{cell.plain:>{width}} ", style=cell.style)
         self._print(row)
 
@@ -112,7 +112,7 @@ class Screen:
         self._state = Text(f"design {event.iteration + 1} of {event.iterations}")
 
     def _stand(self, event: DesignAccepted) -> None:
-        seconds = event.line["seconds"]
+        seconds = event.entry.seconds
         if event.iteration > 0:
             self._recent = [*self._recent[-4:], seconds["total"]]
         for phase in PHASES:
@@ -143,15 +143,15 @@ def _columns(problem: Problem) -> list[tuple[str, int]]:
     return [("it", 3), *motions, *limits, ("elements", 8), ("fact.", 5), ("s", 6), ("equiv.", 6)]
 
 
-def _cells(problem: Problem, line: Mapping[str, Any]) -> list[Text]:
-    motions = [Text(str(motion_of(task, line["tasks"][task.name])), style="bold") for task in problem.task]
-    seconds, equivalents = line["seconds"]["total"], line["equivalents"]
+def _cells(problem: Problem, entry: HistoryEntry) -> list[Text]:
+    motions = [Text(str(motion_of(task, entry.tasks[task.name])), style="bold") for task in problem.task]
+    seconds, equivalents = entry.seconds["total"], entry.equivalents
     return [
-        Text(str(line["iteration"])),
+        Text(str(entry.iteration)),
         *motions,
-        *_limits(problem, line["limits"]),
-        Text(str(line["elements"])),
-        Text(str(line["factorisations"])),
+        *_limits(problem, entry.limits),
+        Text(str(entry.elements)),
+        Text(str(entry.factorisations)),
         Text(f"{seconds:.1f}"),
         Text("–" if equivalents is None else f"{equivalents:.1f}"),
     ]

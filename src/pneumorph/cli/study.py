@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
 
-import typer
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from pneumorph.analysis import HistoryEntry
 from pneumorph.errors import ComputationError
 from pneumorph.output.render import NoPicture
 from pneumorph.output.words import duration, motion_of
@@ -19,16 +18,7 @@ from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
 
 
-def study(
-    source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
-    out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,
-    cluster: Annotated[
-        str | None, typer.Option(help="A Dask scheduler, tcp://…, whose workers share this disk; or slurm.")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes on this machine; by default one to a core.")
-    ] = None,
-) -> None:
+def study(source: Path, out: Path | None, cluster: str | None, workers: int | None) -> None:
     """Run every design of a study; members that have come to their end are not run again."""
     asked = load_study(source)
     folder = out or Path("runs") / source.stem
@@ -68,15 +58,14 @@ class Board:
     def __init__(self, study: Study, done: list[str]):
         self._study = study
         self._state = {member.name: "done before" if member.name in done else "waiting" for member in study.members}
-        self._news: dict[str, dict[str, Any]] = {}
+        self._latest: dict[str, HistoryEntry] = {}
         self._seconds = dict.fromkeys(self._state, 0.0)
 
-    def hear(self, news: dict[str, Any]) -> None:
+    def hear(self, name: str, entry: HistoryEntry) -> None:
         """An accepted design of a member."""
-        name = news["name"]
         self._state[name] = "running"
-        self._news[name] = news
-        self._seconds[name] += news["line"]["seconds"]["total"]
+        self._latest[name] = entry
+        self._seconds[name] += entry.seconds["total"]
 
     def end(self, end: MemberEnd) -> None:
         """A member's end."""
@@ -87,14 +76,13 @@ class Board:
         for heading in ("member", "design", "motion", "limits", "time", "state"):
             table.add_column(heading, overflow="fold")
         for member in self._study.members:
-            news, state = self._news.get(member.name), self._state[member.name]
+            entry, state = self._latest.get(member.name), self._state[member.name]
             style = "red" if state.startswith("failed") else "green" if state.startswith("done") else ""
-            if news is None:
+            if entry is None:
                 table.add_row(member.name, "", "", "", "", Text(state, style=style))
                 continue
-            line = news["line"]
-            motions = ", ".join(str(motion_of(task, line["tasks"][task.name])) for task in member.problem.task)
-            held = Text("held") if line["held"] else Text("broken", style="red")
+            motions = ", ".join(str(motion_of(task, entry.tasks[task.name])) for task in member.problem.task)
+            held = Text("held") if entry.held else Text("broken", style="red")
             spent = duration(self._seconds[member.name])
-            table.add_row(member.name, str(news["iteration"]), motions, held, spent, Text(state, style=style))
+            table.add_row(member.name, str(entry.iteration), motions, held, spent, Text(state, style=style))
         return table

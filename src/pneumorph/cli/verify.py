@@ -6,9 +6,7 @@ import platform
 from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
@@ -16,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.run import atomic
 from pneumorph.verify import Case, Unavailable, Verdict, calculix, cases
 
@@ -29,14 +28,10 @@ WIDTH = 160
 Outcome = Verdict | Unavailable | ComputationError
 
 
-def verify(
-    only: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Run the cases with this in their name; repeatable.")
-    ] = None,
-    write: Annotated[Path | None, typer.Option(metavar="FILE.md", help="Write the table to this file.")] = None,
-) -> None:
+def verify(only: list[str], write: Path | None) -> None:
     """Verify the mechanics: what each case should give, what it gives, the error, and the verdict."""
-    chosen = _chosen(cases(), only or [])
+    keep_netgen_quiet()
+    chosen = _chosen(cases(), only)
     console = Console()
     if not console.is_terminal:
         console.width = WIDTH

@@ -1,6 +1,7 @@
 """Geometric limits: distances, curvature, fairness, envelope; smooth for the optimiser, certified for the report."""
 
+import pneumorph.numerics  # noqa: F401 (before anything of jax)
 from pneumorph.constraint.limits import Limits, Pairs, limits_of
-from pneumorph.constraint.report import LimitReport, Places, Reading, report
+from pneumorph.constraint.report import LimitReading, LimitReport, Places, report
 
-__all__ = ["LimitReport", "Limits", "Pairs", "Places", "Reading", "limits_of", "report"]
+__all__ = ["LimitReading", "LimitReport", "Limits", "Pairs", "Places", "limits_of", "report"]

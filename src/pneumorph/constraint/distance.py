@@ -26,10 +26,10 @@ Ints = NDArray[np.integer]
 class Feet(NamedTuple):
     """Partners of n samples, in arrays of fixed shape.
 
-    The foot of sample i is Σ_k weight[i, k]·X[index[i, k]] + rest[i] with X the positions of all samples.
+    The foot of sample i is Σ_k weight[i, k]·X[partner[i, k]] + rest[i] with X the positions of all samples.
     """
 
-    index: Ints  # (n, 4)
+    partner: Ints  # (n, 4)
     weight: Floats  # (n, 4)
     rest: Floats  # (n, 3) mm
     active: NDArray[np.bool_]  # (n,): false where no partner is within reach
@@ -40,7 +40,7 @@ def distances(X: Array, source: Ints, feet: Feet) -> Array:
 
     X is (n_samples, 3). Differentiable, also at distance zero.
     """
-    foot = jnp.einsum("nk,nkc->nc", feet.weight, X[feet.index]) + feet.rest
+    foot = jnp.einsum("nk,nkc->nc", feet.weight, X[feet.partner]) + feet.rest
     return jnp.sqrt(jnp.sum((X[source] - foot) ** 2, axis=1) + 1e-12)
 
 

@@ -33,7 +33,7 @@ _EASE, _EASE_OF_FOLDS = 0.01, 0.8
 
 
 @dataclass(frozen=True)
-class Reading:
+class LimitReading:
     """The worst value of one limit.
 
     Attributes
@@ -157,10 +157,10 @@ class LimitReport:
     largest distance from the axis (absent without such a limit).
     """
 
-    readings: tuple[Reading, ...]
+    readings: tuple[LimitReading, ...]
     places: Places
 
-    def __getitem__(self, limit: str) -> Reading:
+    def __getitem__(self, limit: str) -> LimitReading:
         return next(reading for reading in self.readings if reading.limit == limit)
 
     def values(self) -> dict[str, float | None]:
@@ -168,7 +168,7 @@ class LimitReport:
         found = {reading.limit: reading.value for reading in self.readings}
         return {limit.key: found.get(limit.name) for limit in TABLE if limit.key is not None}
 
-    def violated(self, slack: float = 1.0) -> tuple[Reading, ...]:
+    def violated(self, slack: float = 1.0) -> tuple[LimitReading, ...]:
         """The limits not certified to hold within so many times their tolerances."""
         return tuple(
             reading for reading in self.readings if not reading.excess() <= slack * BY_NAME[reading.limit].tolerance
@@ -301,7 +301,7 @@ _NO_PAIRS = Pairs(
 _COUNTED = {"wall": ("wall", "planes"), "fold": ("fold", "rim")}
 
 
-def _readings(tallies: Mapping[str, _Tally], names: list[str]) -> list[Reading]:
+def _readings(tallies: Mapping[str, _Tally], names: list[str]) -> list[LimitReading]:
     readings = []
     for name, tally in tallies.items():
         if name in ("planes", "rim"):
@@ -313,5 +313,5 @@ def _readings(tallies: Mapping[str, _Tally], names: list[str]) -> list[Reading]:
             upper, worst = max(upper, 0.0), max(worst, 0.0)
         # Where everything is farther apart than is told apart, nothing has been seen.
         worst = min(worst, upper)
-        readings.append(Reading(name, tally.sign * upper, tally.bound, names[surface], q, r, tally.sign * worst))
+        readings.append(LimitReading(name, tally.sign * upper, tally.bound, names[surface], q, r, tally.sign * worst))
     return readings

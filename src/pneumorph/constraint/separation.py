@@ -54,7 +54,7 @@ def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
 @numba.njit(cache=True)
 def candidates(centres, radii, others, other_radii, reach, same):
     """Pairs (m, 2) of patches whose balls are within reach, and how far apart these are (m,)."""
-    count = 0
+    count, found, away = 0, np.empty((0, 2), dtype=np.int64), np.empty(0)
     for fill in range(2):
         if fill:
             found, away = np.empty((count, 2), dtype=np.int64), np.empty(count)

@@ -1,15 +1,29 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
+import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
+from pneumorph.mechanics.assembly.kinematics import State, displacement
 from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.rubber import Rubber, rubber
 from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
-from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, configuration, loads, rest, solve
+from pneumorph.mechanics.solve.equilibrium import (
+    TOLERANCE,
+    Equilibrium,
+    NoEquilibrium,
+    configuration,
+    loads,
+    rest,
+    solve,
+)
 from pneumorph.mechanics.solve.mirror import Whole, mirror_of, whole_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, explained, follow
 from pneumorph.mechanics.solve.prediction import predict
+from pneumorph.mechanics.solve.sweep import sweep
 
 __all__ = [
+    "COMPONENTS",
+    "TOLERANCE",
     "Configuration",
     "Equilibrium",
     "Model",
@@ -17,9 +31,11 @@ __all__ = [
     "Path",
     "PathPoint",
     "Rubber",
+    "State",
     "Tangent",
     "Whole",
     "configuration",
+    "displacement",
     "explained",
     "follow",
     "held_of",
@@ -30,8 +46,11 @@ __all__ = [
     "model_of",
     "predict",
     "rest",
+    "rotation",
+    "rotation_vector",
     "rubber",
     "rubber_of",
     "solve",
+    "sweep",
     "whole_of",
 ]

@@ -7,5 +7,16 @@ from pneumorph.mesh.remesh import needs_remesh
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.mesh.transfer import transfer
 from pneumorph.mesh.unfold import Unfolded, unfolded
+from pneumorph.mesh.volume import keep_netgen_quiet
 
-__all__ = ["Morph", "TetMesh", "Unfolded", "mesh_body", "needs_remesh", "scaled_jacobian", "transfer", "unfolded"]
+__all__ = [
+    "Morph",
+    "TetMesh",
+    "Unfolded",
+    "keep_netgen_quiet",
+    "mesh_body",
+    "needs_remesh",
+    "scaled_jacobian",
+    "transfer",
+    "unfolded",
+]

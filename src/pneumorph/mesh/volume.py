@@ -18,6 +18,8 @@ from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
 
 netgen: Any = import_module("netgen.meshing")  # compiled, without type information
 
+_redirected = False
+
 _LONGEST = 1.8  # edges inside longer than this many edge lengths are bisected
 
 
@@ -118,10 +120,22 @@ def _arrays(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mesh.Coordinates()), tets[:, [0, 2, 1, 3]]
 
 
+def keep_netgen_quiet() -> None:
+    """Keep what Netgen prints from C++ off the screen, by redirecting the process's output while it meshes.
+
+    A command owns its output and does; a notebook or a library's user may not like it. Netgen then still says at times
+    where walls cross.
+    """
+    global _redirected
+    _redirected = True
+
+
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Keep Netgen, which prints from C++, off the screen."""
     netgen.SetMessageImportance(0)
+    if not _redirected:
+        yield
+        return
     sys.stdout.flush()
     sys.stderr.flush()
     kept = os.dup(1), os.dup(2)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pneumorph.analysis import Fields, HistoryEntry
 from pneumorph.geometry import Body
 
 
@@ -69,16 +69,20 @@ class DesignAccepted:
     ----------
     iteration : int
         0 is the starting design.
-    line : its line of the history, as documented for ``history.jsonl``.
+    entry : HistoryEntry
+        Its line of the history.
     body : Body
     pressures : by task, then by chamber, MPa.
+    fields : Fields
+        Its mesh with displacements and stretches.
     state : arrays and JSON values from which the loop goes on.
     """
 
     iteration: int
-    line: Mapping[str, Any]
+    entry: HistoryEntry
     body: Body
     pressures: dict[str, dict[str, float]]
+    fields: Fields
     state: dict[str, Any]
 
 
@@ -87,13 +91,15 @@ class Finished:
     """The loop has ended for a reason given as a sentence.
 
     The last design is the best: each is better than the one before, measured on one mesh. `held` tells whether it keeps
-    every limit, `stable` by task whether its state is stable, as a whole body too where half of it was analysed.
+    every limit, `stable` by task whether its state is stable, as a whole body too where half of it was analysed. The
+    `fields` are those of the last design, with what its weight alone does.
     """
 
     iteration: int
     reason: str
     held: bool
     stable: dict[str, bool]
+    fields: Fields
 
 
 Event = Started | BroughtWithin | Remeshed | MeshKept | DesignRejected | DesignAccepted | Finished

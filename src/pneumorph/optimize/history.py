@@ -1,4 +1,4 @@
-"""A line of the history: everything a person wants to know of an accepted design."""
+"""An entry of the history: everything a person wants to know of an accepted design."""
 
 from __future__ import annotations
 
@@ -6,14 +6,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
-import numpy as np
-
+from pneumorph.analysis import Analysis, Discretisation, HistoryEntry, answers
 from pneumorph.constraint import LimitReport
-from pneumorph.mechanics.assembly.plate import rotation_vector
-from pneumorph.optimize.analysis import Analysis, Discretisation
-from pneumorph.problem import Problem
 
 PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
 
@@ -39,30 +34,6 @@ class Clock:
         return {**self._spent, "total": time.perf_counter() - self._began}
 
 
-def answers(disc: Discretisation, analysis: Analysis) -> dict[str, dict[str, Any]]:
-    """What every task came to: its entry of the history line."""
-    told = {}
-    for name, found in analysis.equilibria.items():
-        objective = disc.objectives[name]
-        moved = objective.features(disc.model, analysis.configurations[name].X, found.state)
-        told[name] = {
-            "pressure_MPa": analysis.pressures[name],
-            "objective": analysis.values[name],
-            "errors": {key: float(error(moved)) for key, error in objective.errors.items()},
-            "translation_mm": np.asarray(moved.translation).tolist(),
-            "rotation_rad": np.asarray(moved.rotation).tolist(),
-            "section_position_mm": np.asarray(moved.section_position).tolist(),
-            "section_rotation_rad": [
-                rotation_vector(np.asarray(section)).tolist() for section in moved.section_rotation
-            ],
-            "volume_mm3": found.volumes,
-            "max_stretch": found.max_stretch,
-            "beyond_validity": disc.model.rubber.beyond(found.max_stretch),
-            "stable": found.stable,
-        }
-    return told
-
-
 @dataclass(frozen=True)
 class Told:
     """How a design was come by.
@@ -82,8 +53,7 @@ class Told:
     evaluations: int | None = None
 
 
-def history_line(
-    problem: Problem,
+def history_entry(
     iteration: int,
     analysis: Analysis,
     disc: Discretisation,
@@ -91,28 +61,24 @@ def history_line(
     optimality: float,
     clock: Clock,
     told: Told,
-) -> dict[str, Any]:
-    """The history line of a design.
-
-    `equivalents` is the time of the whole iteration over that of one tangent assembly with factorisation on the same
-    mesh; `optimality` is the part of the gradient that the limits leave.
-    """
+) -> HistoryEntry:
+    """The history entry of a design; `optimality` is the part of the gradient that the limits leave."""
     seconds = clock.seconds()
     unit = sum(tangent.unit_seconds for tangent in disc.tangents.values()) / len(disc.tangents)
-    return {
-        "iteration": iteration,
-        "objective": analysis.value,
-        "optimality": optimality,
-        "tasks": answers(disc, analysis),
-        "limits": limits.values(),
-        "held": limits.held(),
-        "elements": disc.model.elements,
-        "dofs": disc.model.size,
-        "factorisations": told.factorisations,
-        "seconds": seconds,
-        "equivalents": seconds["total"] / unit,
-        "step_mm": told.step_mm,
-        "ratio": told.ratio,
-        "remeshed": told.remeshed,
-        "evaluations": told.evaluations,
-    }
+    return HistoryEntry(
+        iteration=iteration,
+        objective=analysis.value,
+        optimality=optimality,
+        tasks=answers(disc, analysis),
+        limits=limits.values(),
+        held=limits.held(),
+        elements=disc.model.elements,
+        dofs=disc.model.size,
+        factorisations=told.factorisations,
+        seconds=seconds,
+        equivalents=seconds["total"] / unit,
+        step=told.step_mm,
+        ratio=told.ratio,
+        remeshed=told.remeshed,
+        evaluations=told.evaluations,
+    )

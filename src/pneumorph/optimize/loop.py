@@ -11,6 +11,20 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.analysis import (
+    Analysis,
+    Discretisation,
+    Slopes,
+    analyse,
+    carried_over,
+    checkpoint,
+    design_slopes,
+    discretise,
+    fields_of,
+    predicted,
+    sag_of,
+    stable,
+)
 from pneumorph.constraint import LimitReport, limits_of, report
 from pneumorph.constraint.sampled import Sampled, sampled
 from pneumorph.errors import ComputationError, MeshError
@@ -19,18 +33,6 @@ from pneumorph.geometry.design_space import DesignSpace, design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import needs_remesh
 from pneumorph.mesh.quality import scaled_jacobian
-from pneumorph.optimize import checkpoint
-from pneumorph.optimize.analysis import (
-    Analysis,
-    Discretisation,
-    Slopes,
-    analyse,
-    carried_over,
-    design_slopes,
-    discretise,
-    predicted,
-    stable,
-)
 from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.events import (
@@ -43,7 +45,7 @@ from pneumorph.optimize.events import (
     Remeshed,
     Started,
 )
-from pneumorph.optimize.history import Clock, Told, history_line
+from pneumorph.optimize.history import Clock, Told, history_entry
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import Smoothing, smoothing
@@ -154,7 +156,8 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     for name, equilibrium in now.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
-    yield Finished(now.iteration, reason, now.report.held(), is_stable)
+    sag = sag_of(problem, now.disc, now.analysis)
+    yield Finished(now.iteration, reason, now.report.held(), is_stable, fields_of(now.disc, now.analysis, sag))
 
 
 def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
@@ -357,7 +360,9 @@ def _settled(values: tuple[float, ...]) -> bool:
 
 
 def _accepted(loop: _Loop, now: _Standing, clock: Clock, told: Told) -> DesignAccepted:
-    line = history_line(loop.problem, now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, told)
+    entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, told)
+    # What weight alone does is shown of the first and of the last design.
+    sag = sag_of(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
     state = {
         "iteration": now.iteration,
         "radius": now.radius,
@@ -366,4 +371,5 @@ def _accepted(loop: _Loop, now: _Standing, clock: Clock, told: Told) -> DesignAc
         **now.memory.pack(),
         **checkpoint.pack(now.analysis, now.disc),
     }
-    return DesignAccepted(now.iteration, line, loop.space.body(now.analysis.phi), now.analysis.pressures, state)
+    body, fields = loop.space.body(now.analysis.phi), fields_of(now.disc, now.analysis, sag)
+    return DesignAccepted(now.iteration, entry, body, now.analysis.pressures, fields, state)

@@ -65,7 +65,9 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     enough.
     """
     margins, places, pairs = MARGIN * TOLERANCES, None, None
-    for attempt in range(1, CERTIFICATES + 1):
+    attempt = 0
+    while True:
+        attempt += 1
         phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
         found = report(space.body(phi), limits.spec)
         if found.held() or attempt == CERTIFICATES:

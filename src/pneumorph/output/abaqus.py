@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics import Configuration
+from pneumorph.mechanics import Configuration, whole_of
 from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mesh.tets import TetMesh, area_vectors
 
@@ -26,7 +26,8 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     Parameters
     ----------
     mesh : TetMesh
-        Faces "base", "tip" and "chamber <name>". Node and element k of the mesh are k + 1 in the file.
+        Faces "base", "tip" and "chamber <name>". Node and element k of the mesh are k + 1 in the file. Of half a body
+        the whole is written, whose first nodes and elements are those of the half.
     at : Configuration
         Made of the mesh's model; supports other than the clamped base are not written.
     increment : float
@@ -40,7 +41,16 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     ProblemError
         If the rubber is none that the file can hold.
     """
+    mesh, at = as_whole(mesh, at)
     return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment, tolerance), ""])
+
+
+def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
+    """The whole body that half a mesh and its configuration stand for; a whole one comes back as it is."""
+    if mesh.mirror is None:
+        return mesh, at
+    whole = whole_of(at.model, mesh)
+    return whole.image.mesh, whole.configuration(at)
 
 
 def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
@@ -55,8 +65,8 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
     if "tip" in mesh.faces:
         yield "*NSET, NSET=TIP"
         yield from _rows(np.unique(mesh.faces["tip"]) + 1)
+    centre, turn = plate_nodes(mesh)
     if at.model.plate:
-        centre, turn = plate_nodes(mesh)
         where = ", ".join(f"{x:.12e}" for x in tip_centre(mesh))
         yield "*NODE, NSET=PLATE"
         yield f"{centre}, {where}"
@@ -78,7 +88,9 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
 def _rubber(at: Configuration) -> Iterator[str]:
     rubber = at.model.rubber
     if rubber.isochoric is not neo_hookean:
-        raise ProblemError("an input file for CalculiX is written for neo-Hookean rubbers only")
+        raise ProblemError(
+            "an input file for Abaqus and CalculiX is written for neo-Hookean rubbers only; export vtu instead"
+        )
     shear, bulk = rubber.parameters
     # Its energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
     yield "*MATERIAL, NAME=RUBBER"

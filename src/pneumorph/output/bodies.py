@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import textwrap
-from pathlib import Path
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TetMesh, tet_gradient
 from pneumorph.output import render
 from pneumorph.output.view import Job, Shape, View, colour_map
 
@@ -21,28 +19,10 @@ LETTER = 0.08
 """Inches that a letter of the words above the bodies takes, on average."""
 
 
-def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
-    """Largest principal stretch at the nodes (N,): that of the quadrature points, averaged round every corner.
-
-    Mid-side nodes get the mean of their ends: they have too few elements around them for an average of their own.
-    """
-    gradients = tet_gradient(TET_RULE)
-    jacobian = np.einsum("eai,gaj->egij", mesh.points[mesh.tets], gradients)
-    moved = np.einsum("eai,gaj->egij", (mesh.points + u)[mesh.tets], gradients)
-    stretch = np.linalg.norm(moved @ np.linalg.inv(jacobian), ord=2, axis=(2, 3))
-    # Linear through the four points of the rule, so its values at the corners follow from theirs.
-    barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
-    at_corners, corners = stretch @ np.linalg.inv(barycentric).T, mesh.tets[:, :4].ravel()
-    count = np.bincount(corners, minlength=len(mesh.points))
-    field = np.bincount(corners, at_corners.ravel(), minlength=len(mesh.points)) / np.maximum(count, 1)
-    field[mesh.tets[:, 4:]] = field[mesh.tets[:, TET_EDGES]].mean(axis=2)
-    return field
-
-
-def draw_bodies(
-    path: Path, shapes: dict[str, Shape], view: View, extent: np.ndarray, stretch: tuple[float, float], title: str
-) -> None:
-    """Save a picture of bodies side by side, to scale.
+def bodies_figure(
+    shapes: dict[str, Shape], view: View, extent: np.ndarray, stretch: tuple[float, float], title: str
+) -> Figure:
+    """A picture of bodies side by side, to scale; it is to be saved with 160 dots per inch.
 
     Parameters
     ----------
@@ -85,4 +65,4 @@ def draw_bodies(
         scale = figure.colorbar(colours, cax=bar, extend="max")
         scale.set_label("largest principal stretch", fontsize=9, color="#333333")
         scale.ax.tick_params(labelsize=8, colors="#333333")
-    figure.savefig(path, dpi=160)
+    return figure

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pneumorph.mechanics.assembly.plate import COMPONENTS
-from pneumorph.output.sweeps import AXES, Curve, reactions
+from pneumorph.analysis import Curve, SweepStep
+from pneumorph.mechanics import COMPONENTS
+from pneumorph.output.sweeps import AXES, reactions
 
-Step = dict[str, Any]
 DASHES = ("-", "--", ":", "-.")
 SHOWN = 0.02
 """Components below this part of the largest beside them are left out: they are what the mesh lacks in symmetry."""
@@ -27,12 +26,12 @@ class Panel:
 
     title: str
     unit: str
-    lines: dict[str, Callable[[Step], float]]
+    lines: dict[str, Callable[[SweepStep], float]]
     least: float = 0.0
 
 
-def draw_curves(path: Path, curves: Sequence[Curve], title: str = "") -> None:
-    """Save the picture of all sweeps in which something was found."""
+def curves_figure(curves: Sequence[Curve], title: str = "") -> Figure:
+    """The picture of all sweeps in which something was found."""
     curves = [curve for curve in curves if curve.found]
     panels = [panel for panel in _panels(curves) if _peak(panel, curves) > panel.least]
     columns = len(panels) if len(panels) < 4 else -(-len(panels) // 2)
@@ -48,32 +47,36 @@ def draw_curves(path: Path, curves: Sequence[Curve], title: str = "") -> None:
     _name_curves(figure, curves)
     if title:
         figure.suptitle(title, fontsize=11)
-    figure.savefig(path, dpi=200, format="png")
+    return figure
 
 
 def _panels(curves: Sequence[Curve]) -> list[Panel]:
-    def part(key: str, index: Any, factor: float = 1.0) -> Callable[[Step], float]:
-        return lambda step: factor * step[key][index]
+    def part(of: Callable[[SweepStep], Any], index: Any, factor: float = 1.0) -> Callable[[SweepStep], float]:
+        return lambda step: factor * of(step)[index]
 
-    def held(names: Sequence[str]) -> dict[str, Callable[[Step], float]]:
+    def held(names: Sequence[str]) -> dict[str, Callable[[SweepStep], float]]:
         """Reactions by axis: "shift_x" and "bending_x" are along and about the first."""
-        return {axis: part("reaction", name) for axis, name in zip(AXES, names, strict=True) if name in blocked}
+        return {
+            axis: part(lambda step: step.reaction, name)
+            for axis, name in zip(AXES, names, strict=True)
+            if name in blocked
+        }
 
     blocked = reactions(curves)
-    motion = {axis: part("translation_mm", number) for number, axis in enumerate(AXES)}
-    turning = {axis: part("rotation_rad", number, 180.0 / np.pi) for number, axis in enumerate(AXES)}
-    volumes = {name: part("volume_mm3", name) for name in curves[0].found[0]["volume_mm3"]}
+    motion = {axis: part(lambda step: step.translation, number) for number, axis in enumerate(AXES)}
+    turning = {axis: part(lambda step: step.rotation, number, 180.0 / np.pi) for number, axis in enumerate(AXES)}
+    volumes = {name: part(lambda step: step.volumes, name) for name in curves[0].found[0].volumes}
     return [
         Panel("translation of the tip", "mm", _named("along", motion), 0.01),
         Panel("rotation of the tip", "degrees", _named("about", turning), 0.1),
         Panel("force on what holds the tip", "N", _named("along", held(COMPONENTS[:3])), 1e-3),
         Panel("torque on what holds the tip", "N·mm", _named("about", held(COMPONENTS[3:])), 1e-2),
         Panel("volume of the chambers", "mm³", volumes),
-        Panel("largest stretch", "stretch (1)", {"": lambda step: step["max_stretch"]}),
+        Panel("largest stretch", "stretch (1)", {"": lambda step: step.max_stretch}),
     ]
 
 
-def _named(way: str, lines: dict[str, Callable[[Step], float]]) -> dict[str, Callable[[Step], float]]:
+def _named(way: str, lines: dict[str, Callable[[SweepStep], float]]) -> dict[str, Callable[[SweepStep], float]]:
     return {f"{way} {axis}": line for axis, line in lines.items()}
 
 
@@ -110,9 +113,9 @@ def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
     axes.margins(y=0.08)
 
 
-def _along(curve: Curve, step: Step) -> float:
+def _along(curve: Curve, step: SweepStep) -> float:
     """Pressure of the first swept chamber, kPa."""
-    return 1e3 * step["pressure_MPa"][curve.swept[0]]
+    return 1e3 * step.pressures[curve.swept[0]]
 
 
 def _pressure(curves: Sequence[Curve]) -> str:
@@ -121,7 +124,7 @@ def _pressure(curves: Sequence[Curve]) -> str:
     if len(swept) > 1:
         return "pressure of the swept chamber, kPa"
     first, *others = next(iter(swept))
-    alike = all(len({step["pressure_MPa"][n] for n in (first, *others)}) == 1 for c in curves for step in c.steps)
+    alike = all(len({step.pressures[n] for n in (first, *others)}) == 1 for c in curves for step in c.steps)
     if alike:
         return f"pressure in {' and '.join([first, *others])}, kPa"
     return f"pressure in {first}, kPa ({', '.join(others)} swept with it)"

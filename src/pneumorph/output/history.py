@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from pneumorph.analysis import HistoryEntry
 from pneumorph.constraint.table import in_history
 from pneumorph.output.words import motion_of
 from pneumorph.problem import Custom, Limits, Maximize, Problem
@@ -22,16 +23,16 @@ PHASES = {
     "subproblem": ("sub-problem", "#e0a458"),
 }
 UNITS = {"mm": "mm", "°": "degrees", "": "objective"}
-Lines = Sequence[Mapping[str, Any]]
+History = Sequence[HistoryEntry]
 
 
-def draw_history(path: Path, problem: Problem, lines: Lines) -> None:
+def draw_history(path: Path, problem: Problem, history: History) -> None:
     """Save the picture of a history."""
     figure = Figure(figsize=(12.5, 4.2), layout="constrained", facecolor="white")
     motions, limits, seconds = figure.subplots(1, 3)
-    _motions(motions, problem, lines)
-    _limits(limits, problem.limits, lines)
-    _seconds(seconds, lines)
+    _motions(motions, problem, history)
+    _limits(limits, problem.limits, history)
+    _seconds(seconds, history)
     for axes in (motions, limits, seconds):
         axes.set_xlabel("design")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -40,13 +41,13 @@ def draw_history(path: Path, problem: Problem, lines: Lines) -> None:
     figure.savefig(path, dpi=150)
 
 
-def _designs(lines: Lines) -> np.ndarray:
-    return np.array([line["iteration"] for line in lines])
+def _designs(history: History) -> np.ndarray:
+    return np.array([entry.iteration for entry in history])
 
 
-def _motions(axes: Axes, problem: Problem, lines: Lines) -> None:
+def _motions(axes: Axes, problem: Problem, history: History) -> None:
     """One curve per task; a scale for each unit, the first on the left."""
-    found = {task.name: [motion_of(task, line["tasks"][task.name]) for line in lines] for task in problem.task}
+    found = {task.name: [motion_of(task, entry.tasks[task.name]) for entry in history] for task in problem.task}
     units = list(dict.fromkeys(motions[0].unit for motions in found.values()))
     scales: dict[str, Axes] = {}
     for number, unit in enumerate(units):
@@ -63,7 +64,7 @@ def _motions(axes: Axes, problem: Problem, lines: Lines) -> None:
         label += f" ({unit})" if len(units) > 1 and unit else ""
         values = [motion.value for motion in motions]
         handles += scales[unit].plot(
-            _designs(lines), values, "o-", color=f"C{number}", markersize=3, linewidth=1.5, label=label
+            _designs(history), values, "o-", color=f"C{number}", markersize=3, linewidth=1.5, label=label
         )
     for unit, scale in scales.items():
         # An error is told by how far it is above zero.
@@ -71,7 +72,7 @@ def _motions(axes: Axes, problem: Problem, lines: Lines) -> None:
             isinstance(task.objective, Maximize | Custom) for task in problem.task if found[task.name][0].unit == unit
         ):
             scale.set_ylim(bottom=0.0)
-    remeshed = [line["iteration"] for line in lines if line["remeshed"]]
+    remeshed = [entry.iteration for entry in history if entry.remeshed]
     if remeshed:
         marks = {"marker": "^", "color": "#999999", "markersize": 5, "linestyle": "", "clip_on": False}
         at_the_bottom = axes.get_xaxis_transform()
@@ -105,12 +106,12 @@ def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
     )
 
 
-def _limits(axes: Axes, limits: Limits, lines: Lines) -> None:
+def _limits(axes: Axes, limits: Limits, history: History) -> None:
     """The part of each limit that the worst place on the body uses."""
     for number, (limit, key, bound) in enumerate(in_history(limits)):
-        values = [line["limits"][key] for line in lines]
+        values = [entry.limits[key] for entry in history]
         used = [np.nan if value is None else limit.used(value, bound) for value in values]
-        axes.plot(_designs(lines), used, "-", color=f"C{number}", linewidth=1.5, label=limit.word)
+        axes.plot(_designs(history), used, "-", color=f"C{number}", linewidth=1.5, label=limit.word)
     axes.axhline(1.0, color="#444444", linewidth=1.0)
     top = max(1.2, 1.05 * axes.get_ylim()[1])
     axes.axhspan(1.0, top, color="#c0392b", alpha=0.07, linewidth=0)
@@ -119,11 +120,11 @@ def _limits(axes: Axes, limits: Limits, lines: Lines) -> None:
     _legend(axes, axes.get_legend_handles_labels()[0], 6)
 
 
-def _seconds(axes: Axes, lines: Lines) -> None:
+def _seconds(axes: Axes, history: History) -> None:
     """Where the time of every design went."""
-    designs, base = _designs(lines), np.zeros(len(lines))
+    designs, base = _designs(history), np.zeros(len(history))
     for phase, (word, colour) in PHASES.items():
-        spent = np.array([line["seconds"].get(phase) or 0.0 for line in lines])
+        spent = np.array([entry.seconds.get(phase) or 0.0 for entry in history])
         axes.bar(designs, spent, bottom=base, width=0.85, color=colour, label=word)
         base += spent
     axes.set_title("seconds per design", fontsize=10)

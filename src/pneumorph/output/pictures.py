@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from pneumorph.errors import ComputationError
-from pneumorph.geometry import DesignSpace, design_space, starting_body
-from pneumorph.mechanics import Equilibrium, NoEquilibrium, configuration, held_of, loads_of, solve
-from pneumorph.mesh import unfolded
-from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discretise
-from pneumorph.optimize.checkpoint import unpack
-from pneumorph.optimize.history import answers
-from pneumorph.output.bodies import draw_bodies, nodal_stretch
-from pneumorph.output.history import Lines, draw_history
+from pneumorph.analysis import Fields, TaskResult
+from pneumorph.output.bodies import bodies_figure
+from pneumorph.output.history import History, draw_history
 from pneumorph.output.pressures import draw_pressures, has_free_pressures
 from pneumorph.output.profile import draw_profile
 from pneumorph.output.render import NoPicture
@@ -24,6 +20,8 @@ from pneumorph.output.view import Shape, View
 from pneumorph.output.words import motion_of, pressures
 from pneumorph.problem import MatchCurve, MatchSections, Maximize, Objective, Problem, Reach
 from pneumorph.run import RunDirectory
+
+NO_FIELDS = "its displacements are not stored, as in runs of earlier versions"
 
 MOST = 0.998
 """The colours end at this quantile of the stretch, so that a single sharp corner does not pale all the rest."""
@@ -47,7 +45,7 @@ def run_pictures(run: RunDirectory) -> Pictures:
     folder = run.path / "pictures"
     folder.mkdir(exist_ok=True)
     history, problem = run.history(), run.problem
-    first, last = (run.load_design(line["iteration"]) for line in (history[0], history[-1]))
+    first, last = (run.load_design(entry.iteration) for entry in (history[0], history[-1]))
     envelope = problem.limits.envelope
     draw_history(folder / "history.png", problem, history)
     draw_profile(
@@ -57,91 +55,88 @@ def run_pictures(run: RunDirectory) -> Pictures:
     if has_free_pressures(problem):
         plain.append(folder / "pressures.png")
         draw_pressures(plain[-1], problem, history)
-    drawn, missing = _draw_bodies(folder, run)
+    drawn, missing = _draw_bodies(folder, run, history)
     return Pictures((*plain, *drawn), tuple(missing))
 
 
-def _draw_shapes(folder: Path, problem: Problem, history: Lines) -> list[Path]:
+def _draw_shapes(folder: Path, problem: Problem, history: History) -> list[Path]:
     """Target and achieved curve of every task that has one."""
     tasks = [task for task in problem.task if isinstance(task.objective, MatchCurve | MatchSections)]
     paths = [folder / ("shape.png" if len(tasks) == 1 else f"shape_{task.name}.png") for task in tasks]
     for task, path in zip(tasks, paths, strict=True):
-        first, last = (line["tasks"][task.name] for line in (history[0], history[-1]))
+        first, last = (entry.tasks[task.name] for entry in (history[0], history[-1]))
         draw_shape(path, task, problem.body.length, first, last)
     return paths
 
 
-def _draw_bodies(folder: Path, run: RunDirectory) -> tuple[list[Path], list[str]]:
+def _draw_bodies(folder: Path, run: RunDirectory, history: History) -> tuple[list[Path], list[str]]:
     """Start and final design to the same scale and in the same colours."""
     problem, missing = run.problem, []
-    space = design_space(problem, starting_body(problem.body))
     shapes: dict[Path, dict[str, Shape]] = {}
-    for name, analysed in (("start", _start), ("final", _final)):
-        path = folder / f"{name}.png"
-        try:
-            shapes[path] = _shapes(problem, *analysed(run, space))
-        except ComputationError as error:
-            missing.append(f"{path} could not be drawn: {error}")
+    for name, entry in (("start", history[0]), ("final", history[-1])):
+        path, fields = folder / f"{name}.png", run.fields(entry.iteration)
+        if fields is None:
+            missing.append(f"{path} could not be drawn: {NO_FIELDS}")
+        else:
+            shapes[path] = _shapes(problem, fields, entry.tasks)
     everything = [shape for panels in shapes.values() for shape in panels.values()]
-    fields = [shape.field for shape in everything if shape.field is not None]
+    highest = max((float(np.quantile(shape.field, MOST)) for shape in everything if shape.field is not None), default=1)
     view = view_of(problem)
     drawn = []
     for path, panels in shapes.items():
-        highest = max(float(np.quantile(field, MOST)) for field in fields)
         title = f"{problem.title}, {path.stem}" if problem.title else path.stem
         try:
-            draw_bodies(path, panels, view, view.extent(everything), (1.0, highest), title)
+            figure = bodies_figure(panels, view, view.extent(everything), (1.0, highest), title)
+            figure.savefig(path, dpi=160)
             drawn.append(path)
         except NoPicture as error:
             missing.append(f"{path} could not be drawn: {error}")
     return drawn, missing
 
 
-def _start(run: RunDirectory, space: DesignSpace) -> tuple[Discretisation, Analysis]:
-    disc = discretise(run.problem, space.reference)
-    found = analyse(run.problem, space, disc, space.start)
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(found.reason)
-    return disc, found
+def design_figure(problem: Problem, fields: Fields, results: Mapping[str, TaskResult]) -> Figure:
+    """The picture of one design at rest and inflated.
 
-
-def _final(run: RunDirectory, space: DesignSpace) -> tuple[Discretisation, Analysis]:
-    """As it was accepted: a deep bellows may be hard to inflate anew from rest."""
-    _, state = run.checkpoint()
-    return unpack(run.problem, space, state)
+    Raises
+    ------
+    NoPicture
+        Where this machine cannot draw off-screen.
+    """
+    shapes, view = _shapes(problem, fields, results), view_of(problem)
+    highest = max(float(np.quantile(shape.field, MOST)) for shape in shapes.values() if shape.field is not None)
+    return bodies_figure(shapes, view, view.extent(list(shapes.values())), (1.0, highest), problem.title)
 
 
 def final_shapes(run: RunDirectory) -> dict[str, Shape]:
-    """The last design of a run at rest and inflated for every task, by the words above each."""
-    return _shapes(run.problem, *_final(run, design_space(run.problem, starting_body(run.problem.body))))
+    """The last design of a run at rest and inflated for every task, by the words above each.
+
+    Raises
+    ------
+    NoPicture
+        Where its fields are not stored.
+    """
+    last = run.history()[-1]
+    fields = run.fields(last.iteration)
+    if fields is None:
+        raise NoPicture(NO_FIELDS)
+    return _shapes(run.problem, fields, last.tasks)
 
 
-def _shapes(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Shape]:
+def _shapes(problem: Problem, half: Fields, results: Mapping[str, TaskResult]) -> dict[str, Shape]:
     """A design at rest, under its weight, and inflated for every task, by the words above each."""
-    mesh = disc.morph.mesh.at(analysis.X)
-    whole = unfolded(mesh)
-    shapes = {"at rest": Shape(whole.mesh, np.zeros_like(whole.mesh.points))}
-    sag = _sag(problem, disc, analysis)
-    if sag is not None:
-        shapes["under its weight"] = Shape(whole.mesh, whole.vectors(sag.u))
-    told = answers(disc, analysis)
+    fields = half.whole()
+    mesh = fields.mesh
+    shapes = {"at rest": Shape(mesh, np.zeros_like(mesh.points))}
+    if fields.sag is not None:
+        shapes["under its weight"] = Shape(mesh, fields.sag)
     for task in problem.task:
-        found, motion = analysis.equilibria[task.name], motion_of(task, told[task.name])
-        words = f"{pressures(analysis.pressures[task.name])}: {motion.word} {motion}"
+        found = results[task.name]
+        motion = motion_of(task, found)
+        words = f"{pressures(found.pressures)}: {motion.word} {motion}"
         if len(problem.task) > 1:
             words = f"{task.name}, {words}"
-        shapes[words] = Shape(whole.mesh, whole.vectors(found.u), nodal_stretch(mesh, found.u)[whole.source])
+        shapes[words] = Shape(mesh, fields.u[task.name], fields.stretch[task.name])
     return shapes
-
-
-def _sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> Equilibrium | None:
-    """A design without pressures, where weight or plate loads move it then; None where there is no such state."""
-    effector = problem.end_effector
-    if problem.gravity is None and not any((*effector.force, *effector.moment)):
-        return None
-    at = configuration(disc.model, analysis.X, loads_of(problem, disc.model, {}), held_of(problem))
-    found = solve(at, next(iter(disc.tangents.values())))
-    return found if isinstance(found, Equilibrium) else None
 
 
 def view_of(problem: Problem) -> View:

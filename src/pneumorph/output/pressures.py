@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from pneumorph.analysis import HistoryEntry
 from pneumorph.problem import Problem, Task
 
 PER_ROW = 3
@@ -25,7 +25,7 @@ def has_free_pressures(problem: Problem) -> bool:
     return any(pressure.free for task in problem.task for pressure in task.pressure.values())
 
 
-def draw_pressures(path: Path, problem: Problem, lines: Sequence[Mapping[str, Any]]) -> None:
+def draw_pressures(path: Path, problem: Problem, history: Sequence[HistoryEntry]) -> None:
     """Save the picture: a panel for every task, a curve for every chamber, dashed lines at the bounds."""
     columns = min(PER_ROW, len(problem.task))
     rows = -(-len(problem.task) // columns)
@@ -35,7 +35,7 @@ def draw_pressures(path: Path, problem: Problem, lines: Sequence[Mapping[str, An
         if number >= len(problem.task):
             axes.set_axis_off()
             continue
-        _task(axes, problem.task[number], lines)
+        _task(axes, problem.task[number], history)
         # The lowest panel of a column has the numbers, also above an empty place.
         if number + columns >= len(problem.task):
             axes.set_xlabel("design", fontsize=9)
@@ -48,12 +48,12 @@ def draw_pressures(path: Path, problem: Problem, lines: Sequence[Mapping[str, An
     figure.savefig(path, dpi=150)
 
 
-def _task(axes: Axes, task: Task, lines: Sequence[Mapping[str, Any]]) -> None:
-    designs = [line["iteration"] for line in lines]
+def _task(axes: Axes, task: Task, history: Sequence[HistoryEntry]) -> None:
+    designs = [entry.iteration for entry in history]
     bounds = {(pressure.min, pressure.max) for pressure in task.pressure.values() if pressure.free}
     for number, (chamber, pressure) in enumerate(task.pressure.items()):
         colour = f"C{number % 10}"
-        values = [KILO * line["tasks"][task.name]["pressure_MPa"][chamber] for line in lines]
+        values = [KILO * entry.tasks[task.name].pressures[chamber] for entry in history]
         axes.plot(designs, values, "o-", color=colour, markersize=3, linewidth=1.5, label=f"chamber {chamber}")
         if pressure.free:
             # Bounds that all chambers share are nobody's.

@@ -15,7 +15,8 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from scipy.interpolate import make_interp_spline
 
-from pneumorph.mechanics.assembly.plate import rotation
+from pneumorph.analysis import TaskResult
+from pneumorph.mechanics import rotation
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.features import equidistant
 from pneumorph.output.words import motion_of
@@ -60,15 +61,15 @@ def target_course(asked: MatchCurve | MatchSections, length: float) -> Course:
     return Course(joints, (joints[:-1] + joints[1:]) / 2)
 
 
-def achieved_course(answer: Mapping[str, Any], length: float) -> Course:
-    """A smooth curve from the base's centre through the sections to the tip, from a task's entry in a history line."""
-    sections = np.array(answer["section_position_mm"])
+def achieved_course(found: TaskResult, length: float) -> Course:
+    """A smooth curve from the base's centre through the sections to the tip, as found of a task."""
+    sections = np.array(found.section_positions)
     heights = np.r_[0.0, equidistant(len(sections), length).middle, length]
-    points = np.vstack([np.zeros(3), sections, np.array([0.0, 0.0, length]) + answer["translation_mm"]])
+    points = np.vstack([np.zeros(3), sections, np.array([0.0, 0.0, length]) + found.translation])
     return Course(make_interp_spline(heights, points, k=3)(np.linspace(0.0, length, FINE)), sections)
 
 
-def draw_shape(path: Path, task: Task, length: float, first: Mapping[str, Any], last: Mapping[str, Any]) -> None:
+def draw_shape(path: Path, task: Task, length: float, first: TaskResult, last: TaskResult) -> None:
     """Save the picture of a task's target and of what the start and the final design make of it.
 
     Parameters
@@ -76,10 +77,10 @@ def draw_shape(path: Path, task: Task, length: float, first: Mapping[str, Any], 
     task : Task
         Its objective is `match_curve` or `match_sections`.
     length : of the body, mm.
-    first, last : the task's entries in the first and the last history line.
+    first, last : what the first and the last design make of the task.
     """
     assert isinstance(task.objective, MatchCurve | MatchSections)
-    courses = {name: achieved_course(answer, length) for name, answer in (("start", first), ("final", last))}
+    courses = {name: achieved_course(found, length) for name, found in (("start", first), ("final", last))}
     courses["target"] = target_course(task.objective, length)
     limits = _limits(courses)
     x, y, z = WIDE * np.ptp(limits, axis=1) / np.ptp(limits, axis=1).max()
@@ -100,8 +101,8 @@ def draw_shape(path: Path, task: Task, length: float, first: Mapping[str, Any], 
     ):
         _projected(axes, courses, limits, across, up)
     words = {"target": "target"}
-    for name, answer in (("start", first), ("final", last)):
-        motion = motion_of(task, answer)
+    for name, found in (("start", first), ("final", last)):
+        motion = motion_of(task, found)
         words[name] = f"{name}, {motion.word} {motion}"
     handles = [Line2D([], [], marker="o", label=words[name], **STYLES[name]) for name in words]
     figure.legend(handles=handles, fontsize=9, frameon=False, loc="lower center", ncols=len(handles))

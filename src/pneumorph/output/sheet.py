@@ -62,10 +62,10 @@ def draw_sheet(path: Path, title: str, tiles: list[Tile]) -> None:
             axes.imshow(next(pictures), extent=(left, right, bottom, top), interpolation="lanczos")
             axes.set_axis_off()
         last = tile.run.history()[-1]
-        motions = ", ".join(str(motion_of(task, last["tasks"][task.name])) for task in tile.run.problem.task)
+        motions = ", ".join(str(motion_of(task, last.tasks[task.name])) for task in tile.run.problem.task)
         figure.text(
             (column * wide + wide / 2) / width, (base + high - 0.1) / height,
-            f"{tile.words}\n{motions}, {last['iteration']} designs", ha="center", va="top", fontsize=7, color="#333333",
+            f"{tile.words}\n{motions}, {last.iteration} designs", ha="center", va="top", fontsize=7, color="#333333",
         )  # fmt: skip
     figure.suptitle(title, fontsize=11, fontweight="bold", y=1.0 - 0.1 / height, va="top")
     figure.savefig(path, dpi=160)

@@ -5,47 +5,27 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from math import degrees, isnan, nan
 
-import numpy as np
-
-from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.analysis import Curve, SweepStep
+from pneumorph.mechanics import COMPONENTS
 
 AXES = ("x", "y", "z")
 UNITS = {name: "N" if name in COMPONENTS[:3] else "N*mm" for name in COMPONENTS}
 """Of the reactions."""
 
 
-@dataclass(frozen=True)
-class Curve:
-    """One sweep.
-
-    Attributes
-    ----------
-    task : the task whose pressures the chambers have that are not swept.
-    swept : names of the chambers that are.
-    steps : what `pneumorph simulate --json` writes of every step.
-    """
-
-    task: str
-    swept: tuple[str, ...]
-    steps: list[dict[str, Any]]
-
-    @property
-    def found(self) -> list[dict[str, Any]]:
-        """The steps that have an equilibrium."""
-        return [step for step in self.steps if step["converged"]]
-
-
 def reactions(curves: Sequence[Curve]) -> list[str]:
     """The plate components in which something blocks or springs back, in their usual order."""
-    told = {name for curve in curves for step in curve.found for name in step["reaction"]}
+    told = {name for curve in curves for step in curve.found for name in step.reaction}
     return [name for name in COMPONENTS if name in told]
 
 
-def csv_text(curves: Sequence[Curve], chambers: Sequence[str]) -> str:
-    """A line per step; units are in the header, and what was not found is left empty."""
+Row = list[str | float | bool]
+
+
+def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], list[Row]]:
+    """Header, with units, and a row per step; what was not found is NaN."""
     blocked = reactions(curves)
     header = ["task", "swept"]
     header += [f"pressure_{name}_kPa" for name in chambers]
@@ -54,27 +34,45 @@ def csv_text(curves: Sequence[Curve], chambers: Sequence[str]) -> str:
     header += [f"reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
     header += [f"volume_{name}_mm3" for name in chambers]
     header += ["max_stretch", "beyond_validity", "converged", "reason"]
+    rows = [
+        [curve.task, "+".join(curve.swept), *_cells(step, chambers, blocked)]
+        for curve in curves
+        for step in curve.steps
+    ]
+    return header, rows
+
+
+def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str]) -> Row:
+    return [
+        *(1e3 * step.pressures[name] for name in chambers),
+        *step.translation,
+        *map(degrees, step.rotation),
+        *(step.reaction.get(name, nan) for name in blocked),
+        *(step.volumes.get(name, nan) for name in chambers),
+        step.max_stretch,
+        step.beyond_validity,
+        step.converged,
+        step.reason,
+    ]
+
+
+def csv_text(curves: Sequence[Curve], chambers: Sequence[str]) -> str:
+    """The table as text: a line per step, what was not found is left empty."""
+    header, rows = table(curves, chambers)
     text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(header)
-    for curve in curves:
-        for step in curve.steps:
-            table.writerow([curve.task, "+".join(curve.swept), *_cells(step, chambers, blocked)])
+    written = csv.writer(text, lineterminator="\n")
+    written.writerow(header)
+    for row, step in zip(rows, (step for curve in curves for step in curve.steps), strict=True):
+        cells = dict(zip(header, map(_written, row), strict=True))
+        if not step.converged:
+            cells["beyond_validity"] = ""
+        written.writerow(cells.values())
     return text.getvalue()
 
 
-def _cells(step: dict[str, Any], chambers: Sequence[str], blocked: Sequence[str]) -> list[str]:
-    pressures = [1e3 * step["pressure_MPa"][name] for name in chambers]
-    if step["converged"]:
-        numbers = [
-            *pressures,
-            *step["translation_mm"],
-            *np.degrees(step["rotation_rad"]),
-            *(step["reaction"][name] for name in blocked),
-            *(step["volume_mm3"][name] for name in chambers),
-            step["max_stretch"],
-        ]
-        beyond = str(step["beyond_validity"]).lower()
-        return [*(f"{number:.12g}" for number in numbers), beyond, "true", ""]
-    nothing = [""] * (8 + len(blocked) + len(chambers))
-    return [*(f"{number:.12g}" for number in pressures), *nothing, "false", step["reason"]]
+def _written(cell: str | float | bool) -> str:
+    if isinstance(cell, str):
+        return cell
+    if isinstance(cell, bool):
+        return str(cell).lower()
+    return "" if isnan(cell) else f"{cell:.12g}"

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from pneumorph.analysis import TaskResult
 from pneumorph.mechanics import Rubber
 from pneumorph.problem import MatchCurve, MatchSections, Maximize, Reach, Task
 
@@ -26,29 +27,29 @@ class Motion(NamedTuple):
         return f"{self.value:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
 
 
-def motion_of(task: Task, answer: Mapping[str, Any]) -> Motion:
-    """What a task asks for, out of its entry in a history line: a motion, the error of a target, or an objective."""
+def motion_of(task: Task, found: TaskResult) -> Motion:
+    """What a task asks for, out of what was found: a motion, the error of a target, or an objective."""
     match task.objective:
         case Maximize() as asked:
-            return _motion(asked, answer)
+            return _motion(asked, found)
         case MatchCurve(orientation_weight=0.0):
-            return Motion(answer["errors"]["position_mm"], "mm", "distance from the curve")
+            return Motion(found.errors["position_mm"], "mm", "distance from the curve")
         case MatchCurve() | MatchSections():
-            return Motion(float(np.degrees(answer["errors"]["orientation_rad"])), "°", "error of the sections")
+            return Motion(float(np.degrees(found.errors["orientation_rad"])), "°", "error of the sections")
         case Reach(position=None):
-            return Motion(float(np.degrees(answer["errors"]["orientation_rad"])), "°", "turn from the target")
+            return Motion(float(np.degrees(found.errors["orientation_rad"])), "°", "turn from the target")
         case Reach():
-            return Motion(answer["errors"]["position_mm"], "mm", "distance from the target")
-    return Motion(answer["objective"], "", "objective")
+            return Motion(found.errors["position_mm"], "mm", "distance from the target")
+    return Motion(found.objective, "", "objective")
 
 
-def _motion(asked: Maximize, answer: Mapping[str, Any]) -> Motion:
+def _motion(asked: Maximize, found: TaskResult) -> Motion:
     name, sign = asked.component, asked.sign
     word = ("−" if sign < 0 else "") + WORDS[name]
     if name == "extension":
-        return Motion(sign * answer["translation_mm"][2], "mm", word)
+        return Motion(sign * found.translation[2], "mm", word)
     axis = ("bending_x", "bending_y", "twist").index(name)
-    return Motion(sign * float(np.degrees(answer["rotation_rad"][axis])), "°", word)
+    return Motion(sign * float(np.degrees(found.rotation[axis])), "°", word)
 
 
 def pressures(by_chamber: Mapping[str, float]) -> str:

@@ -13,7 +13,6 @@ from pneumorph.problem.models import (
     MeshSpec,
     OptimizerSpec,
     Pressure,
-    Problem,
     Ripple,
     Spring,
     Stretch,
@@ -21,6 +20,7 @@ from pneumorph.problem.models import (
     Task,
 )
 from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Objective, Reach
+from pneumorph.problem.whole import Problem
 
 __all__ = [
     "BodySpec",

@@ -1,14 +1,20 @@
 """What no single key can tell: whether the parts of a problem fit together at the start."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.problem.models import BodySpec, ChamberSpec, Problem, Task
+from pneumorph.problem.models import BodySpec, ChamberSpec, Task
 from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach
 from pneumorph.problem.symmetry import operations
+
+if TYPE_CHECKING:
+    from pneumorph.problem.whole import Problem
 
 MOST_CONTROL_POINTS = 100_000
 MOST_ELEMENTS = 1_000_000

@@ -3,12 +3,8 @@
 import tomllib
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from pneumorph.errors import ProblemError
-from pneumorph.problem.checks import faults
-from pneumorph.problem.models import Pressure, Problem
-from pneumorph.problem.reasons import faults_of, one_line
+from pneumorph.problem.whole import Problem
 
 
 def load(path: str | Path) -> Problem:
@@ -18,6 +14,13 @@ def load(path: str | Path) -> Problem:
     ------
     ProblemError
         One line: the file or the key in it, what is wrong, and the mend.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> problem = pm.load("examples/small.toml")
+    >>> problem.body.length  # mm
+    24.0
     """
     path = Path(path)
     try:
@@ -44,24 +47,4 @@ def loads(text: str, where: str = "problem", folder: str | Path = ".") -> Proble
         raise ProblemError(f"{where}: is not TOML ({' '.join(str(error).split())}); mend it there") from None
     if not data:
         raise ProblemError(f"{where}: is empty; start from a file in examples/")
-    try:
-        problem = Problem.model_validate(data, context={"folder": folder})
-    except ValidationError as error:
-        raise ProblemError(one_line(faults_of(error))) from None
-    if found := faults(problem):
-        raise ProblemError(one_line(found))
-    return _with_all_pressures(problem)
-
-
-def _with_all_pressures(problem: Problem) -> Problem:
-    """Every task with a pressure for every chamber, zero where none was given."""
-    zero = Pressure.model_validate("0 kPa")
-    tasks = [
-        task.model_copy(
-            update={
-                "pressure": {chamber.name: task.pressure.get(chamber.name, zero) for chamber in problem.body.chamber}
-            }
-        )
-        for task in problem.task
-    ]
-    return problem.model_copy(update={"task": tuple(tasks)})
+    return Problem.model_validate(data, context={"folder": folder})

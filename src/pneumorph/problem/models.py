@@ -1,4 +1,4 @@
-"""The problem file as frozen models: what is designed, from what, for which tasks, within which limits.
+"""The tables of a problem file as frozen models: what is designed, from what, for which tasks, within which limits.
 
 Field names are the keys of the file; after reading, every quantity is a float in mm, N, MPa, t, s, rad.
 """
@@ -6,7 +6,6 @@ Field names are the keys of the file; after reading, every quantity is a float i
 import math
 from typing import Annotated, Any, Literal
 
-import tomli_w
 from pydantic import (
     Field,
     GetJsonSchemaHandler,
@@ -19,7 +18,6 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
-from pneumorph.problem.material import Material
 from pneumorph.problem.objective import Objective
 from pneumorph.problem.table import Misfit, Quantity, Table
 
@@ -240,21 +238,3 @@ class OptimizerSpec(Table):
     step: PositiveLength = 0.2
     method: Literal["lbfgs", "dfp"] = "lbfgs"
     iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 40
-
-
-class Problem(Table):
-    """A whole problem file."""
-
-    title: str = ""
-    material: Material = Field(description='[material] with name = "Hei-Cast 8400"')
-    body: BodySpec = Field(description="[body] with its length, radius and chambers")
-    end_effector: EndEffector = EndEffector()
-    gravity: Gravity | None = None
-    task: tuple[Task, ...] = Field(min_length=1, description="a table [[task]]")
-    limits: Limits = Limits()
-    mesh: MeshSpec = MeshSpec()
-    optimizer: OptimizerSpec = OptimizerSpec()
-
-    def to_toml(self) -> str:
-        """The file that reads back as this problem, defaults written out."""
-        return tomli_w.dumps(self.model_dump(exclude_none=True))

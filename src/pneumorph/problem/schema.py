@@ -6,7 +6,7 @@
 import json
 from pathlib import Path
 
-from pneumorph.problem.models import Problem
+from pneumorph.problem.whole import Problem
 
 SHIPPED = Path(__file__).with_name("schema.json")
 

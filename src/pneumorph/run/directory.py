@@ -1,13 +1,13 @@
 """The run directory: the problem as run, every accepted design, and the state to go on from after a kill.
 
-In it are ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``checkpoint.npz`` and
-``result.json``. A design is recorded in the order npz, history line, checkpoint; the checkpoint seals it. Whatever lies
-beyond the checkpoint is the iteration that was in progress, and `resume` removes it.
+In it are ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``fields/NNNN.npz`` of
+the first and the last design, ``checkpoint.npz`` and ``result.json``. A design is recorded in the order shape, fields,
+history line, checkpoint; the checkpoint seals it. Whatever lies beyond the checkpoint is the iteration that was in
+progress, and `resume` removes it.
 """
 
 import json
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.analysis import Fields, HistoryEntry, RunResult, from_json, to_json, unpack_fields
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body, starting_body
 from pneumorph.problem import Problem, load
@@ -25,7 +26,7 @@ State = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Design:
+class StoredDesign:
     """One design as stored.
 
     Attributes
@@ -43,7 +44,7 @@ class Design:
     pressures: dict[str, dict[str, float]]
 
     @classmethod
-    def of(cls, body: Body, pressures: dict[str, dict[str, float]]) -> "Design":
+    def of(cls, body: Body, pressures: dict[str, dict[str, float]]) -> "StoredDesign":
         """The design of a body at these pressures."""
         return cls(body.exterior.net, {chamber.name: chamber.net for chamber in body.chambers}, pressures)
 
@@ -61,43 +62,55 @@ class RunDirectory:
     path: Path
     problem: Problem
 
-    def record(self, line: Mapping[str, Any], design: Design, state: State) -> None:
-        """Store an accepted design: its history line (with ``"iteration"``), its shape and pressures, and the state."""
-        iteration = int(line["iteration"])
+    def record(self, entry: HistoryEntry, design: StoredDesign, fields: Fields, state: State) -> None:
+        """Store an accepted design: its history entry, its shape and pressures, its fields, and the state."""
+        iteration = entry.iteration
         atomic.write_arrays(self._design_path(iteration), self._design_arrays(design))
-        atomic.append_line(self.path / "history.jsonl", json.dumps(_plain(line), allow_nan=False))
+        self.write_fields(iteration, fields)
+        atomic.append_line(self.path / "history.jsonl", json.dumps(to_json(entry), allow_nan=False))
         atomic.write_arrays(self.path / "checkpoint.npz", _checkpoint_arrays(iteration, state))
+        self._keep_fields_of((0, iteration))
 
-    def write_result(self, result: Mapping[str, Any]) -> None:
+    def write_fields(self, iteration: int, fields: Fields) -> None:
+        """Store the fields of a design."""
+        (self.path / "fields").mkdir(exist_ok=True)
+        atomic.write_arrays(self._fields_path(iteration), fields.pack())
+
+    def fields(self, iteration: int) -> Fields | None:
+        """The stored fields of a design; None where there are none: the first and the last design have them."""
+        path = self._fields_path(iteration)
+        if not path.exists():
+            return None
+        with _damage_told(path):
+            return unpack_fields(atomic.read_arrays(path))
+
+    def write_result(self, result: RunResult) -> None:
         """Store ``result.json``."""
-        text = json.dumps(_plain(result), indent=2, allow_nan=False, ensure_ascii=False)
+        text = json.dumps(to_json(result), indent=2, allow_nan=False, ensure_ascii=False)
         atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
 
-    def result(self) -> dict[str, Any] | None:
+    def result(self) -> RunResult | None:
         """What ``result.json`` says; None where the run has not come to an end."""
         path = self.path / "result.json"
         if not path.exists():
             return None
         try:
-            return json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
+            return from_json(RunResult, json.loads(path.read_text(encoding="utf-8")))
+        except (OSError, ValueError, KeyError) as error:
             raise ProblemError(f"{path}: cannot be read ({error}); remove it and run with --resume") from None
 
-    def history(self) -> list[dict[str, Any]]:
-        """The history lines in the order of iterations; a torn last line is ignored."""
+    def history(self) -> list[HistoryEntry]:
+        """The history in the order of iterations; a torn last line is ignored."""
         path = self.path / "history.jsonl"
         with _damage_told(path):
-            lines = [json.loads(text) for text in atomic.complete_lines(path)]
-            for line in lines:
-                int(line["iteration"])
-        return lines
+            return [from_json(HistoryEntry, json.loads(text)) for text in atomic.complete_lines(path)]
 
     def latest(self) -> int | None:
         """The last iteration on which history line, design and checkpoint agree; None before the first."""
         if not (self.path / "checkpoint.npz").exists():
             return None
         iteration, _ = self.checkpoint()
-        if self._design_path(iteration).exists() and any(line["iteration"] == iteration for line in self.history()):
+        if self._design_path(iteration).exists() and any(entry.iteration == iteration for entry in self.history()):
             return iteration
         raise ProblemError(
             f"{self.path}: design {iteration} of its checkpoint is not in history.jsonl and designs/; "
@@ -113,14 +126,14 @@ class RunDirectory:
             state = {name.removeprefix("array "): array for name, array in arrays.items()}
             return plain["iteration"], plain["state"] | state
 
-    def load_design(self, iteration: int) -> Design:
+    def load_design(self, iteration: int) -> StoredDesign:
         """The design of an iteration; ProblemError when there is none."""
         path = self._design_path(iteration)
         chambers = [chamber.name for chamber in self.problem.body.chamber]
         with _damage_told(path):
             arrays = atomic.read_arrays(path)
             pressures = zip((task.name for task in self.problem.task), arrays["pressures"], strict=True)
-            return Design(
+            return StoredDesign(
                 exterior=arrays["exterior"],
                 chambers={name: arrays[f"chamber_{name}"] for name in chambers},
                 pressures={task: dict(zip(chambers, map(float, row), strict=True)) for task, row in pressures},
@@ -129,7 +142,15 @@ class RunDirectory:
     def _design_path(self, iteration: int) -> Path:
         return self.path / "designs" / f"{iteration:04d}.npz"
 
-    def _design_arrays(self, design: Design) -> dict[str, np.ndarray]:
+    def _fields_path(self, iteration: int) -> Path:
+        return self.path / "fields" / f"{iteration:04d}.npz"
+
+    def _keep_fields_of(self, iterations: tuple[int, ...]) -> None:
+        for stored in (self.path / "fields").glob("[0-9]*.npz"):
+            if int(stored.stem) not in iterations:
+                stored.unlink()
+
+    def _design_arrays(self, design: StoredDesign) -> dict[str, np.ndarray]:
         chambers = [chamber.name for chamber in self.problem.body.chamber]
         rows = [[design.pressures[task.name][name] for name in chambers] for task in self.problem.task]
         nets = {f"chamber_{name}": design.chambers[name] for name in chambers}
@@ -139,12 +160,13 @@ class RunDirectory:
         """Remove what a kill left beyond the checkpoint, so that the run goes on as if it had not begun."""
         latest = self.latest()
         sealed = -1 if latest is None else latest
-        kept = [line for line in self.history() if line["iteration"] <= sealed]
-        text = "".join(f"{json.dumps(line)}\n" for line in kept)
+        lines = atomic.complete_lines(self.path / "history.jsonl")
+        text = "".join(f"{line}\n" for line in lines if json.loads(line)["iteration"] <= sealed)
         atomic.write_bytes(self.path / "history.jsonl", text.encode())
         for stored in (self.path / "designs").glob("[0-9]*.npz"):
             if int(stored.stem) > sealed:
                 stored.unlink()
+        self._keep_fields_of((0, sealed) if sealed >= 0 else ())
 
 
 def create(path: str | Path, problem: Problem) -> RunDirectory:
@@ -229,14 +251,3 @@ def _checkpoint_arrays(iteration: int, state: State) -> dict[str, np.ndarray]:
     arrays = {f"array {name}": value for name, value in state.items() if isinstance(value, np.ndarray)}
     rest = {name: value for name, value in state.items() if not isinstance(value, np.ndarray)}
     return {"json": np.array(json.dumps({"iteration": iteration, "state": rest})), **arrays}
-
-
-def _plain(value: Any) -> Any:
-    """For JSON: numpy values as Python's, and null for what is not finite, which JSON has no word for."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -2,7 +2,6 @@
 
 from pneumorph.study.file import Member, Study, load_study
 from pneumorph.study.members import run_member
-from pneumorph.study.single import Outcome, drive
 from pneumorph.study.summary import write_sheet, write_summary
 
-__all__ = ["Member", "Outcome", "Study", "drive", "load_study", "run_member", "write_sheet", "write_summary"]
+__all__ = ["Member", "Study", "load_study", "run_member", "write_sheet", "write_summary"]

@@ -13,6 +13,7 @@ from typing import Any
 from dask import config
 from distributed import Client, KilledWorker, LocalCluster, as_completed
 
+from pneumorph.analysis import HistoryEntry, from_json
 from pneumorph.errors import ProblemError
 from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
@@ -77,10 +78,16 @@ def _slurm(workers: int) -> Any:
 
 
 def run_members(
-    client: Client, members: Mapping[str, Member], out: Path, hear: Callable[[dict[str, Any]], None]
+    client: Client, members: Mapping[str, Member], out: Path, hear: Callable[[str, HistoryEntry], None]
 ) -> Iterator[MemberEnd]:
-    """Run members, each in its directory under `out`, and yield their ends as they come; `hear` gets their news."""
-    client.subscribe_topic(TOPIC, lambda event: hear(event[1]))
+    """Run members, each in its directory under `out`, and yield their ends as they come; `hear` gets the name and
+    the history entry of every design that is accepted."""
+
+    def heard(event: tuple[Any, dict[str, Any]]) -> None:
+        _, news = event
+        hear(news["name"], from_json(HistoryEntry, news["entry"]))
+
+    client.subscribe_topic(TOPIC, heard)
     futures = {
         client.submit(
             run_on_worker, name, member.problem, str((out / name).absolute()), key=f"{name}-{os.urandom(4).hex()}",

@@ -19,7 +19,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +27,9 @@ import tomli_w
 
 from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem, loads
+from pneumorph.problem.changes import change
 
 MOST_MEMBERS = 1000
-_STEP = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d+\])*)")
 
 
 @dataclass(frozen=True)
@@ -102,9 +102,9 @@ def _members(path: Path, base: Any, grid: dict[str, list], listed: list[dict]) -
             parts = [str(entry["name"])] if "name" in entry else [_named(own)] if own else []
             name = _slug(", ".join([*parts, *(_in_words(key, value) for key, value in zip(grid, values, strict=True))]))
             problem = deepcopy(bases[source])
-            for key, value in changes.items():
-                _set(problem, key, value, path)
             try:
+                for key, value in changes.items():
+                    change(problem, key, value)
                 folder = (path.parent / source).parent
                 yield Member(name, changes, loads(tomli_w.dumps(problem), folder=folder))
             except ProblemError as error:
@@ -120,41 +120,6 @@ def _table(path: Path) -> dict[str, Any]:
         raise ProblemError(f"{path}: cannot be read ({error}); check the path") from None
     except tomllib.TOMLDecodeError as error:
         raise ProblemError(f"{path}: is not TOML ({error}); mend it there") from None
-
-
-def _set(problem: dict[str, Any], key: str, value: Any, path: Path) -> None:
-    """Set a dotted key of a problem's table; tables on the way are made where they are missing."""
-    steps: list[str | int] = []
-    for part in key.split("."):
-        match = _STEP.fullmatch(part)
-        if match is None:
-            raise ProblemError(f'{path}: "{key}" is no key of a problem; write e.g. "task[0].pressure.A"')
-        steps += [match[1], *map(int, re.findall(r"\d+", match[2]))]
-    at: Any = problem
-    for step, following in pairwise(steps):
-        if isinstance(step, str):
-            if not isinstance(at, dict):
-                raise ProblemError(f'{path}: "{key}": there is no table to hold "{step}"; check the key')
-            at = at.setdefault(step, {} if isinstance(following, str) else [])
-        else:
-            at = _entry(at, step, key, path)
-    last = steps[-1]
-    if isinstance(last, int):
-        _entry(at, last, key, path)
-        at[last] = value
-    elif not isinstance(at, dict):
-        raise ProblemError(f'{path}: "{key}": there is no table to hold "{last}"; check the key')
-    elif value is False and not isinstance(at.get(last), bool):
-        at.pop(last, None)
-    else:
-        at[last] = value
-
-
-def _entry(at: Any, index: int, key: str, path: Path) -> Any:
-    if not isinstance(at, list) or index >= len(at):
-        count = len(at) if isinstance(at, list) else 0
-        raise ProblemError(f'{path}: "{key}": there is no entry [{index}], only {count}; count from 0')
-    return at[index]
 
 
 def _named(changes: Mapping[str, Any]) -> str:

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import jax
 
+from pneumorph.analysis import HistoryEntry, to_json
+from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output import run_pictures
 from pneumorph.problem import Problem
 from pneumorph.run import open_run, resume, unlike
-from pneumorph.study.single import drive
 
 TOPIC = "pneumorph"
 
@@ -43,22 +44,22 @@ def finished(directory: Path, problem: Problem) -> bool:
     if key:
         raise ProblemError(f"{directory}: holds a run of another problem ({key} differs); name another --out")
     result = run.result()
-    return run.problem == problem and result is not None and result.get("completed") is True
+    return run.problem == problem and result is not None and result.completed
 
 
-def run_member(name: str, problem: Problem, directory: str, tell: Callable[[dict[str, Any]], None]) -> MemberEnd:
+def run_member(name: str, problem: Problem, directory: str, tell: Callable[[str, HistoryEntry], None]) -> MemberEnd:
     """Start or go on with a member's run; a failure of the computation is an end too, not an error.
 
     Parameters
     ----------
     name, problem : of the member.
     directory : of its run.
-    tell : hears of every accepted design: name, iteration and history line.
+    tell : hears of every accepted design: the name and its history entry.
     """
 
     def show(event: Event) -> None:
         if isinstance(event, DesignAccepted):
-            tell({"name": name, "iteration": event.iteration, "line": event.line})
+            tell(name, event.entry)
 
     run = resume(directory, problem)
     try:
@@ -73,12 +74,15 @@ def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
     """`run_member` on a Dask worker, which tells the scheduler of every design."""
     from distributed import get_worker
 
-    from pneumorph.run.cache import use_compilation_cache
-
-    use_compilation_cache()
+    keep_netgen_quiet()
     worker = get_worker()
+
+    def tell(name: str, entry: HistoryEntry) -> None:
+        # Messages to the scheduler are of plain values.
+        worker.log_event(TOPIC, {"name": name, "entry": to_json(entry)})
+
     try:
-        return run_member(name, problem, directory, lambda news: worker.log_event(TOPIC, news))
+        return run_member(name, problem, directory, tell)
     finally:
         # A worker runs many members: compiled kernels are kept on disk, not in its memory.
         jax.clear_caches()

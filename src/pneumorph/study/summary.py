@@ -39,17 +39,17 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
         return {"state": "failed" if result else "begun"}
     last = history[-1]
     found: dict[str, Any] = {
-        "state": "begun" if result is None else "finished" if result["completed"] else "failed",
-        "reason": None if result is None else result["reason"],
-        "designs": last["iteration"],
+        "state": "begun" if result is None else "finished" if result.completed else "failed",
+        "reason": None if result is None else result.reason,
+        "designs": last.iteration,
     }
     for task in member.problem.task:
-        motion = motion_of(task, last["tasks"][task.name])
+        motion = motion_of(task, last.tasks[task.name])
         unit = "deg" if motion.unit == "°" else motion.unit
         key = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
         found[key] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
-    found |= {"limits held": last["held"], **last["limits"]}
-    found["seconds"] = round(sum(line["seconds"]["total"] for line in history), 1)
+    found |= {"limits held": last.held, **last.limits}
+    found["seconds"] = round(sum(entry.seconds["total"] for entry in history), 1)
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Configuration
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.output.abaqus import abaqus_input, plate_nodes
+from pneumorph.output.abaqus import abaqus_input, as_whole, plate_nodes
 from pneumorph.verify.verdict import Unavailable
 
 MOST_SECONDS = 900
@@ -38,10 +38,11 @@ def version() -> str | None:
 def equilibrium(
     mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them.
+    """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them; of half a body the whole's.
 
     `increment` is the first part of the load to try, `tolerance` the residual over the mean force at which it is happy.
     """
+    mesh, at = as_whole(mesh, at)
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "model.inp").write_text(abaqus_input(mesh, at, increment, tolerance), encoding="ascii")
         try:

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, discretisation
 from pneumorph.errors import ComputationError
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.morph import morph
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.optimize.analysis import Analysis, Discretisation, analyse, discretisation
 from pneumorph.problem import Problem
 
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import platform
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 import pneumorph
+from pneumorph.analysis import HistoryEntry, Motion, RunResult
 from pneumorph.errors import ComputationError
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.output.words import motion_of
 from pneumorph.problem import Problem
-from pneumorph.run import Design, RunDirectory
+from pneumorph.run import RunDirectory, StoredDesign
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,9 @@ def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
     try:
         for event in design(run.problem, state):
             if isinstance(event, DesignAccepted):
-                run.record(event.line, Design.of(event.body, event.pressures), event.state)
+                run.record(event.entry, StoredDesign.of(event.body, event.pressures), event.fields, event.state)
+            if isinstance(event, Finished):
+                run.write_fields(event.iteration, event.fields)
             show(event)
             if isinstance(event, Finished):
                 outcome = Outcome(event.reason, True, event.stable)
@@ -61,35 +63,33 @@ def _conclude(run: RunDirectory, outcome: Outcome) -> None:
         run.write_result(result(run.problem, history, outcome))
 
 
-def result(problem: Problem, history: list[dict[str, Any]], outcome: Outcome) -> dict[str, Any]:
+def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> RunResult:
     """What ``result.json`` says."""
     last = history[-1]
-    phases = last["seconds"].keys()
-    motions = {task.name: motion_of(task, last["tasks"][task.name]) for task in problem.task}
-    return {
-        "title": problem.title,
-        "completed": outcome.completed,
-        "reason": outcome.reason,
-        "iterations": last["iteration"],
+    motions = {task.name: motion_of(task, last.tasks[task.name]) for task in problem.task}
+    return RunResult(
+        title=problem.title,
+        completed=outcome.completed,
+        reason=outcome.reason,
+        iterations=last.iteration,
         # Every design is better than the one before.
-        "best": last["iteration"],
-        "objective": last["objective"],
-        "optimality": last.get("optimality"),
-        "motions": {name: {"value": motion.value, "unit": motion.unit} for name, motion in motions.items()},
-        "tasks": {
-            name: answer | {"stable": outcome.stable.get(name, answer["stable"])}
-            for name, answer in last["tasks"].items()
+        best=last.iteration,
+        objective=last.objective,
+        optimality=last.optimality,
+        motions={name: Motion(motion.value, motion.unit) for name, motion in motions.items()},
+        tasks={
+            name: replace(found, stable=outcome.stable.get(name, found.stable)) for name, found in last.tasks.items()
         },
-        "limits": last["limits"],
-        "held": last["held"],
-        "seconds": {phase: sum(line["seconds"][phase] for line in history) for phase in phases},
-        "peak_memory_MB": peak_memory(),
-        "versions": {
+        limits=last.limits,
+        held=last.held,
+        seconds={phase: sum(entry.seconds[phase] for entry in history) for phase in last.seconds},
+        peak_memory=peak_memory(),
+        versions={
             "pneumorph": pneumorph.__version__,
             "python": platform.python_version(),
             **{name: _version(name) for name in ("numpy", "scipy", "jax", "netgen-mesher")},
         },
-    }
+    )
 
 
 def _version(package: str) -> str | None:

@@ -1,0 +1,53 @@
+"""One design analysed: its mesh, the equilibria of its tasks, the gradient, and what is told and stored of them."""
+
+from pneumorph.analysis.analyse import (
+    Analysis,
+    Discretisation,
+    analyse,
+    carried_over,
+    discretisation,
+    discretise,
+    predicted,
+    stable,
+)
+from pneumorph.analysis.answers import answers
+from pneumorph.analysis.fields import Fields, fields_of, nodal_stress, nodal_stretch, sag_of, unpack_fields
+from pneumorph.analysis.gradient import GradientCheck, Probe, gradient_check, probe
+from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
+from pneumorph.analysis.simulate import Curve, Simulation, simulation
+from pneumorph.analysis.slopes import Slopes, design_gradient, design_slopes
+
+__all__ = [
+    "Analysis",
+    "Curve",
+    "Discretisation",
+    "Fields",
+    "GradientCheck",
+    "HistoryEntry",
+    "Motion",
+    "Probe",
+    "RunResult",
+    "Simulation",
+    "Slopes",
+    "SweepStep",
+    "TaskResult",
+    "analyse",
+    "answers",
+    "carried_over",
+    "design_gradient",
+    "design_slopes",
+    "discretisation",
+    "discretise",
+    "fields_of",
+    "from_json",
+    "gradient_check",
+    "nodal_stress",
+    "nodal_stretch",
+    "predicted",
+    "probe",
+    "sag_of",
+    "simulation",
+    "stable",
+    "to_json",
+    "unpack_fields",
+]

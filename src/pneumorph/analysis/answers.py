@@ -1,0 +1,38 @@
+"""What an analysed design makes of its tasks."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.analysis.records import TaskResult, Vector
+from pneumorph.mechanics import rotation_vector
+
+
+def answers(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
+    """The result of every task."""
+    found = {}
+    for name, equilibrium in analysis.equilibria.items():
+        objective = disc.objectives[name]
+        moved = objective.features(disc.model, analysis.configurations[name].X, equilibrium.state)
+        found[name] = TaskResult(
+            pressures=analysis.pressures[name],
+            objective=analysis.values[name],
+            errors={key: float(error(moved)) for key, error in objective.errors.items()},
+            translation=vector(moved.translation),
+            rotation=vector(moved.rotation),
+            section_positions=tuple(map(vector, np.asarray(moved.section_position))),
+            section_rotations=tuple(vector(rotation_vector(turn)) for turn in np.asarray(moved.section_rotation)),
+            volumes=equilibrium.volumes,
+            max_stretch=equilibrium.max_stretch,
+            beyond_validity=disc.model.rubber.beyond(equilibrium.max_stretch),
+            stable=equilibrium.stable,
+        )
+    return found
+
+
+def vector(components) -> Vector:
+    """Three components as plain numbers."""
+    return cast(Vector, tuple(map(float, np.asarray(components))))

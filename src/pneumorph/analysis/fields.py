@@ -1,0 +1,125 @@
+"""Displacements, stretches and stresses of a design, which pictures and exports read instead of solving again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configuration, held_of, loads_of, solve
+from pneumorph.mesh import TetMesh, unfolded
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
+from pneumorph.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Fields:
+    """A design's mesh and what the equilibria do to it.
+
+    Attributes
+    ----------
+    mesh : TetMesh
+        At rest; half the body where only that was analysed, see `whole`.
+    u : {task: (N, 3) mm}
+        Displacements of the nodes.
+    stretch : {task: (N,)}
+        Largest principal stretch at the nodes.
+    sag : (N, 3) mm or None
+        Displacements without pressures, where weight or loads on the plate move the body then and it was solved for.
+    """
+
+    mesh: TetMesh
+    u: Mapping[str, np.ndarray]
+    stretch: Mapping[str, np.ndarray]
+    sag: np.ndarray | None = None
+
+    def whole(self) -> Fields:
+        """The same of the whole body."""
+        image = unfolded(self.mesh)
+        return Fields(
+            image.mesh,
+            {name: image.vectors(u) for name, u in self.u.items()},
+            {name: stretch[image.source] for name, stretch in self.stretch.items()},
+            None if self.sag is None else image.vectors(self.sag),
+        )
+
+    def pack(self) -> dict[str, np.ndarray]:
+        """Arrays from which `unpack_fields` makes the same."""
+        arrays = {"points": self.mesh.points, "tets": self.mesh.tets}
+        arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
+        arrays |= {f"u {name}": u for name, u in self.u.items()}
+        arrays |= {f"stretch {name}": stretch for name, stretch in self.stretch.items()}
+        return arrays if self.sag is None else arrays | {"sag": self.sag}
+
+
+def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
+    """The fields that were packed; KeyError where some are missing."""
+
+    def named(kind: str) -> dict[str, np.ndarray]:
+        return {key.removeprefix(f"{kind} "): each for key, each in arrays.items() if key.startswith(f"{kind} ")}
+
+    mesh = TetMesh(arrays["points"], arrays["tets"], named("face"))
+    return Fields(mesh, named("u"), named("stretch"), arrays.get("sag"))
+
+
+def fields_of(disc: Discretisation, analysis: Analysis, sag: np.ndarray | None = None) -> Fields:
+    """The fields of an analysed design."""
+    mesh = disc.morph.mesh.at(analysis.X)
+    u = {name: found.u for name, found in analysis.equilibria.items()}
+    return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag)
+
+
+def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
+    """Displacements (N, 3) of a design without pressures; None where nothing moves it then, or nothing was found."""
+    effector = problem.end_effector
+    if problem.gravity is None and not any((*effector.force, *effector.moment)):
+        return None
+    at = configuration(disc.model, analysis.X, loads_of(problem, disc.model, {}), held_of(problem))
+    # A solver of its own: those of the tasks keep the factorisations that the next design begins with.
+    found = solve(at, Tangent(disc.model))
+    return found.u if isinstance(found, Equilibrium) else None
+
+
+def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
+    """Largest principal stretch at the nodes (N,)."""
+    F = _deformation_gradients(mesh, u)
+    squares = np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)
+    return _at_nodes(mesh, np.sqrt(squares[..., -1]))
+
+
+def nodal_stress(mesh: TetMesh, u: np.ndarray, rubber: Rubber) -> np.ndarray:
+    """Equivalent (von Mises) Cauchy stress at the nodes (N,), MPa; the pressure in the rubber has no part in it."""
+    F = _deformation_gradients(mesh, u)
+    parameters = jnp.asarray(rubber.parameters, dtype=float)
+    # Energies take the points as trailing axes.
+    nominal = jax.grad(lambda at: jnp.sum(rubber.isochoric(at, parameters)))(jnp.moveaxis(F, (-2, -1), (0, 1)))
+    stress = np.moveaxis(np.asarray(nominal), (0, 1), (-2, -1)) @ np.swapaxes(F, -1, -2)
+    stress /= np.linalg.det(F)[..., None, None]
+    deviator = stress - np.trace(stress, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) / 3
+    return _at_nodes(mesh, np.sqrt(1.5 * (deviator**2).sum((-2, -1))))
+
+
+def _deformation_gradients(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
+    """F (M, 4, 3, 3) at the quadrature points."""
+    gradients = tet_gradient(TET_RULE)
+    jacobian = np.einsum("eai,gaj->egij", mesh.points[mesh.tets], gradients)
+    moved = np.einsum("eai,gaj->egij", (mesh.points + u)[mesh.tets], gradients)
+    return moved @ np.linalg.inv(jacobian)
+
+
+def _at_nodes(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
+    """A field (N,) from values (M, 4) at the quadrature points, averaged round every corner.
+
+    Mid-side nodes get the mean of their ends: they have too few elements around them for an average of their own.
+    """
+    # Linear through the four points of the rule, so its values at the corners follow from theirs.
+    barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
+    at_corners, corners = values @ np.linalg.inv(barycentric).T, mesh.tets[:, :4].ravel()
+    count = np.bincount(corners, minlength=len(mesh.points))
+    field = np.bincount(corners, at_corners.ravel(), minlength=len(mesh.points)) / np.maximum(count, 1)
+    field[mesh.tets[:, 4:]] = field[mesh.tets[:, TET_EDGES]].mean(axis=2)
+    return field

@@ -1,0 +1,134 @@
+"""Whether the gradient of a problem's objective is right: Taylor tests on one of its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, discretise
+from pneumorph.analysis.slopes import design_gradient
+from pneumorph.errors import ComputationError
+from pneumorph.geometry import Body, DesignSpace, design_space
+from pneumorph.mechanics import TOLERANCE, NoEquilibrium
+from pneumorph.problem import Pressure, Problem
+from pneumorph.sensitivity import TaylorTest, taylor_test
+
+FIRST_STEP = 0.05
+"""The tests' first step: largest motion of a control point in mm; a pressure moves by this part of itself."""
+
+LEAST_PRESSURE = 0.01
+"""A chamber without pressure is tested with steps of this one, MPa."""
+
+NOISE = 1e-8
+"""Remainders below this part of the largest displacement are the solver's tolerance and say nothing."""
+
+
+@dataclass(frozen=True)
+class GradientCheck:
+    """Taylor tests of a gradient.
+
+    Attributes
+    ----------
+    tests : {direction: TaylorTest}
+        Along two random motions of all control points, and along a change of all pressures.
+    noise : float
+        Remainders below it are the solver's tolerance and say nothing.
+    """
+
+    tests: Mapping[str, TaylorTest]
+    noise: float
+
+    def is_right(self, name: str) -> bool:
+        """Whether one test is passed, or has no remainder to speak of."""
+        return self.is_exact(name) or self.tests[name].passed
+
+    def is_exact(self, name: str) -> bool:
+        """Whether one test has no remainder to speak of."""
+        return bool(self.tests[name].remainders.max() < self.noise)
+
+    @property
+    def passed(self) -> bool:
+        """Whether all tests are."""
+        return all(map(self.is_right, self.tests))
+
+    def __str__(self) -> str:
+        return "\n".join(map(self.told, self.tests))
+
+    def told(self, name: str) -> str:
+        """What came of one test, as a line."""
+        if self.is_exact(name):
+            return f"{name}: right, with no remainder to speak of"
+        rates = ", ".join(f"{rate:.3f}" for rate in self.tests[name].rates)
+        verdict = "right" if self.tests[name].passed else "WRONG"
+        return f"{name}: {verdict}, the remainder falls with order {rates}"
+
+
+@dataclass(frozen=True, eq=False)
+class Probe:
+    """A body of a problem, analysed to the last digit, with every pressure a variable of its design."""
+
+    problem: Problem
+    body: Body
+    space: DesignSpace
+    disc: Discretisation
+    analysis: Analysis
+
+
+def probe(problem: Problem, body: Body) -> Probe:
+    """Mesh and analyse a body.
+
+    Raises
+    ------
+    ComputationError
+        When it cannot be meshed or has no equilibrium.
+    """
+    space = design_space(_with_free_pressures(problem), body)
+    disc = discretise(problem, body)
+    return Probe(problem, body, space, disc, _analysed(problem, space, disc, space.start))
+
+
+def gradient_check(at: Probe) -> GradientCheck:
+    """Test the gradient there."""
+    problem, space, disc = at.problem, at.space, at.disc
+    slope = design_gradient(problem, space, disc, at.analysis)
+    random = np.random.default_rng(1)
+    directions = {}
+    for name in ("control points, first direction", "control points, second direction"):
+        directions[name] = np.zeros(space.n)
+        directions[name][: space.n_shape] = random.uniform(-1.0, 1.0, space.n_shape)
+    directions["pressures"] = np.zeros(space.n)
+    directions["pressures"][space.n_shape :] = random.uniform(0.5, 1.0, space.n - space.n_shape)
+
+    def value(phi: np.ndarray) -> float:
+        return _analysed(problem, space, disc, phi, at.analysis).value
+
+    tests = {
+        name: taylor_test(value, space.start, slope, direction, FIRST_STEP) for name, direction in directions.items()
+    }
+    return GradientCheck(tests, NOISE * max(float(np.abs(found.u).max()) for found in at.analysis.equilibria.values()))
+
+
+def _with_free_pressures(problem: Problem) -> Problem:
+    """The problem with every pressure designed, 1 mm of Φ being as much as the pressure itself, to test them all."""
+
+    def freed(pressure: Pressure) -> Pressure:
+        width = max(abs(pressure.start), LEAST_PRESSURE)
+        return pressure.model_copy(update={"min": pressure.start - width, "max": pressure.start + width})
+
+    tasks = [
+        task.model_copy(update={"pressure": {name: freed(pressure) for name, pressure in task.pressure.items()}})
+        for task in problem.task
+    ]
+    return problem.model_copy(update={"task": tuple(tasks)})
+
+
+def _analysed(
+    problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis | None = None
+) -> Analysis:
+    starts = None if near is None else {task: found.state for task, found in near.equilibria.items()}
+    found = analyse(problem, space, disc, phi, starts, TOLERANCE, explain=near is None)
+    if isinstance(found, NoEquilibrium):
+        raise ComputationError(f"the design cannot be analysed: {found.reason}")
+    return found

@@ -1,0 +1,1 @@
+"""The public functions, which `pneumorph` offers under its own name: designs, runs, sweeps and checks."""

@@ -1,0 +1,27 @@
+"""Whether a gradient is right."""
+
+from __future__ import annotations
+
+from pneumorph.analysis import GradientCheck, gradient_check, probe
+from pneumorph.interface.design import Design, starting_design
+from pneumorph.problem import Problem
+
+
+def check_gradient(asked: Problem | Design) -> GradientCheck:
+    """Test the gradient of a problem's objective by Taylor remainders, on its start or on a design.
+
+    A right gradient leaves remainders that fall with the square of the step.
+
+    Raises
+    ------
+    ComputationError
+        When the body cannot be meshed or has no equilibrium.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> pm.check_gradient(pm.load("examples/small.toml")).passed
+    True
+    """
+    design = asked if isinstance(asked, Design) else starting_design(asked)
+    return gradient_check(probe(design.problem, design.body))

@@ -1,0 +1,253 @@
+"""One design: its shape, its pressures, what they do to it, and its way into other programs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pneumorph.analysis import (
+    Analysis,
+    Curve,
+    Discretisation,
+    Fields,
+    HistoryEntry,
+    Simulation,
+    TaskResult,
+    analyse,
+    answers,
+    discretise,
+    fields_of,
+    simulation,
+)
+from pneumorph.constraint import LimitReading, report
+from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.geometry import Body, design_space, starting_body
+from pneumorph.interface.sweep import Sweep
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.output.export import FORMATS, export
+from pneumorph.output.grid import deformed, grid
+from pneumorph.output.pictures import design_figure
+from pneumorph.problem import Problem
+
+if TYPE_CHECKING:
+    import pyvista
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A design of a problem.
+
+    Attributes
+    ----------
+    problem : Problem
+    body : Body
+        Its surfaces.
+    pressures : {task: {chamber: MPa}}
+    iteration : int
+        Its number in the run; 0 is the start.
+    entry : HistoryEntry or None
+        What the design loop found of it; None for a body that no loop has analysed.
+    stored : Fields or None
+        What is stored of its displacements; without, they are computed where they are asked for.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> best = pm.open_run("runs/small").best
+    >>> best.nets["chamber_A"].shape[2], best.pressures["extend"]["A"]
+    (3, 0.06)
+    >>> all(reading.excess() < 0.01 for reading in best.limits)
+    True
+    >>> print(best.mesh.point_data["extend stretch"].max() > 1.0)
+    True
+    """
+
+    problem: Problem
+    body: Body
+    pressures: Mapping[str, Mapping[str, float]]
+    iteration: int = 0
+    entry: HistoryEntry | None = None
+    stored: Fields | None = None
+
+    @property
+    def nets(self) -> dict[str, np.ndarray]:
+        """Control nets (n_r, n_q, 3) in mm: "exterior", and "chamber_<name>" of every chamber."""
+        return {"exterior": self.body.exterior.net} | {
+            f"chamber_{chamber.name}": chamber.net for chamber in self.body.chambers
+        }
+
+    @cached_property
+    def limits(self) -> tuple[LimitReading, ...]:
+        """The worst value of every limit, certified for every point of the surfaces."""
+        return report(self.body, self.problem.limits).readings
+
+    @property
+    def results(self) -> Mapping[str, TaskResult]:
+        """What the design makes of every task."""
+        return answers(*self._analysed) if self.entry is None else self.entry.tasks
+
+    @cached_property
+    def fields(self) -> Fields:
+        """Mesh, displacements and stretches of the whole body.
+
+        Raises
+        ------
+        ComputationError
+            When they are not stored, and the design cannot be meshed or has no equilibrium.
+        """
+        return (fields_of(*self._analysed) if self.stored is None else self.stored).whole()
+
+    @property
+    def mesh(self) -> pyvista.UnstructuredGrid:
+        """The body at rest with "<task> displacement" (mm), "<task> stretch" and "<task> stress" (von Mises, MPa)."""
+        return grid(self.problem, self.fields)
+
+    def deformed(self, task: str | None = None) -> pyvista.UnstructuredGrid:
+        """The body as a task deforms it, with "displacement", "stretch" and "stress"; by default the first task."""
+        return deformed(self.problem, self.fields, self._task(task))
+
+    def simulate(
+        self,
+        pressures: Mapping[str, Any] | None = None,
+        block: str | Iterable[str] = (),
+        one_by_one: bool = False,
+    ) -> Sweep:
+        """Equilibria at the tasks' pressures, or along sweeps of them.
+
+        Parameters
+        ----------
+        pressures : {chamber: "60 kPa" or "0:60:5 kPa"}
+            Held or swept pressures, also as pint quantities; chambers without have the design's. Chambers swept step
+            together.
+        block : str or several
+            Motions that the plate is held against, "axial", "bending_x", …, or "all"; steps tell the reaction.
+        one_by_one : bool
+            Sweep one chamber after the other; the others wait at the start of theirs.
+
+        Raises
+        ------
+        ProblemError
+            For what is no pressure, chamber or motion.
+        MeshError
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> best = pm.open_run("runs/small").best
+        >>> held = best.simulate({"A": "60 kPa"}, block="axial")
+        >>> held.steps[0].reaction["axial"] > 0  # N
+        True
+        """
+        began, curves = time.perf_counter(), list[Curve]()
+        prepared = self.simulation(pressures, block, one_by_one)
+        for _ in prepared.walk(curves):
+            pass
+        return Sweep(prepared, curves, time.perf_counter() - began)
+
+    def simulation(
+        self,
+        pressures: Mapping[str, Any] | None = None,
+        block: str | Iterable[str] = (),
+        one_by_one: bool = False,
+    ) -> Simulation:
+        """The same meshed and ready, to be walked step by step."""
+        names = [block] if isinstance(block, str) else block
+        return simulation(self.problem, self.body, self.pressures, pressures or {}, names, one_by_one)
+
+    def export(self, path: str | Path, format: str | None = None, task: str | None = None) -> None:
+        """Write the whole body for other programs.
+
+        Parameters
+        ----------
+        path : Path
+        format : "vtu" or "inp"; by default what the path ends with
+            ParaView and VTK, with all that `mesh` has; or an input file of a task for CalculiX and Abaqus.
+        task : str, by default the first
+
+        Raises
+        ------
+        ProblemError
+            For an unknown format or task, a rubber that the format cannot hold, or a path that cannot be written.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> pm.open_run("runs/small").best.export("small.vtu")
+        """
+        chosen = Path(path).suffix.removeprefix(".") if format is None else format
+        if chosen not in FORMATS:
+            raise ProblemError(f'format: "{chosen}" is not known here; take one of {", ".join(FORMATS)}')
+        name = self._task(task)
+        export(Path(path), chosen, self.problem, self.fields, self.pressures[name])
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """The body cut open, at rest and inflated, as a matplotlib figure.
+
+        Parameters
+        ----------
+        path : where to save it too.
+
+        Raises
+        ------
+        NoPicture
+            Where this machine cannot draw off-screen.
+        """
+        figure = design_figure(self.problem, self.fields, self.results)
+        if path is not None:
+            figure.savefig(path, dpi=160)
+        return figure
+
+    def _task(self, name: str | None) -> str:
+        names = [task.name for task in self.problem.task]
+        if name is None:
+            return names[0]
+        if name not in names:
+            raise ProblemError(f'task: there is no task "{name}"; take one of {", ".join(names)}')
+        return name
+
+    @cached_property
+    def _analysed(self) -> tuple[Discretisation, Analysis]:
+        problem = _with_pressures(self.problem, self.pressures)
+        space = design_space(problem, self.body)
+        disc = discretise(problem, self.body)
+        found = analyse(problem, space, disc, space.start, explain=True)
+        if isinstance(found, NoEquilibrium):
+            raise ComputationError(f"the design cannot be analysed: {found.reason}")
+        return disc, found
+
+
+def starting_design(problem: Problem) -> Design:
+    """The body that a problem starts from, at its starting pressures, whether it keeps the limits or not.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> start = pm.starting_design(pm.load("examples/small.toml"))
+    >>> {reading.limit: round(reading.value, 2) for reading in start.limits}["wall"]  # mm
+    3.0
+    """
+    pressures = {task.name: {name: pressure.start for name, pressure in task.pressure.items()} for task in problem.task}
+    return Design(problem, starting_body(problem.body), pressures)
+
+
+def _with_pressures(problem: Problem, pressures: Mapping[str, Mapping[str, float]]) -> Problem:
+    """The problem with starting pressures that a design has."""
+    tasks = [
+        task.model_copy(
+            update={
+                "pressure": {
+                    name: pressure.model_copy(update={"start": pressures[task.name][name]})
+                    for name, pressure in task.pressure.items()
+                }
+            }
+        )
+        for task in problem.task
+    ]
+    return problem.model_copy(update={"task": tuple(tasks)})

@@ -1,0 +1,195 @@
+"""Designing: a run in a directory, or designs one by one in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pneumorph import drive, run
+from pneumorph.analysis import HistoryEntry, RunResult
+from pneumorph.errors import ProblemError
+from pneumorph.interface.design import Design
+from pneumorph.objective import objectives
+from pneumorph.optimize import DesignAccepted, Event
+from pneumorph.optimize import design as events_of
+from pneumorph.problem import Problem, load
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run of a problem in a directory.
+
+    Attributes
+    ----------
+    directory : RunDirectory
+        Its files.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> run = pm.open_run("runs/small")
+    >>> [entry.iteration for entry in run.history]
+    [0, 1, 2]
+    >>> run.best.iteration, run.result.completed
+    (2, True)
+    """
+
+    directory: run.RunDirectory
+
+    @property
+    def path(self) -> Path:
+        """The directory."""
+        return self.directory.path
+
+    @property
+    def problem(self) -> Problem:
+        """The problem as run."""
+        return self.directory.problem
+
+    @property
+    def history(self) -> list[HistoryEntry]:
+        """Every accepted design, the start first."""
+        return self.directory.history()
+
+    @property
+    def result(self) -> RunResult | None:
+        """How the run ended; None where it has not come to an end."""
+        return self.directory.result()
+
+    @property
+    def latest(self) -> int | None:
+        """Number of the last design; None before the first."""
+        return self.directory.latest()
+
+    @property
+    def best(self) -> Design:
+        """The best design, which is the last: each is better than the one before.
+
+        Raises
+        ------
+        ProblemError
+            When there is none yet.
+        """
+        return self.design()
+
+    def design(self, iteration: int | None = None) -> Design:
+        """A design by its number, by default the last.
+
+        Raises
+        ------
+        ProblemError
+            When there is none of this number.
+        """
+        latest = self.latest
+        if latest is None:
+            raise ProblemError(f"{self.path}: there is no finished design in it yet; run pneumorph design first")
+        number = latest if iteration is None else iteration
+        if not 0 <= number <= latest:
+            raise ProblemError(f"design {number}: {self.path} has designs 0 to {latest} only; take one of them")
+        stored = self.directory.load_design(number)
+        entry = next(entry for entry in self.history if entry.iteration == number)
+        body = stored.body(self.problem)
+        return Design(self.problem, body, stored.pressures, number, entry, self.directory.fields(number))
+
+    def go_on(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:
+        """Design on to the end, from the last design that is stored.
+
+        Parameters
+        ----------
+        show : hears of everything that happens, of an accepted design once it is on disk.
+
+        Raises
+        ------
+        ComputationError
+            When the loop fails; what there is has then been stored.
+        """
+        return drive.drive(self.directory, show or (lambda event: None))
+
+
+def design(
+    problem: Problem | str | Path,
+    out: str | Path,
+    resume: bool = False,
+    show: Callable[[Event], None] | None = None,
+) -> Run:
+    """Design a body for a problem, into a directory.
+
+    Parameters
+    ----------
+    problem : Problem, or the path of a problem file
+    out : Path
+        The run directory.
+    resume : bool
+        Go on with a run of this problem that was stopped; begin where there is none.
+    show : hears of everything that happens.
+
+    Raises
+    ------
+    ProblemError
+        When the problem is not sound, or the directory holds something else.
+    ComputationError
+        When the loop fails; what there is has then been stored.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> run = pm.design("examples/small.toml", out="runs/small", resume=True)
+    >>> run.history[-1].tasks["extend"].translation[2] > run.history[0].tasks["extend"].translation[2]  # mm
+    True
+    """
+    begun = begin(problem, out, resume)
+    begun.go_on(show)
+    return begun
+
+
+def begin(problem: Problem | str | Path, out: str | Path, resume: bool = False) -> Run:
+    """The run of a problem in a directory, made or taken up; see `design`."""
+    asked = _problem(problem)
+    # What is wrong with a target is told before there is a directory.
+    objectives(asked)
+    return Run((run.resume if resume else run.create)(out, asked))
+
+
+def designs(problem: Problem | str | Path) -> Iterator[Design]:
+    """Every accepted design for a problem as it is found, the start first; nothing is written.
+
+    Raises
+    ------
+    ComputationError
+        When the loop fails.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> for design in pm.designs("examples/small.toml"):
+    ...     if design.iteration == 1:
+    ...         break
+    >>> design.entry.held
+    True
+    """
+    asked = _problem(problem)
+    for event in events_of(asked):
+        if isinstance(event, DesignAccepted):
+            yield Design(asked, event.body, event.pressures, event.iteration, event.entry, event.fields)
+
+
+def open_run(path: str | Path) -> Run:
+    """A run to read; nothing in it is changed.
+
+    Raises
+    ------
+    ProblemError
+        When the directory holds none.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> pm.open_run("runs/small").problem.title
+    'Small linear actuator'
+    """
+    return Run(run.open_run(path))
+
+
+def _problem(given: Problem | str | Path) -> Problem:
+    return given if isinstance(given, Problem) else load(given)

@@ -1,0 +1,108 @@
+"""What a simulation found, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pneumorph.analysis import Curve, Simulation, SweepStep, to_json
+from pneumorph.errors import ProblemError
+from pneumorph.mechanics import COMPONENTS
+from pneumorph.output.curves import curves_figure
+from pneumorph.output.sweeps import csv_text, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """The equilibria along sweeps of pressure.
+
+    Attributes
+    ----------
+    simulation : Simulation
+        What was simulated.
+    curves : sequence of Curve
+        A curve to every task and sweep.
+    seconds : float
+        What it took.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> sweep = pm.open_run("runs/small").best.simulate({"A": "0:60:30 kPa"})
+    >>> [round(1e3 * step.pressures["A"]) for step in sweep.steps]  # kPa
+    [0, 30, 60]
+    >>> sweep.steps[-1].translation[2] > sweep.steps[0].translation[2]  # mm
+    True
+    """
+
+    simulation: Simulation
+    curves: Sequence[Curve]
+    seconds: float
+
+    @property
+    def steps(self) -> list[SweepStep]:
+        """All steps, one after the other."""
+        return [step for curve in self.curves for step in curve.steps]
+
+    @property
+    def found(self) -> list[SweepStep]:
+        """The steps that have an equilibrium."""
+        return [step for step in self.steps if step.converged]
+
+    def to_json(self) -> dict[str, Any]:
+        """As ``pneumorph simulate --json`` writes it."""
+        model = self.simulation.model
+        steps = [to_json(step) for step in self.steps]
+        return {"steps": steps, "elements": model.elements, "dofs": model.size, "seconds": self.seconds}
+
+    def to_csv(self) -> str:
+        """As ``pneumorph simulate --csv`` writes it: a line per step, units in the header."""
+        return csv_text(self.curves, self._chambers)
+
+    def to_pandas(self) -> Any:
+        """The same table as a pandas DataFrame; a step without equilibrium has NaN.
+
+        Raises
+        ------
+        ProblemError
+            Where pandas is not installed.
+        """
+        try:
+            import pandas  # pyright: ignore[reportMissingImports]
+        except ImportError:
+            raise ProblemError("to_pandas: needs pandas; install it with pip install pneumorph[pandas]") from None
+        header, rows = table(self.curves, self._chambers)
+        return pandas.DataFrame(rows, columns=header)
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Motion, reactions, volumes and stretch over the swept pressure, as a matplotlib figure.
+
+        Parameters
+        ----------
+        path : where to save it as PNG too.
+
+        Raises
+        ------
+        ProblemError
+            When nothing was swept or no step has an equilibrium.
+        """
+        if not any(curve.found and curve.swept for curve in self.curves):
+            raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
+        held = [name.replace("_", " about ") for name in np.array(COMPONENTS)[self.simulation.blocked]]
+        words = f"blocked: {' and '.join(held)}" if held else ""
+        title = ", ".join(part for part in (self.simulation.problem.title, words) if part)
+        figure = curves_figure(self.curves, title)
+        if path is not None:
+            figure.savefig(path, dpi=200, format="png")
+        return figure
+
+    @property
+    def _chambers(self) -> list[str]:
+        return [chamber.name for chamber in self.simulation.problem.body.chamber]

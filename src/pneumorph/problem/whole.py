@@ -1,0 +1,118 @@
+"""A whole problem: its tables, checked one by one and together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+import tomli_w
+from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem.changes import change
+from pneumorph.problem.checks import faults
+from pneumorph.problem.material import Material
+from pneumorph.problem.models import BodySpec, EndEffector, Gravity, Limits, MeshSpec, OptimizerSpec, Pressure, Task
+from pneumorph.problem.reasons import faults_of, one_line
+from pneumorph.problem.table import Table
+
+
+class Problem(Table):
+    """A design problem: made of the tables of a problem file, from a file by `load` or in Python by their names.
+
+    Quantities are given as text with a unit or as pint quantities; read back, they are floats in mm, N, MPa, t, s and
+    rad. A chamber that a task gives no pressure has none.
+
+    Raises
+    ------
+    ProblemError
+        One line: the key, what is wrong, and the mend.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> problem = pm.Problem(
+    ...     material={"name": "Hei-Cast 8400"},
+    ...     body={
+    ...         "length": "24 mm",
+    ...         "radius": "8 mm",
+    ...         "chamber": [{"name": "A", "radius": "4 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "21 mm"]}],
+    ...     },
+    ...     task=[{"name": "extend", "pressure": {"A": "60 kPa"}, "objective": {"motion": "extension"}}],
+    ... )
+    >>> problem.task[0].pressure["A"].start
+    0.06
+    """
+
+    title: str = ""
+    material: Material = Field(description='[material] with name = "Hei-Cast 8400"')
+    body: BodySpec = Field(description="[body] with its length, radius and chambers")
+    end_effector: EndEffector = EndEffector()
+    gravity: Gravity | None = None
+    task: tuple[Task, ...] = Field(min_length=1, description="a table [[task]]")
+    limits: Limits = Limits()
+    mesh: MeshSpec = MeshSpec()
+    optimizer: OptimizerSpec = OptimizerSpec()
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _sound(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Refuse what does not fit in one line, and give every task a pressure for every chamber."""
+        try:
+            problem = handler(data)
+        except ValidationError as error:
+            raise ProblemError(one_line(faults_of(error))) from None
+        if found := faults(problem):
+            raise ProblemError(one_line(found))
+        zero = Pressure.model_validate("0 kPa")
+        tasks = [
+            task.model_copy(
+                update={
+                    "pressure": {
+                        chamber.name: task.pressure.get(chamber.name, zero) for chamber in problem.body.chamber
+                    }
+                }
+            )
+            for task in problem.task
+        ]
+        object.__setattr__(problem, "task", tuple(tasks))
+        return problem
+
+    def with_changes(self, changes: Mapping[str, Any]) -> Problem:
+        """The problem with other values.
+
+        Parameters
+        ----------
+        changes : {key: value}
+            Keys as in a problem file, with numbers for tables that come several times: ``task[0].pressure.A``. Values
+            as in the constructor; False leaves a key out. ``material.name`` takes another elastomer of the library.
+
+        Raises
+        ------
+        ProblemError
+            One line: the key, what is wrong, and the mend.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> problem = pm.load("examples/small.toml")
+        >>> stiffer = problem.with_changes({"end_effector.spring.axial": "4 N/mm", "mesh.size": "5 mm"})
+        >>> stiffer.end_effector.spring.axial, stiffer.mesh.size
+        (4.0, 5.0)
+        """
+        table = self.model_dump(mode="json", exclude_none=True)
+        for key, value in changes.items():
+            # The table at hand has all parameters of the elastomer that it names.
+            change(table, *(("material", {"name": value}) if key == "material.name" else (key, value)))
+        return Problem.model_validate(table)
+
+    def to_toml(self) -> str:
+        """The file that reads back as this problem, defaults written out.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> print(pm.load("examples/small.toml").to_toml().splitlines()[0])
+        title = "Small linear actuator"
+        """
+        return tomli_w.dumps(self.model_dump(exclude_none=True))

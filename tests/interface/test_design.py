@@ -1,0 +1,137 @@
+"""Designs in Python: what is stored is read, what is not is computed, and half bodies leave as whole ones."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import pyvista as pv
+from tiny import tiny
+
+import pneumorph as pm
+from pneumorph.analysis import analyse, discretise, fields_of
+from pneumorph.errors import ProblemError
+from pneumorph.geometry import design_space
+from pneumorph.interface import design as module
+from pneumorph.interface import sweep as sweeps
+from pneumorph.problem import loads
+
+HALF = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz"] }\n[[body.chamber]]')
+
+
+@pytest.fixture(scope="module")
+def start():
+    """The starting design of a body of which half is analysed."""
+    return pm.starting_design(loads(HALF))
+
+
+def test_fields_are_computed_where_none_are_stored(start):
+    assert start.stored is None
+    fields = start.fields
+    assert fields.mesh.mirror is None, "always the whole body"
+    (u,) = fields.u.values()
+    assert u[:, 1].min() == pytest.approx(-u[:, 1].max())
+    assert start.results["extend"].translation[2] == pytest.approx(u[fields.mesh.faces["tip"], 2].mean())
+
+
+def test_stored_fields_are_not_computed_again(start, monkeypatch):
+    problem = start.problem
+    space = design_space(problem, start.body)
+    disc = discretise(problem, start.body)
+    stored = fields_of(disc, analyse(problem, space, disc, space.start))
+    again = pm.Design(problem, start.body, start.pressures, stored=stored)
+    monkeypatch.setattr(module, "discretise", None)
+    np.testing.assert_allclose(again.fields.u["extend"], start.fields.u["extend"], atol=1e-6)
+    assert again.mesh.n_cells == 2 * len(stored.mesh.tets)
+
+
+def test_the_grid(start):
+    grid, moved = start.mesh, start.deformed()
+    assert set(grid.point_data) == {"extend displacement", "extend stretch", "extend stress"}
+    assert set(grid.celltypes) == {pv.CellType.QUADRATIC_TETRA}
+    assert grid.volume == pytest.approx(start.fields.mesh.volume(), rel=3e-2)
+    np.testing.assert_allclose(moved.points - grid.points, grid.point_data["extend displacement"], atol=1e-12)
+    assert moved.point_data["stress"].max() > 0.01
+    with pytest.raises(ProblemError, match='no task "bend"; take one of extend'):
+        start.deformed("bend")
+
+
+def test_exports(start, tmp_path):
+    start.export(tmp_path / "deep" / "body.vtu")
+    grid = pv.read(tmp_path / "deep" / "body.vtu")
+    np.testing.assert_allclose(grid.point_data["extend displacement"], start.fields.u["extend"])
+    start.export(tmp_path / "body.dat", format="inp")
+    text = (tmp_path / "body.dat").read_text()
+    assert text.count("*ELEMENT, TYPE=C3D10") == 1 and "P" in text
+    start.export(tmp_path / "named.dat", format="vtu")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["body.dat", "deep", "named.dat"]
+    for path, format, words in (
+        (tmp_path / "body.stl", None, 'format: "stl" is not known here; take one of vtu, inp'),
+        (tmp_path, "inp", "cannot be written"),
+    ):
+        with pytest.raises(ProblemError, match=words):
+            start.export(path, format)
+
+
+def test_a_rubber_that_an_input_file_cannot_hold(start, tmp_path):
+    other = pm.starting_design(start.problem.with_changes({"material.name": "Ecoflex 00-30"}))
+    alike = pm.Design(other.problem, other.body, other.pressures, stored=start.fields)
+    with pytest.raises(ProblemError, match="neo-Hookean rubbers only; export vtu"):
+        alike.export(tmp_path / "body.inp")
+
+
+def test_a_sweep(start, tmp_path):
+    sweep = start.simulate({"A": "0:40:20 kPa"}, block="axial")
+    assert [step.pressures["A"] for step in sweep.steps] == pytest.approx([0.0, 0.02, 0.04])
+    assert sweep.steps[-1].reaction["axial"] > 0.1
+    assert sweep.to_json()["steps"][0]["pressure_MPa"] == {"A": 0.0}
+    assert sweep.to_csv().count("\n") == 4
+    figure = sweep.plot(tmp_path / "sweep.png")
+    assert figure.get_suptitle() == "Tiny, blocked: axial"
+    assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(ProblemError, match="no sweep to draw"):
+        sweeps.Sweep(sweep.simulation, [], 0.0).plot()
+
+
+def test_a_table_for_pandas(start, monkeypatch):
+    sweep = start.simulate()
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "pandas", None)
+        with pytest.raises(ProblemError, match="pip install pneumorph"):
+            sweep.to_pandas()
+    pytest.importorskip("pandas")
+    frame = sweep.to_pandas()
+    assert list(frame["pressure_A_kPa"]) == [60.0]
+
+
+def test_a_design_is_simulated_at_its_own_pressures(start):
+    softer = pm.Design(start.problem, start.body, {"extend": {"A": 0.02}})
+    assert softer.simulate().steps[0].pressures == {"A": 0.02}
+    assert softer.results["extend"].pressures == {"A": 0.02}
+
+
+def test_meshing_leaves_the_process_output_alone():
+    """Only the command redirects it."""
+    code = """
+import os
+from pneumorph.mesh import keep_netgen_quiet
+from pneumorph.mesh.volume import _silence
+
+def output():
+    return os.fstat(1).st_ino
+
+before = output()
+with _silence():
+    assert output() == before
+keep_netgen_quiet()
+with _silence():
+    assert output() != before
+assert output() == before
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.PIPE)
+
+
+def test_a_run_that_has_nothing_yet(tmp_path):
+    (tmp_path / "problem.toml").write_text(HALF)
+    with pytest.raises(ProblemError, match="no finished design in it yet"):
+        _ = pm.open_run(tmp_path).best
