@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
 from pneumorph.constraint.report import Pairs
-from pneumorph.constraint.sampled import COARSE, FINE, KINDS, Part, Sampled, cell_of, worst_of_cells, worst_samples
+from pneumorph.constraint.sampled import (
+    COARSE,
+    DIGITS,
+    FINE,
+    KINDS,
+    Part,
+    Sampled,
+    cell_of,
+    worst_of_cells,
+    worst_samples,
+)
 from pneumorph.constraint.sampling import Fields, Grid
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.geometry.local import at
@@ -75,7 +85,7 @@ def _closest_nearby(here: Target, some: Ints, there: Target, near: Ints, offset:
             step = np.where(along < 0, here.behind[row], here.ahead[row])
             away = np.stack([np.full(len(some), across * here.across), along * step], axis=1)
             distance, _, place = there.closest(_expanded(here, some, away), near)
-            closer = distance < best
+            closer = distance < best - 10.0**-DIGITS
             best[closer], aside[closer], foot[closer] = distance[closer], away[closer], place[closer]
     return aside, foot
 

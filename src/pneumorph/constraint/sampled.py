@@ -26,6 +26,10 @@ FINE, COARSE = (4, 8), (2, 4)
 """Samples to each knot span in q and r: of what curvature and the like peak in, and of what distances start from."""
 
 
+DIGITS = 9
+"""Values that are equal to so many digits are equal."""
+
+
 class Part(NamedTuple):
     """Some rows of one kind: cells and values (m,), columns and entries (m, k)."""
 
@@ -93,6 +97,7 @@ def worst_samples(
 
 
 def worst_of_cells(c: Floats, cell: Ints) -> Ints:
-    """Which of some values is the largest of its cell, a number for each cell."""
-    order = np.lexsort((-c, cell))
+    """Which of some values is the largest of its cell, a number for each cell; the first of those that are equal."""
+    # Rounding must not choose among the samples of a body that is the same all round.
+    order = np.lexsort((-np.round(c, DIGITS), cell))
     return order[np.flatnonzero(np.diff(cell[order], prepend=-1))]

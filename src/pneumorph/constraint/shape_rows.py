@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.frame import frame
 from pneumorph.constraint.report import Points
-from pneumorph.constraint.sampled import FINE, SHAPE, Part, Sampled, cell_of, worst_samples
+from pneumorph.constraint.sampled import DIGITS, FINE, SHAPE, Part, Sampled, cell_of, worst_samples
 from pneumorph.constraint.sampling import Grid
 from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
 from pneumorph.geometry import Body, TubeSurface
@@ -47,7 +47,7 @@ def shapes(
         peak_q, peak_r = (q[close] + aside / len(samples.q)) % 1.0, r[close] + up / (len(samples.r) - 1)
         found = _evaluated(*_tangents(surface, peak_q, peak_r)[0], samples, spec.stretch.form)
         worse = scale[kind[close]] * found[kind[close], np.arange(len(close))] + shift[kind[close]]
-        worse = worse > c[kind[close], row[close], column[close]]
+        worse = worse > c[kind[close], row[close], column[close]] + 10.0**-DIGITS
         q[close[worse]], r[close[worse]] = peak_q[worse], peak_r[worse]
         chosen = [_added(limits, number, places), (kind, cell, q, r)]
         kind, cell, q, r = _told_apart(samples, *(np.concatenate(parts) for parts in zip(*chosen, strict=True)))
@@ -104,8 +104,8 @@ def _peaks(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Floa
 
 def _peak(before: Floats, here: Floats, after: Floats) -> Floats:
     """Where a parabola through three equidistant values peaks, from the middle; at its higher side if nowhere."""
-    bend = 2.0 * here - before - after
-    return np.where(bend > 1e-12, 0.5 * (after - before) / np.maximum(bend, 1e-12), np.sign(after - before))
+    bend, rise = np.round(2.0 * here - before - after, DIGITS), np.round(after - before, DIGITS)
+    return np.where(bend > 0.0, 0.5 * rise / np.where(bend > 0.0, bend, 1.0), np.sign(rise))
 
 
 _ORDERS = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))
