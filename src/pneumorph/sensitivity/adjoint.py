@@ -51,7 +51,7 @@ class NodalJacobian:
 def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective) -> NodalGradient:
     """Gradient of `objective` with respect to every node and every chamber pressure, by one adjoint solve.
 
-    The tangent is the one at the equilibrium, as `solve` leaves it; where something else is factorised, it is anew.
+    It takes the tangent at the equilibrium, as `solve` leaves it; where another is factorised, that one is made again.
     """
     model, state = at.model, equilibrium.state
     value, (direct, seed) = jax.value_and_grad(objective.at, argnums=(1, 2))(model, at.X, state)
@@ -70,7 +70,7 @@ def residual_jacobian(
 ) -> NodalJacobian:
     """Derivatives of an objective's residuals, one adjoint each, all with one call of the linear solver.
 
-    The tangent is the one at the equilibrium, as `solve` leaves it; where something else is factorised, it is anew.
+    It takes the tangent at the equilibrium, as `solve` leaves it; where another is factorised, that one is made again.
     """
     model, state = at.model, equilibrium.state
     assert objective.residuals is not None

@@ -102,15 +102,13 @@ def element_hessians(
 ) -> Array:
     """Second derivatives (E, 3a + c, 3a + c) of the elements' energies by their displacements and pressures."""
     local = connectivity.local(X, displacement(top, X, state), state)
-    count, a = connectivity.nodes.shape
+    count, nodes = connectivity.nodes.shape
 
-    def slope(seen: Array) -> Array:
-        return jax.grad(lambda s: jnp.sum(connectivity.weight * energy.energies(_seen(local, s), loads)))(seen)
-
-    def _seen(local, seen):
-        return local._replace(u=seen[:, : 3 * a].reshape(count, a, 3), pressure=seen[:, 3 * a :])
+    def value(seen: Array) -> Array:
+        u, pressure = seen[:, : 3 * nodes].reshape(count, nodes, 3), seen[:, 3 * nodes :]
+        return jnp.sum(connectivity.weight * energy.energies(local._replace(u=u, pressure=pressure), loads))
 
     at = jnp.concatenate([local.u.reshape(count, -1), local.pressure], axis=1)
     units = jnp.eye(at.shape[1])[:, None, :]
-    rows = jax.vmap(lambda unit: jax.jvp(slope, (at,), (jnp.broadcast_to(unit, at.shape),))[1])(units)
+    rows = jax.vmap(lambda unit: jax.jvp(jax.grad(value), (at,), (jnp.broadcast_to(unit, at.shape),))[1])(units)
     return jnp.moveaxis(rows, 1, 0)

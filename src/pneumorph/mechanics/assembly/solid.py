@@ -1,7 +1,8 @@
 """The fast path of the solid's second derivatives: JAX differentiates ψ at the points, Numba does the rest.
 
 By invariants there are nine derivatives at a point instead of eighty-one, and no element ever has its matrix by JAX:
-twenty times as fast as `potential.element_hessians`, which a test holds it against.
+more than twenty times as fast as `potential.element_hessians`, which a test holds it against (measured with 3,072
+tetrahedra on one core).
 """
 
 from __future__ import annotations
