@@ -21,8 +21,8 @@ def main() -> None:
         f"{'method':>7s} {'design':>6s} {'mm':>7s} {'wall':>6s} {'fold':>6s} {'h1':>6s} {'h2':>6s} {'h3':>6s} "
         f"{'evaluations':>11s} {'sub-problem s':>13s}"
     )
-    for method in ("lbfgs", "dfp"):
-        text = EXAMPLE.replace('method = "lbfgs"', f'method = "{method}"').replace(
+    for method in ("sqp", "dfp"):
+        text = EXAMPLE.replace('method = "sqp"', f'method = "{method}"').replace(
             "iterations = 40", f"iterations = {designs}"
         )
         text = text.replace('size = "2 mm"', 'size = "3 mm"')

@@ -15,3 +15,7 @@ class ComputationError(PneumorphError):
 
 class MeshError(ComputationError):
     """The body could not be meshed."""
+
+
+class Renamed(FutureWarning):
+    """A word of a problem file has a new name; the old one is still read."""

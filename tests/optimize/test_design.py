@@ -40,7 +40,7 @@ method = "METHOD"
 """
 
 
-def run(iterations, method="lbfgs", state=None):
+def run(iterations, method="sqp", state=None):
     problem = loads(FILE.replace("ITERATIONS", str(iterations)).replace("METHOD", method))
     return problem, list(design(problem, state))
 

@@ -48,7 +48,7 @@ size = "2 mm"
 element = "quadratic"
 [optimizer]
 step = "0.2 mm"
-method = "lbfgs"
+method = "sqp"
 iterations = 40
 """
 
@@ -264,7 +264,7 @@ WRONG = [
     ('element = "quadratic"', 'element = "linear"', "mesh.element", "take 'auto', 'quadratic' or 'mixed'"),
     ("iterations = 40", "iterations = 4.5", "optimizer.iterations", "whole number"),
     ("iterations = 40", "iterations = 0", "optimizer.iterations", "out of range"),
-    ('method = "lbfgs"', 'method = "newton"', "optimizer.method", "take 'lbfgs' or 'dfp'"),
+    ('method = "sqp"', 'method = "newton"', "optimizer.method", "take 'sqp' or 'dfp'"),
     ("[mesh]", "mesh = 2\n[mesh]", "limits.mesh", "unknown key"),
     ("iterations = 40", "iterations = 40\niterations = 50", "problem", "not TOML"),
 ]

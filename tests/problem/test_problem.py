@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pneumorph.errors import ProblemError, Renamed
 from pneumorph.problem import load, loads
 from pneumorph.problem.schema import SHIPPED, json_schema
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+FOLDER = Path(__file__).parents[2] / "examples"
+EXAMPLES = sorted(FOLDER.glob("*.toml"))
 
 LEAST = """
 [material]
@@ -152,3 +154,21 @@ def test_schema_states_defaults_as_the_file_would():
     definitions = json.loads(json_schema())["$defs"]
     assert definitions["Limits"]["properties"]["wall"]["default"] == "2 mm"
     assert definitions["BodySpec"]["properties"]["control_density"]["default"] == "0.6 /mm"
+
+
+def test_springs_and_motions_are_read_by_each_others_names():
+    text = (FOLDER / "linear_spring.toml").read_text()
+    assert 'motion = "extension"' in text
+    assert "axial =" in text
+    other = text.replace('motion = "extension"', 'motion = "-axial"').replace("axial =", "extension =")
+    problem = loads(other)
+    assert problem.end_effector.spring.axial == loads(text).end_effector.spring.axial > 0
+    assert problem.task[0].objective.motion == "-extension"
+    with pytest.raises(ProblemError, match=r"end_effector\.spring\.extension: is the same as axial; write one of them"):
+        loads(text.replace("axial =", 'extension = "1 N/mm", axial ='))
+
+
+def test_the_old_name_of_the_method_is_read_with_a_sentence():
+    text = (FOLDER / "linear.toml").read_text().replace('"sqp"', '"lbfgs"')
+    with pytest.warns(Renamed, match='"lbfgs" is called "sqp" now'):
+        assert loads(text).optimizer.method == "sqp"

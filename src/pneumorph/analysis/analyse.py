@@ -82,17 +82,9 @@ class Analysis:
     value: float
 
 
-MESHED_TO = 6
-"""Decimals of a control point's mm that the mesher sees: rounding errors must not decide how a body is meshed. Its mesh
-is then moved to the exact places."""
-
-
 def discretise(problem: Problem, body: Body) -> Discretisation:
     """Mesh a body, or the half of it that tells all, and make it ready for analysis."""
-    points = np.round(body.control_points(), MESHED_TO)
-    return discretisation(
-        problem, mesh_body(body.with_control_points(points), problem.mesh.size, mirror_of(problem)), points
-    )
+    return discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
 
 
 def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:

@@ -33,7 +33,7 @@ from pneumorph.mesh import TetMesh, mesh_body
 from pneumorph.objective import features
 from pneumorph.problem import Problem
 
-BLOCKS = {**{name: (name,) for name in COMPONENTS}, "all": COMPONENTS}
+BLOCKS = {**{name: (name,) for name in COMPONENTS}, "extension": ("axial",), "twist": ("torsion",), "all": COMPONENTS}
 """The plate components that each word holds."""
 
 

@@ -1,19 +1,22 @@
 """The `pneumorph` command."""
 
 import sys
+import warnings
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
 from pneumorph.cli import commands
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import ComputationError, ProblemError, Renamed
 
 
 class Commands(TyperGroup):
     """The commands; what goes wrong on purpose ends in one line and an exit status instead of a traceback."""
 
     def invoke(self, ctx: Any) -> Any:
+        warnings.simplefilter("always", Renamed)
+        warnings.showwarning = _warn
         try:
             return super().invoke(ctx)
         except ProblemError as error:
@@ -24,7 +27,15 @@ class Commands(TyperGroup):
             raise typer.Exit(1) from None
 
 
-def _tell(error: Exception) -> None:
+def _warn(message: Warning | str, category: type[Warning], *rest: Any) -> None:
+    """A sentence in one line for old words; other warnings are of libraries and as Python shows them."""
+    if issubclass(category, Renamed):
+        _tell(message)
+    else:
+        print(warnings.formatwarning(message, category, *rest[:2]), file=sys.stderr)
+
+
+def _tell(error: Exception | str) -> None:
     """In one line, also where a name or a value that it repeats has several."""
     print("pneumorph:", " ".join(str(error).split()), file=sys.stderr)
 

@@ -16,6 +16,9 @@ _TURN = np.radians(45)
 _FINER = (1.0, 0.93, 0.86, 0.8, 0.65, 0.5)
 """Factors on turning angle and size in successive tries: where chords just cross a little finer will do, and half the
 size has eight times the elements."""
+_SEEN = 6
+"""Decimals of the control points' mm that are seen while a body is meshed: rounding errors must not decide how. The
+mesh is then moved to the exact places."""
 _WORST = 0.02
 """Quality below which a mesh counts as failed."""
 
@@ -38,7 +41,9 @@ def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
     MeshError
         If no try gives a mesh without inverted or nearly flat elements.
     """
-    P = body.control_points()
+    exact = body.control_points()
+    P = np.round(exact, _SEEN)
+    body = body.with_control_points(P)
     reason = MeshError("never tried")
     for finer in _FINER:
         surface = surface_mesh(body, finer * size, finer * _TURN, mirror)
@@ -50,7 +55,7 @@ def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
         except MeshError as error:
             reason = error
             continue
-        result = morph(straight, surface.B, P, size, surface.param)
+        result = morph(straight, surface.B, exact, size, surface.param)
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:
             return result

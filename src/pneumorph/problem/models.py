@@ -4,9 +4,11 @@ Field names are the keys of the file; after reading, every quantity is a float i
 """
 
 import math
+import warnings
 from typing import Annotated, Any, Literal
 
 from pydantic import (
+    BeforeValidator,
     Field,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
@@ -18,6 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.errors import Renamed
 from pneumorph.problem.objective import Objective
 from pneumorph.problem.table import Misfit, Quantity, Table
 
@@ -85,8 +88,15 @@ class BodySpec(Table):
         return chamber.ripple or self.ripple
 
 
+SAME = {"extension": "axial", "twist": "torsion"}
+"""Objectives name motions, springs and blocks name components of the plate; each is read by the other's name, too."""
+
+
 class Spring(Table):
-    """Springs between the end-effector and the ground: N/mm along x, y, z, N·mm/rad about x, y, z."""
+    """Springs between the end-effector and the ground: N/mm along x, y, z, N·mm/rad about x, y, z.
+
+    `axial` may be written `extension`, and `torsion` `twist`.
+    """
 
     shift_x: Stiffness = 0.0
     shift_y: Stiffness = 0.0
@@ -94,6 +104,16 @@ class Spring(Table):
     bending_x: TurningStiffness = 0.0
     bending_y: TurningStiffness = 0.0
     torsion: TurningStiffness = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_the_names_of_motions(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        for motion, component in SAME.items():
+            if motion in data and component in data:
+                raise Misfit(motion, f"is the same as {component}; write one of them")
+        return {SAME.get(key, key): value for key, value in data.items()}
 
 
 class EndEffector(Table):
@@ -232,9 +252,19 @@ class MeshSpec(Table):
     element: Literal["auto", "quadratic", "mixed"] = "auto"
 
 
+def _method(name: Any) -> Any:
+    if name != "lbfgs":
+        return name
+    warnings.warn('optimizer.method: "lbfgs" is called "sqp" now; write that', Renamed, stacklevel=2)
+    return "sqp"
+
+
 class OptimizerSpec(Table):
-    """First and reference step in mm, method of the sub-problem, greatest number of designs."""
+    """First and reference step in mm, method of the sub-problem, greatest number of designs.
+
+    "sqp", sequential quadratic programs, was called "lbfgs" once; that is still read.
+    """
 
     step: PositiveLength = 0.2
-    method: Literal["lbfgs", "dfp"] = "lbfgs"
+    method: Annotated[Literal["sqp", "dfp"], BeforeValidator(_method)] = "sqp"
     iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 40

@@ -24,15 +24,26 @@ def _keeps(vectors: Any, signs: Sequence[float]) -> bool:
     return np.allclose(np.asarray(vectors)[..., np.asarray(signs) < 0], 0.0, atol=1e-12)
 
 
+def _motion(name: Any) -> Any:
+    """The motion that a spring's name stands for."""
+    if not isinstance(name, str):
+        return name
+    sign, component = (name[0], name[1:]) if name[:1] in ("+", "-") else ("", name)
+    return sign + {"axial": "extension", "torsion": "twist"}.get(component, component)
+
+
 class Maximize(Table):
-    """Objective: the largest motion of the tip along or about an axis; a minus sign turns it round."""
+    """Objective: the largest motion of the tip along or about an axis; a minus sign turns it round.
+
+    "extension" may be written "axial", and "twist" "torsion", as springs have it.
+    """
 
     kind: Literal["maximize"] = "maximize"
-    motion: Literal[
+    motion: Annotated[Literal[
         "extension", "bending_x", "bending_y", "twist",
         "+extension", "+bending_x", "+bending_y", "+twist",
         "-extension", "-bending_x", "-bending_y", "-twist",
-    ] = Field(description='e.g. motion = "extension"')  # fmt: skip
+    ], BeforeValidator(_motion)] = Field(description='e.g. motion = "extension"')  # fmt: skip
 
     @property
     def sign(self) -> float:
