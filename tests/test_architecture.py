@@ -11,6 +11,7 @@ PACKAGES = [
     "units",
     "problem",
     "geometry",
+    "make",
     "mesh",
     "mechanics",
     "objective",

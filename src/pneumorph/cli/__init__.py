@@ -6,7 +6,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from pneumorph.cli import check, design, material, simulate, study, verify
+from pneumorph.cli import check, design, make, material, simulate, study, verify
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.run.cache import use_compilation_cache
 
@@ -42,6 +42,7 @@ def pneumorph() -> None:
 app.command()(design.design)
 app.command()(simulate.simulate)
 app.command()(check.check)
+app.command()(make.make)
 app.add_typer(material.app, name="material")
 app.command()(study.study)
 app.command()(verify.verify)

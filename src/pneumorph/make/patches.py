@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,10 +42,7 @@ def patches(surface: TubeSurface) -> list[list[Patch]]:
     """The patches of a tube: rows from base to tip, each in the order of q."""
     rows = -(-surface.basis_r.spans // ALONG)
     return [
-        [
-            Patch(poles, q, r)
-            for q, poles in _pieces(surface.basis_q, np.moveaxis(row, 1, 0), AROUND)
-        ]
+        [Patch(poles, q, r) for q, poles in _pieces(surface.basis_q, np.moveaxis(row, 1, 0), AROUND)]
         for r, row in _pieces(surface.basis_r, surface.net, rows)
     ]
 
@@ -54,11 +52,11 @@ def _pieces(basis: Basis, values: Array, number: int) -> list[tuple[Array, Array
     curve = _unwrapped(basis, values)
     cuts = np.linspace(0, basis.spans, number + 1).astype(int)
     pieces = []
-    for start, stop in zip(cuts[:-1], cuts[1:], strict=True):
+    for start, stop in pairwise(cuts):
         knots, piece = basis.breaks[start : stop + 1], curve
         for knot in knots[[0, -1]]:
             # As often as the degree: then the curve touches a control point there.
-            missing = basis.degree - np.count_nonzero(piece.t == knot)
+            missing = basis.degree - int(np.count_nonzero(piece.t == knot))
             piece = piece.insert_knot(knot, missing) if missing > 0 else piece
         first = np.searchsorted(piece.t, knots[0], side="right") - basis.degree - 1
         pieces.append((knots, piece.c[first : first + stop - start + basis.degree]))

@@ -1,5 +1,7 @@
 """Solids of OpenCASCADE: the exact patches of every tube, closed by planes or poles, sharing their edges."""
 
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false
+# OCP has no stubs: neither its names nor its types are known.
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -15,7 +17,7 @@ from OCP.gp import gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry import TubeSurface
 from pneumorph.make.patches import Patch, patches
 
 # OpenCASCADE's own default, mm; the points that are to be one differ by rounding, which is eight orders less.
@@ -25,24 +27,25 @@ _BUILDER = BRep_Builder()
 _ALONG_Q, _ALONG_R = gp_Dir2d(1.0, 0.0), gp_Dir2d(0.0, 1.0)
 
 
-def body_solid(body: Body) -> TopoDS_Solid:
-    """The body as one solid in mm: the exterior is its outer shell, every chamber an inner one."""
-    return _solid(body.surfaces)
+def solid(surfaces: Iterable[TubeSurface]) -> TopoDS_Solid:
+    """One solid in mm that surfaces bound: the first is its outer shell, the others are inner ones.
 
-
-def chamber_solid(chamber: TubeSurface) -> TopoDS_Solid:
-    """What a chamber encloses as a solid of its own, in mm."""
-    # The first column stays and q runs the other way round, which turns the normal out of the chamber.
-    turned = chamber.net[:, -np.arange(chamber.net.shape[1])]
-    return _solid([replace(chamber, net=turned, cavity=False)])
-
-
-def _solid(surfaces: Iterable[TubeSurface]) -> TopoDS_Solid:
-    solid = TopoDS_Solid()
-    _BUILDER.MakeSolid(solid)
+    Parameters
+    ----------
+    surfaces : iterable of TubeSurface
+        A body's surfaces, the exterior first, or one `filled` chamber.
+    """
+    made = TopoDS_Solid()
+    _BUILDER.MakeSolid(made)
     for surface in surfaces:
-        _BUILDER.Add(solid, _shell(surface))
-    return solid
+        _BUILDER.Add(made, _shell(surface))
+    return made
+
+
+def filled(chamber: TubeSurface) -> TubeSurface:
+    """The surface of what a chamber encloses, as the exterior of a solid of its own."""
+    # The first column stays and q runs the other way round, which turns the normal out of the chamber.
+    return replace(chamber, net=chamber.net[:, -np.arange(chamber.net.shape[1])], cavity=False)
 
 
 def _shell(surface: TubeSurface) -> TopoDS_Shell:

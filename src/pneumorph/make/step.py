@@ -1,7 +1,10 @@
 """STEP files: one named solid in millimetres each."""
 
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false
+# OCP has no stubs: neither its names nor its types are known.
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
@@ -12,12 +15,12 @@ from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType
 from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopoDS import TopoDS_Shape, TopoDS_Solid
+from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
 from pneumorph import __version__
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.make.solid import body_solid, chamber_solid
+from pneumorph.make.solid import filled, solid
 
 # What OpenCASCADE has to say of every file it writes goes to the screen otherwise.
 Message.DefaultMessenger_s().ChangePrinters().Clear()
@@ -40,7 +43,7 @@ def body_step(body: Body, path: Path) -> None:
     OSError
         When the file cannot be written.
     """
-    _write(body_solid(body), "body", path)
+    _write(body.surfaces, "body", path)
 
 
 def chamber_step(chamber: TubeSurface, path: Path) -> None:
@@ -58,7 +61,7 @@ def chamber_step(chamber: TubeSurface, path: Path) -> None:
     OSError
         When the file cannot be written.
     """
-    _write(chamber_solid(chamber), f"chamber {chamber.name}", path)
+    _write([filled(chamber)], f"chamber {chamber.name}", path)
 
 
 def read_step(path: Path) -> TopoDS_Shape:
@@ -75,10 +78,10 @@ def read_step(path: Path) -> TopoDS_Shape:
     return reader.OneShape()
 
 
-def _write(solid: TopoDS_Solid, name: str, path: Path) -> None:
+def _write(surfaces: Sequence[TubeSurface], name: str, path: Path) -> None:
     document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
     XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
-    label = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(solid, False)
+    label = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(solid(surfaces), False)
     TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
     writer = STEPCAFControl_Writer()
     writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
