@@ -77,4 +77,4 @@ def make(body: Body, folder: Path, chord: float = 0.02) -> Made:
 
 def _told(checks: Sequence[Check]) -> str:
     content = [{**asdict(check), "passed": check.passed} for check in checks]
-    return json.dumps({"checks": content}, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps({"checks": content}, indent=2, allow_nan=False) + "\n"
