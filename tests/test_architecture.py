@@ -12,6 +12,7 @@ PACKAGES = [
     "numerics",
     "problem",
     "geometry",
+    "make",
     "mesh",
     "mechanics",
     "objective",

@@ -7,9 +7,9 @@ from pneumorph.problem import BodySpec
 def spec():
     """Bodies with two chambers, one flat and one with poles, the ripple optional."""
 
-    def make(ripple=None, length=80.0, radius=8.0, chambers="AB"):
+    def make(ripple=None, length=80.0, radius=8.0, chambers="AB", aside=("1 mm", "2 mm")):
         flat = {"radius": f"{radius / 2} mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", f"{length - 3} mm"]}
-        pole = {"radius": "3 mm", "center": ["1 mm", "2 mm"], "span": ["10 mm", f"{length - 30} mm"], "ends": "pole"}
+        pole = {"radius": "3 mm", "center": [*aside], "span": ["10 mm", f"{length - 30} mm"], "ends": "pole"}
         table = {
             "length": f"{length} mm",
             "radius": f"{radius} mm",

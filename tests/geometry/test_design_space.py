@@ -9,7 +9,7 @@ from pneumorph.problem import Problem
 def space(spec):
     fixed, free = "60 kPa", {"start": "30 kPa", "min": "10 kPa", "max": "50 kPa"}
     objective = {"kind": "maximize", "motion": "extension"}
-    body = spec(ripple=(0.2, 10.0))
+    body = spec(ripple=(0.2, 10.0), radius=20.0, aside=("15 mm", "0 mm"))
     problem = Problem.model_validate(
         {
             "material": {"shear_modulus": "0.5 MPa", "bulk_modulus": "5 MPa", "density": "1 g/cm^3"},

@@ -81,6 +81,20 @@ def export(
     print(f"in {out}")
 
 
+def make(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
+    design: Annotated[int | None, typer.Option(min=0, help="This design instead of the last.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Where the files go; by default make in the run directory.")] = None,
+    chord: Annotated[str, typer.Option(help="Most distance of the triangles in 3MF and STL from the body.")] = (
+        "0.02 mm"
+    ),
+) -> None:
+    """Write a design as exact CAD (STEP) and as triangles (3MF, STL), and check the files."""
+    from pneumorph.cli.make import make
+
+    make(run, design, out, chord)
+
+
 def study(
     source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,

@@ -1,0 +1,57 @@
+"""`pneumorph make`: a design of a run as files for the workshop."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from pneumorph import units
+from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.interface.runs import open_run
+
+
+def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
+    """Write the files of a design, and tell what their checks found."""
+    began = time.perf_counter()
+    allowed = _chord(chord)
+    body = open_run(run).design(design).body
+    folder = out or run / "make"
+    try:
+        # Here, because the libraries come with an extra and take a second to load.
+        from pneumorph.make import make as made_of
+    except ModuleNotFoundError as error:
+        raise ProblemError(str(error)) from None
+    try:
+        made = made_of(body, folder, allowed)
+    except OSError as error:
+        raise ProblemError(f"--out {folder}: cannot be written ({error.strerror or error}); name another") from None
+    console = Console()
+    console.print(_table(made.checks))
+    names = ", ".join(path.name for path in made.files)
+    print(f"in {folder}: {names}; {time.perf_counter() - began:.1f} s")
+    if made.failed:
+        failed = "; ".join(f"{check.what} of {check.file}" for check in made.failed)
+        raise ComputationError(f"the files in {folder} are not what they should be: {failed}")
+
+
+def _chord(text: str) -> float:
+    """The chord error in mm."""
+    try:
+        chord = units.parse(text, units.LENGTH)
+    except ValueError as error:
+        raise ProblemError(f"--chord: {error}") from None
+    if not chord > 0.0:
+        raise ProblemError(f"--chord: {text} is not above zero; take e.g. 0.02mm")
+    return chord
+
+
+def _table(checks: Any) -> Table:
+    table = Table("file", "check", "found", "allowed", "", box=None, header_style="bold")
+    for check in checks:
+        found, limit = (f"{value:.3g} {check.unit}".strip() for value in (check.value, check.limit))
+        table.add_row(check.file, check.what, found, limit, "ok" if check.passed else "[red]FAILED[/red]")
+    return table

@@ -1,0 +1,202 @@
+"""What is true of the files, measured on the files: they are read again and held against the design."""
+
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false
+# OCP has no stubs: neither its names nor its types are known.
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import manifold3d
+import numpy as np
+import pyvista
+from numpy.typing import NDArray
+from OCP.BRep import BRep_Tool
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.BRepGProp import BRepGProp
+from OCP.Geom import Geom_BSplineSurface, Geom_Plane
+from OCP.GProp import GProp_GProps
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopoDS import TopoDS, TopoDS_Shape
+
+from pneumorph.geometry import TubeSurface, cap_points, enclosed_volume
+from pneumorph.make.printing import read_3mf, read_stl
+from pneumorph.make.step import read_step
+from pneumorph.make.triangles import Triangles
+
+VOLUME = 1e-6
+"""Most relative error of a STEP file's volume."""
+
+DISTANCE = 1e-6
+"""Most distance in mm of a point of the design from the surfaces in a STEP file."""
+
+_QUADRATURE = 1e-9
+_PER_SPAN = 5
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing measured.
+
+    Attributes
+    ----------
+    file : str
+        The file that was read.
+    what : str
+        What was measured.
+    value, limit : float
+        What was found, and the most that is allowed. What must not be is counted.
+    unit : str
+        Of both.
+    """
+
+    file: str
+    what: str
+    value: float
+    limit: float
+    unit: str = ""
+
+    @property
+    def passed(self) -> bool:
+        return self.value <= self.limit
+
+
+def volume_inside(surfaces: Sequence[TubeSurface]) -> float:
+    """Exact volume in mm³ of the solid that surfaces bound: the first one's less the others'."""
+    first, *others = (enclosed_volume(surface) for surface in surfaces)
+    return first - sum(others)
+
+
+def step_checks(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
+    """Checks of a STEP file against the surfaces that its one solid should have.
+
+    Parameters
+    ----------
+    path : Path
+        Written by `body_step` or `chamber_step`.
+    surfaces : sequence of TubeSurface
+        The body's, or one `filled` chamber.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be read.
+    """
+    shape, name = read_step(path), path.name
+    shells = [TopoDS.Shell(each) for each in _parts(shape, TopAbs_ShapeEnum.TopAbs_SHELL)]
+    solids = _parts(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
+    amiss = abs(len(solids) - 1) + abs(len(shells) - len(surfaces))
+    amiss += sum(not BRep_Tool.IsClosed_s(shell) for shell in shells)
+    yield Check(name, "shells open, missing or in excess", amiss, 0)
+    if amiss:
+        return
+    yield Check(name, "invalid shapes (BRepCheck)", int(not BRepCheck_Analyzer(shape).IsValid()), 0)
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, _QUADRATURE)
+    yield Check(
+        name, "volume off the design's, relative", abs(properties.Mass() / volume_inside(surfaces) - 1.0), VOLUME
+    )
+    furthest = max(_distance(shell, surface) for shell, surface in zip(shells, surfaces, strict=True))
+    yield Check(name, "design's points off the surfaces", furthest, DISTANCE, "mm")
+
+
+def mesh_checks(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> Iterator[Check]:
+    """Checks of the part in an STL file, or that a 3MF file builds, against the surfaces that bound it.
+
+    Parameters
+    ----------
+    path : Path
+        Written by `write_3mf` or `write_stl`.
+    surfaces : sequence of TubeSurface
+        The body's, or one `filled` chamber.
+    chord : float
+        The chord error in mm that was asked for.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be read.
+    """
+    name = path.name
+    part = read_stl(path) if path.suffix == ".stl" else next(iter(read_3mf(path).values()))
+    solid = manifold3d.Manifold(manifold3d.Mesh64(part.points, part.corners.astype(np.uint64)))
+    open_edges = _open_edges(part)
+    amiss = open_edges or int(solid.status() != manifold3d.Error.NoError)
+    yield Check(name, "edges open or against each other", amiss, 0)
+    if amiss:
+        return
+    yield Check(name, "edges that pass through triangles", crossings(part, solid), 0)
+    yield Check(name, "chord error", _chord_error(part, surfaces), chord, "mm")
+    # A surface that is nowhere further than the chord error encloses no more or less than that times its area.
+    exact = volume_inside(surfaces)
+    yield Check(name, "volume off the design's", abs(part.volume - exact), chord * solid.surface_area(), "mm³")
+
+
+def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
+    """Number of edges that pass through a triangle: where two triangles cross, an edge of one passes the other."""
+    edges = np.unique(np.sort(part.corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    points = part.points.tolist()
+    # Hits at an edge's own ends are the triangles around them.
+    return sum(
+        any(1e-9 < hit.distance < 1.0 - 1e-9 for hit in solid.ray_cast(points[start], points[stop]))
+        for start, stop in edges.tolist()
+    )
+
+
+def _open_edges(part: Triangles) -> int:
+    """Number of edges that are not run through once either way."""
+    ways = part.corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    one, other = np.sort(ways @ (len(part.points), 1)), np.sort(ways[:, ::-1] @ (len(part.points), 1))
+    return int(len(np.setxor1d(one, other)) // 2 + len(one) - len(np.unique(one)))
+
+
+def _parts(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
+    explorer, found = TopExp_Explorer(shape, kind), []
+    while explorer.More():
+        found.append(explorer.Current())
+        explorer.Next()
+    return found
+
+
+def _samples(surface: TubeSurface) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Parameters q and r, the knots among them."""
+    counts = surface.basis_q.spans, surface.basis_r.spans
+    q, r = (np.linspace(0.0, 1.0, _PER_SPAN * spans + 1) for spans in counts)
+    return q, r
+
+
+def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
+    """Largest distance in mm of sampled points of a surface, its ends included, from the faces of a shell.
+
+    A point is held against the point at the same parameters, which is no nearer than the nearest.
+    """
+    faces = [BRep_Tool.Surface_s(TopoDS.Face(each)) for each in _parts(shell, TopAbs_ShapeEnum.TopAbs_FACE)]
+    q, r = _samples(surface)
+    points = surface.sample(q, r)
+    nearest = np.full(points.shape[:2], np.inf)
+    for face in faces:
+        if not isinstance(face, Geom_BSplineSurface):
+            continue
+        q_start, q_stop, r_start, r_stop = face.Bounds()
+        rows = np.flatnonzero((r >= r_start - 1e-12) & (r <= r_stop + 1e-12))
+        columns = np.flatnonzero((q >= q_start - 1e-12) & (q <= q_stop + 1e-12))
+        for row in rows:
+            found = [face.Value(q[column], r[row]) for column in columns]
+            away = np.array([(point.X(), point.Y(), point.Z()) for point in found]) - points[row, columns]
+            nearest[row, columns] = np.minimum(nearest[row, columns], np.linalg.norm(away, axis=1))
+    if surface.ends == "pole":
+        return float(nearest.max())
+    planes = [face.Pln() for face in faces if isinstance(face, Geom_Plane)]
+    discs = [cap_points(surface, tip, q, s) for tip in (False, True) for s in (0.0, 0.5, 1.0)]
+    ends = [min(abs(plane.Location().Z() - z) for plane in planes) for z in np.concatenate(discs)[:, 2]]
+    return float(max(nearest.max(), *ends))
+
+
+def _chord_error(part: Triangles, surfaces: Sequence[TubeSurface]) -> float:
+    """Largest distance in mm of sampled points of the surfaces from the triangles."""
+    mesh = pyvista.PolyData.from_regular_faces(part.points, part.corners)
+    points = np.concatenate([surface.sample(*_samples(surface)).reshape(-1, 3) for surface in surfaces])
+    _, closest = mesh.find_closest_cell(points, return_closest_point=True)  # pyright: ignore[reportGeneralTypeIssues]
+    return float(np.linalg.norm(closest - points, axis=1).max())

@@ -1,0 +1,80 @@
+"""Everything made of a body, in one folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from pneumorph.geometry import Body
+from pneumorph.make.checks import Check, mesh_checks, step_checks
+from pneumorph.make.printing import write_3mf, write_stl
+from pneumorph.make.solid import filled
+from pneumorph.make.step import body_step, chamber_step
+from pneumorph.make.triangles import triangles
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was made.
+
+    Attributes
+    ----------
+    files : tuple of Path
+        Those written, ``checks.json`` the last.
+    checks : tuple of Check
+        What was measured on them.
+    """
+
+    files: tuple[Path, ...]
+    checks: tuple[Check, ...]
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        return tuple(check for check in self.checks if not check.passed)
+
+
+def make(body: Body, folder: Path, chord: float = 0.02) -> Made:
+    """Write a body as STEP, 3MF and STL, every chamber as STEP, and ``checks.json`` with what was measured on them.
+
+    Parameters
+    ----------
+    body : Body
+        In mm.
+    folder : Path
+        Where to; it is made where there is none, and files of these names in it are replaced.
+    chord : float
+        Most distance in mm between the surfaces and the triangles of 3MF and STL.
+
+    Raises
+    ------
+    OSError
+        When the folder or a file cannot be written.
+    ComputationError
+        When a chord error asks for more triangles than any program reads.
+    """
+    # First, because it is what can be refused.
+    parts = {"body": triangles(body.surfaces, chord)}
+    parts |= {f"chamber {chamber.name}": triangles([filled(chamber)], chord) for chamber in body.chambers}
+    folder.mkdir(parents=True, exist_ok=True)
+    step, mesh, plain = folder / "body.step", folder / "body.3mf", folder / "body.stl"
+    cores = {folder / f"chamber_{chamber.name}.step": chamber for chamber in body.chambers}
+    body_step(body, step)
+    for path, chamber in cores.items():
+        chamber_step(chamber, path)
+    write_3mf(mesh, parts)
+    write_stl(plain, parts["body"])
+    checks = [*step_checks(step, body.surfaces)]
+    for path, chamber in cores.items():
+        checks += step_checks(path, [filled(chamber)])
+    for path in (mesh, plain):
+        checks += mesh_checks(path, body.surfaces, chord)
+    report = folder / "checks.json"
+    report.write_text(_told(checks), encoding="utf-8")
+    return Made((step, *cores, mesh, plain, report), tuple(checks))
+
+
+def _told(checks: Sequence[Check]) -> str:
+    content = [{**asdict(check), "passed": check.passed} for check in checks]
+    return json.dumps({"checks": content}, indent=2, allow_nan=False) + "\n"

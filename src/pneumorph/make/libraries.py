@@ -1,0 +1,31 @@
+"""The libraries of the extra ``cad``: whether they are there, and OpenCASCADE loaded beside Netgen's."""
+
+import os
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+
+
+def load() -> None:
+    """Load OpenCASCADE.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        When a library is not installed; the message says how it is.
+    """
+    missing = [library for library in ("OCP", "manifold3d", "lib3mf") if find_spec(library) is None]
+    if missing:
+        words = f"making needs {', '.join(missing)}; install with: pip install 'pneumorph[cad]'"
+        raise ModuleNotFoundError(words, name=missing[0])
+    if sys.platform != "linux":
+        import_module("OCP.BRep")
+        return
+    # Netgen brings another release of OpenCASCADE and makes its symbols global. Bound to these the process crashes, so
+    # this one looks for symbols among its own libraries first.
+    flags = sys.getdlopenflags()
+    sys.setdlopenflags(flags | getattr(os, "RTLD_DEEPBIND", 0))
+    try:
+        import_module("OCP.BRep")
+    finally:
+        sys.setdlopenflags(flags)

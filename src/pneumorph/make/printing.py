@@ -1,0 +1,115 @@
+"""Triangles as files for slicers: 3MF with units and names, and STL for programs that read nothing else."""
+
+# pyright: reportOptionalMemberAccess=false
+# lib3mf has no annotations; what it makes is taken for None.
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pyvista
+from lib3mf import Lib3MF, get_wrapper
+
+from pneumorph.make.triangles import Triangles
+
+# Vertices of both formats are of single precision: steps of 4e-6 mm at 80 mm, which six decimals keep.
+_DECIMALS = 6
+
+
+def write_3mf(path: Path, parts: Mapping[str, Triangles]) -> None:
+    """Write named parts in millimetres; the first is to be built.
+
+    The others are objects of the type "other": there for programs that ask for them, never for a printer. A chamber
+    that were to be built with its body would be filled.
+
+    Parameters
+    ----------
+    path : Path
+        The file; one that is there is replaced.
+    parts : mapping of str to Triangles
+        By their names.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be written.
+    """
+    _write(path, "3mf", parts)
+
+
+def write_stl(path: Path, part: Triangles) -> None:
+    """Write one part as binary STL. The format knows no unit; the numbers are millimetres.
+
+    Parameters
+    ----------
+    path : Path
+        The file; one that is there is replaced.
+    part : Triangles
+        In mm.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be written.
+    """
+    _write(path, "stl", {"": part})
+
+
+def read_3mf(path: Path) -> dict[str, Triangles]:
+    """The objects of a 3MF file in millimetres, by their names.
+
+    Raises
+    ------
+    OSError
+        When it cannot be read.
+    """
+    model = get_wrapper().CreateModel()
+    try:
+        model.QueryReader("3mf").ReadFromFile(str(path))
+    except Lib3MF.ELib3MFException as error:
+        raise OSError(f"{path}: is no 3MF file ({error})") from None
+    objects, found = model.GetMeshObjects(), {}
+    while objects.MoveNext():
+        mesh = objects.GetCurrentMeshObject()
+        points = np.array([tuple(vertex.Coordinates) for vertex in mesh.GetVertices()], dtype=float)
+        corners = np.array([tuple(triangle.Indices) for triangle in mesh.GetTriangleIndices()], dtype=np.int64)
+        found[mesh.GetName()] = Triangles(points, corners)
+    return found
+
+
+def read_stl(path: Path) -> Triangles:
+    """The triangles of an STL file, points of the same coordinates made one.
+
+    Raises
+    ------
+    OSError
+        When it cannot be read.
+    """
+    mesh = pyvista.read(path)
+    return Triangles(np.asarray(mesh.points, dtype=float), np.asarray(mesh.regular_faces, dtype=np.int64))
+
+
+def _write(path: Path, form: str, parts: Mapping[str, Triangles]) -> None:
+    wrapper = get_wrapper()
+    model = wrapper.CreateModel()
+    model.SetUnit(Lib3MF.ModelUnit.MilliMeter)
+    for number, (name, part) in enumerate(parts.items()):
+        mesh = model.AddMeshObject()
+        mesh.SetName(name)
+        points = np.ascontiguousarray(part.points, dtype=np.float32)
+        corners = np.ascontiguousarray(part.corners, dtype=np.uint32)
+        mesh.SetGeometry(
+            (Lib3MF.Position * len(points)).from_buffer(points.data),
+            (Lib3MF.Triangle * len(corners)).from_buffer(corners.data),
+        )
+        if number == 0:
+            model.AddBuildItem(mesh, wrapper.GetIdentityTransform())
+        else:
+            mesh.SetType(Lib3MF.ObjectType.Other)
+    writer = model.QueryWriter(form)
+    writer.SetDecimalPrecision(_DECIMALS)
+    try:
+        writer.WriteToFile(str(path))
+    except Lib3MF.ELib3MFException as error:
+        raise OSError(f"{path}: cannot be written ({error})") from None

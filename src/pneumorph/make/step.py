@@ -1,0 +1,94 @@
+"""STEP files: one named solid in millimetres each."""
+
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false
+# OCP has no stubs: neither its names nor its types are known.
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.Message import Message
+from OCP.STEPCAFControl import STEPCAFControl_Writer
+from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType
+from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopoDS import TopoDS_Shape
+from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+from pneumorph import __version__
+from pneumorph.geometry import Body, TubeSurface
+from pneumorph.make.solid import filled, solid
+
+# What OpenCASCADE has to say of every file it writes goes to the screen otherwise.
+Message.DefaultMessenger_s().ChangePrinters().Clear()
+
+
+def body_step(body: Body, path: Path) -> None:
+    """Write a body as one solid named "body", its chambers as inner shells.
+
+    The faces are the body's own cubic B-splines, cut at knots, and planes; nothing is fitted or faceted.
+
+    Parameters
+    ----------
+    body : Body
+        In mm.
+    path : Path
+        The file; one that is there is replaced.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be written.
+    """
+    _write(body.surfaces, "body", path)
+
+
+def chamber_step(chamber: TubeSurface, path: Path) -> None:
+    """Write what a chamber encloses as a solid of its own, named "chamber" and its name.
+
+    Parameters
+    ----------
+    chamber : TubeSurface
+        In mm.
+    path : Path
+        The file; one that is there is replaced.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be written.
+    """
+    _write([filled(chamber)], f"chamber {chamber.name}", path)
+
+
+def read_step(path: Path) -> TopoDS_Shape:
+    """What is in a STEP file, in mm.
+
+    Raises
+    ------
+    OSError
+        When it cannot be read.
+    """
+    reader = STEPControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone or reader.TransferRoots() < 1:
+        raise OSError(f"{path}: is no STEP file")
+    return reader.OneShape()
+
+
+def _write(surfaces: Sequence[TubeSurface], name: str, path: Path) -> None:
+    document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
+    XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
+    label = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(solid(surfaces), False)
+    TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+    writer = STEPCAFControl_Writer()
+    writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
+    header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+    header.SetName(TCollection_HAsciiString(name))
+    header.SetAuthorValue(1, TCollection_HAsciiString(""))
+    header.SetOrganizationValue(1, TCollection_HAsciiString(""))
+    header.SetOriginatingSystem(TCollection_HAsciiString(f"pneumorph {__version__}"))
+    if writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise OSError(f"{path}: cannot be written")

@@ -1,0 +1,91 @@
+"""STEP files: the design's own surfaces, read again by the OpenCASCADE that Netgen brings, which is another release."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from netgen.occ import OCCGeometry
+from scipy.interpolate import BSpline
+
+from pneumorph.geometry import enclosed_volume
+
+make = pytest.importorskip("pneumorph.make", reason="needs the extra cad")
+from pneumorph.make.patches import ALONG, patches  # noqa: E402
+
+SECOND_LIBRARY = """
+import netgen.occ
+from pathlib import Path
+from pneumorph.make import read_step
+print(read_step(Path("{path}")).NbChildren())
+"""
+
+
+def volume(body):
+    return enclosed_volume(body.exterior) - sum(map(enclosed_volume, body.chambers))
+
+
+def clamped(knots):
+    return np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
+
+
+def test_patches_are_the_same_polynomials(body):
+    for surface in body.surfaces:
+        rows = patches(surface)
+        assert sum(len(row[0].r) - 1 for row in rows) == surface.basis_r.spans
+        for patch in (patch for row in rows for patch in row):
+            assert len(patch.r) <= ALONG + 1
+            q, r = np.linspace(*patch.q[[0, -1]], 23), np.linspace(*patch.r[[0, -1]], 29)
+            along_q = BSpline(clamped(patch.q), patch.poles, 3)(q)
+            found = BSpline(clamped(patch.r), np.moveaxis(along_q, 1, 0), 3)(r)
+            assert np.abs(found - surface.sample(q, r)).max() < 1e-13
+
+
+def test_the_body_is_one_solid_of_the_exact_volume(body, tmp_path):
+    make.body_step(body, tmp_path / "body.step")
+    read = OCCGeometry(str(tmp_path / "body.step")).shape
+    flat = sum(surface.ends == "flat" for surface in body.surfaces)
+    assert len(read.solids) == 1
+    assert len(read.faces) == 2 * flat + sum(2 * len(patches(surface)) for surface in body.surfaces)
+    assert read.mass == pytest.approx(volume(body), rel=1e-6)
+    low, high = read.bounding_box
+    assert (low.z, high.z) == pytest.approx((0.0, 30.0), abs=1e-3)
+
+
+def test_chambers_are_solids_of_their_own(body, tmp_path):
+    for chamber in body.chambers:
+        path = tmp_path / f"{chamber.name}.step"
+        make.chamber_step(chamber, path)
+        read = OCCGeometry(str(path)).shape
+        assert len(read.solids) == 1
+        assert read.mass == pytest.approx(enclosed_volume(chamber), rel=1e-6)
+        assert f"PRODUCT('chamber {chamber.name}'" in path.read_text()
+
+
+def test_names_units_and_shells_are_in_the_file(bodies, tmp_path):
+    make.body_step(bodies("several"), tmp_path / "body.step")
+    text = tmp_path.joinpath("body.step").read_text()
+    assert "PRODUCT('body'" in text
+    assert "SI_UNIT(.MILLI.,.METRE.)" in text
+    assert "BREP_WITH_VOIDS" in text and text.count("= ORIENTED_CLOSED_SHELL(") == 3
+
+
+def test_nothing_is_printed(bodies, tmp_path, capfd):
+    make.body_step(bodies("flat"), tmp_path / "body.step")
+    make.read_step(tmp_path / "body.step")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_files_that_cannot_be(bodies, tmp_path):
+    with pytest.raises(OSError, match="cannot be written"):
+        make.body_step(bodies("flat"), tmp_path / "none" / "body.step")
+    with pytest.raises(OSError, match="no STEP file"):
+        make.read_step(tmp_path / "none.step")
+
+
+def test_both_releases_of_opencascade_in_one_process(bodies, tmp_path):
+    """Loaded first, Netgen's gives its symbols to whatever comes after; another one then crashed."""
+    path = tmp_path / "body.step"
+    make.body_step(bodies("poles"), path)
+    done = subprocess.run([sys.executable, "-c", SECOND_LIBRARY.format(path=path)], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "2\n"), done.stderr
