@@ -37,7 +37,7 @@ def simulate(
     block: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="shift_x|shift_y|axial|bending_x|bending_y|torsion|all",
+            metavar="shift_x|shift_y|axial|bending_x|bending_y|torsion|extension|twist|all",
             help="Hold the plate against a motion, and tell the force or torque on what holds it; repeatable.",
         ),
     ] = None,
