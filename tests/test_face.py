@@ -21,9 +21,7 @@ SLOW = {"Design", "Run", "Sweep", "check_gradient", "design", "designs", "open_r
 def loaded_by(code: str) -> set[str]:
     """Packages in a fresh process after some code."""
     code += "\nimport sys; print(*{name.split('.')[0] for name in sys.modules})"
-    told = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True
-    ).stdout
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True).stdout
     return set(told.splitlines()[-1].split())
 
 
