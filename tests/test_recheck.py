@@ -30,7 +30,7 @@ BODIES = {
 
 
 def recheck(path):
-    return subprocess.run([sys.executable, SCRIPT, path], capture_output=True, text=True)
+    return subprocess.run([sys.executable, SCRIPT, path], capture_output=True, encoding="utf-8")
 
 
 @pytest.fixture(scope="module", params=BODIES)

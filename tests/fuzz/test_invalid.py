@@ -85,7 +85,7 @@ def test_through_the_shell(content, tmp_path):
     path = tmp_path / "problem.toml"
     path.write_bytes(content)
     arguments = [sys.executable, "-c", "from pneumorph.cli import app; app()", "simulate", str(path)]
-    result = subprocess.run(arguments, capture_output=True, text=True, timeout=600, check=False)
+    result = subprocess.run(arguments, capture_output=True, encoding="utf-8", timeout=600, check=False)
     assert result.returncode == 2
     assert result.stdout == ""
     assert result.stderr.startswith("pneumorph: ") and result.stderr.count("\n") == 1
