@@ -87,5 +87,7 @@ def test_both_releases_of_opencascade_in_one_process(bodies, tmp_path):
     """Loaded first, Netgen's gives its symbols to whatever comes after; another one then crashed."""
     path = tmp_path / "body.step"
     make.body_step(bodies("poles"), path)
-    done = subprocess.run([sys.executable, "-c", SECOND_LIBRARY.format(path=path)], capture_output=True, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", SECOND_LIBRARY.format(path=path)], capture_output=True, encoding="utf-8"
+    )
     assert (done.returncode, done.stdout) == (0, "2\n"), done.stderr
