@@ -1,8 +1,5 @@
 """What the fuzzed properties share. A long run: pytest tests/fuzz --hypothesis-profile=nightly"""
 
-import math
-from importlib import import_module
-
 import pytest
 from tally import Tally
 from typer.testing import CliRunner
@@ -30,14 +27,6 @@ def command(tmp_path):
         return CliRunner().invoke(app, [name, str(path), *arguments])
 
     return run
-
-
-@pytest.fixture
-def few_sizes(monkeypatch):
-    """Pad meshes to few sizes: compiling for a new one takes longer than an example."""
-    # The package has a function of the module's name.
-    model = import_module("pneumorph.mechanics.assembly.model")
-    monkeypatch.setattr(model, "padded", lambda count, *_: max(512, 2 ** math.ceil(math.log2(count))))
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -86,7 +86,7 @@ def promise_broken(result, steps, equilibria):
     return ""
 
 
-def test_valid_problems(tally, command, few_sizes, equilibria, tmp_path):
+def test_valid_problems(tally, command, equilibria, tmp_path):
     """A failure is not shrunk, that would be hundreds of simulations; all are counted and told with their files.
 
     Examples cost seconds, so there are fewer than of other properties: in an ordinary run a handful, always the same.

@@ -21,8 +21,8 @@ MODEL = model(MESH, rubber(0.49, 4.80, 1.1e-9), plate=False)
 
 def sections(moved):
     """Centres and rotations of the sections of the tube whose nodes have gone to these places."""
-    state = State(MODEL.pad(moved - MESH.points), jnp.zeros(6))
-    found = features(MODEL, MODEL.pad(MESH.points), state, SLABS)
+    state = State(moved - MESH.points, np.zeros(6))
+    found = features(MODEL, MESH.points, state, SLABS)
     return np.array(found.section_position), np.array(found.section_rotation)
 
 

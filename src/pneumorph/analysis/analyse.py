@@ -126,7 +126,7 @@ def analyse(
         if isinstance(found, NoEquilibrium):
             return found
         configurations[task.name], equilibria[task.name] = at, found
-        values[task.name] = float(disc.objectives[task.name].at(disc.model, at.X, found.state))
+        values[task.name] = disc.objectives[task.name].at(disc.model, at.X, found.state)
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; mend its function")
     value = sum(task.weight * values[task.name] for task in problem.task)
@@ -161,12 +161,12 @@ def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Di
     model, carried = new.model, {}
     for name, state in states.items():
         # The plate moves the tip's nodes: their rows of the state are empty.
-        u = np.asarray(displacement(old.model.top, old.model.pad(X_old), state))[: old.model.nodes]
+        u = displacement(old.model.tip, X_old, state)
         mesh = old.morph.mesh.at(X_old)
         if not model.mixed:
-            carried[name] = State(model.pad(transfer(mesh, u, new.morph.mesh.points)), state.plate)
+            carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate)
             continue
         pressure = linear(mesh, np.asarray(state.pressure)[: old.model.nodes])
         moved = transfer(mesh, np.column_stack([u, pressure]), new.morph.mesh.points)
-        carried[name] = State(model.pad(moved[:, :3]), state.plate, model.pad(moved[:, 3]))
+        carried[name] = State(moved[:, :3], state.plate, moved[:, 3])
     return carried

@@ -1,9 +1,10 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
-from pneumorph.mechanics.assembly.kinematics import State, displacement
+from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, model
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
+from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.rubber import Rubber, rubber
 from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of

@@ -62,7 +62,8 @@ def model_of(problem: Problem, mesh: TetMesh) -> Model:
     """The mechanical model of a meshed body: its rubber, clamped base, and plate or free tip."""
     solid = rubber_of(problem.material)
     mixed = problem.mesh.element == "mixed" or (problem.mesh.element == "auto" and asks_for_mixed(solid))
-    return model(mesh, solid, plate=problem.end_effector.kind == "plate", mixed=mixed)
+    plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
+    return model(mesh, solid, plate=plate, mixed=mixed, weight=weight)
 
 
 def asks_for_mixed(rubber: Rubber) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 import jax
@@ -17,7 +18,19 @@ from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.plate import rotation as rotation_of
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
-from pneumorph.objective.features import NO_SLABS, Features, Slabs, equidistant, features
+from pneumorph.objective.features import (
+    NO_SLABS,
+    Features,
+    Kind,
+    Measures,
+    Slabs,
+    equidistant,
+    features,
+    features_of,
+    kind_of,
+    measure,
+    measures_pulled_back,
+)
 from pneumorph.objective.rotations import angle_residual
 from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach
 
@@ -51,13 +64,50 @@ class Objective:
     errors: Mapping[str, Measure] = field(default_factory=dict)
     residuals: Measure | None = None
 
-    def features(self, model: Model, X: Array, state: State) -> Features:
-        """The features it needs of a state on nodes X (N, 3), both padded."""
+    def features(self, model: Model, X: np.ndarray, state: State) -> Features:
+        """The features it needs of a state on nodes X (N, 3)."""
         return features(model, X, state, self.slabs)
 
-    def at(self, model: Model, X: Array, state: State) -> Array:
+    def at(self, model: Model, X: np.ndarray, state: State) -> float:
         """J of such a state."""
-        return self.value(self.features(model, X, state))
+        return float(_value(self, kind_of(model), measure(model, X, state, self.slabs)))
+
+    def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
+        """J of such a state, and its derivatives by X (N, 3) and by the unknowns."""
+        value, by_measures = _slope(self, kind_of(model), measure(model, X, state, self.slabs))
+        by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: part[None], by_measures))
+        return float(value), by_X[0], by_state[0]
+
+    def jacobian(self, model: Model, X: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray, list[State]]:
+        """The residuals (k,) of such a state, and their derivatives by X (k, N, 3) and by the unknowns."""
+        residuals, by_measures = _jacobian(self, kind_of(model), measure(model, X, state, self.slabs))
+        return np.asarray(residuals), *self._pulled_back(model, X, state, by_measures)
+
+    def _pulled_back(self, model: Model, X: np.ndarray, state: State, bars: Measures):
+        return measures_pulled_back(model, X, state, self.slabs, jax.tree.map(np.asarray, bars))
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _value(objective: Objective, kind: Kind, at: Measures) -> Array:
+    return objective.value(features_of(kind, at))
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _slope(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measures]:
+    return jax.value_and_grad(lambda at: objective.value(features_of(kind, at)))(at)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _jacobian(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measures]:
+    told = objective.residuals
+    assert told is not None
+
+    def residuals(at: Measures) -> tuple[Array, Array]:
+        found = told(features_of(kind, at))
+        return found, found
+
+    slopes, found = jax.jacrev(residuals, has_aux=True)(at)
+    return found, slopes
 
 
 def objectives(problem: Problem) -> dict[str, Objective]:

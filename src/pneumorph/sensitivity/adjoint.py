@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import jax
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, Tangent
@@ -23,7 +22,7 @@ class NodalGradient:
     X : (N, 3) dJ/dX, per mm of node motion, the equilibrium following.
     pressure : dict of dJ/dp per chamber, 1/MPa.
     adjoint : State
-        w, padded.
+        w.
     """
 
     value: float
@@ -54,12 +53,12 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
     It takes the tangent at the equilibrium, as `solve` leaves it; where another is factorised, that one is made again.
     """
     model, state = at.model, equilibrium.state
-    value, (direct, seed) = jax.value_and_grad(objective.at, argnums=(1, 2))(model, at.X, state)
+    value, direct, seed = objective.slope(model, at.X, state)
     w = model.state(tangent.solve_at(at, state, np.where(at.held, 0.0, model.vector(seed))))
     shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, w)
     return NodalGradient(
-        value=float(value),
-        X=np.asarray(direct - shape)[: model.nodes],
+        value=value,
+        X=direct - shape,
         pressure=dict(zip(model.chambers, -np.asarray(acting.pressure), strict=True)),
         adjoint=w,
     )
@@ -73,21 +72,11 @@ def residual_jacobian(
     It takes the tangent at the equilibrium, as `solve` leaves it; where another is factorised, that one is made again.
     """
     model, state = at.model, equilibrium.state
-    assert objective.residuals is not None
-    told = objective.residuals
-
-    def residuals(X, state):
-        return told(objective.features(model, X, state))
-
-    values, back = jax.vjp(residuals, at.X, state)
-    direct, seeds = [], []
-    for unit in np.eye(len(values)):
-        nodes, seed = back(jax.numpy.asarray(unit))
-        direct.append(nodes)
-        seeds.append(np.where(at.held, 0.0, model.vector(seed)))
+    values, direct, seeds = objective.jacobian(model, at.X, state)
+    rhs = np.array([np.where(at.held, 0.0, model.vector(seed)) for seed in seeds])
     shapes, pressures = [], []
-    for nodes, w in zip(direct, tangent.solve_at(at, state, np.array(seeds).T).T, strict=True):
+    for nodes, w in zip(direct, tangent.solve_at(at, state, rhs.T).T, strict=True):
         shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, model.state(w))
-        shapes.append(np.asarray(nodes - shape)[: model.nodes])
+        shapes.append(nodes - shape)
         pressures.append(-np.asarray(acting.pressure))
-    return NodalJacobian(np.asarray(values), np.array(shapes), np.array(pressures))
+    return NodalJacobian(values, np.array(shapes), np.array(pressures))

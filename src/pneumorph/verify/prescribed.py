@@ -39,4 +39,4 @@ def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.n
 def prescribed(at: Configuration, u: np.ndarray) -> np.ndarray:
     """The unknowns (n,) of displacements u (N, 3) of a body without plate."""
     model = at.model
-    return model.vector(model.state(np.zeros(model.size))._replace(u=model.pad(u)))
+    return model.vector(model.state(np.zeros(model.size))._replace(u=u))

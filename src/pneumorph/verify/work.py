@@ -85,7 +85,7 @@ class Actuator:
 
     def potential(self, at: Configuration, found: Equilibrium) -> float:
         """Π of a state under the loads of `at`, N·mm."""
-        return float(kernels.total(self.model.potential, at.X, found.state, at.loads))
+        return kernels.total(self.model.potential, at.X, found.state, at.loads)
 
 
 def start(size: float) -> Actuator:

@@ -97,10 +97,3 @@ def triangle_volumes(x: Array) -> Array:
     """⅓ ∫ x·n dA over triangles x (S, 6, 3): summed over a closed surface the volume it bounds, mm³."""
     place, normal = triangle_points(x)
     return jnp.asarray(TRIANGLE_WEIGHTS) / 3 @ jnp.sum(place * normal, axis=0)
-
-
-def triangle_integrals(X: Array, values: Array) -> tuple[Array, Array]:
-    """∫ values dA (S, k) and ∫ dA (S,) over triangles X (S, 6, 3) for nodal values (S, 6, k)."""
-    _, normal = triangle_points(X)
-    measure = jnp.asarray(TRIANGLE_WEIGHTS)[:, None] * jnp.sqrt(jnp.sum(normal**2, axis=0))
-    return jnp.einsum("qs,qa,sak->sk", measure, jnp.asarray(TRIANGLE_N), values), jnp.sum(measure, axis=0)

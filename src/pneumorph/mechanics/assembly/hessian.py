@@ -7,29 +7,30 @@ cannot be left out.
 from __future__ import annotations
 
 import numpy as np
-from jax import Array
 
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import derivatives, solid
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.solid import solid_blocks
+from pneumorph.mechanics.assembly.potential import displacement, plate_columns
 from pneumorph.mechanics.assembly.stiffness import gather, scatter
-from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Solid, Weight
+from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Weight
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Of pairs of nodes a ≤ b (E, a(a + 1)/2, 9), of nodes with pressures (E, a, c, 3), and of pressures (E, c, c)."""
 
 
-def tangent(model: Model, X: Array, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
+def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
     """Values of the tangent ∂²Π in the sparsity's order.
 
     Rows and columns of fixed and of `held` (6,) plate unknowns are the identity's.
     """
     common = model.sparsity
     data = np.zeros(len(common.indices))
-    for (connectivity, energies), places in zip(model.potential.groups, model.places, strict=True):
+    u = displacement(model.tip, X, state)
+    for (seen, energies), places in zip(model.potential.groups, model.places, strict=True):
+        at = seen.local(X, u, state.pressure, state.plate)
         for energy in energies:
-            blocks = _blocks(model, connectivity, energy, X, state, loads)
+            blocks = _blocks(energy, seen, at, loads)
             if blocks is None:
                 continue
             motion, coupling, compression = blocks
@@ -45,20 +46,17 @@ def tangent(model: Model, X: Array, state: State, loads: Loads, held: np.ndarray
     return data
 
 
-def _blocks(
-    model: Model, connectivity: Connectivity, energy: ElementEnergy, X: Array, state: State, loads: Loads
-) -> Blocks | None:
+def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Blocks | None:
     """The blocks of a term's elements; None where its energy is linear in all unknowns but the plate's."""
-    if connectivity.nodes.shape[1] + connectivity.pressures.shape[1] == 0:
+    if seen.nodes.shape[1] + seen.pressures.shape[1] == 0:
         return None
     match energy:
         case Weight():
             return None
         case Solid():
-            return solid_blocks(connectivity, energy, model.top, X, state)
+            return solid.blocks(energy, seen, at)
         case _:
-            matrices = kernels.element_hessians(connectivity, energy, model.top, X, state, loads)
-            return _cut(np.asarray(matrices)[: connectivity.count], connectivity.nodes.shape[1])
+            return _cut(derivatives.hessians(energy, seen, at, loads), seen.nodes.shape[1])
 
 
 def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
@@ -70,18 +68,18 @@ def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
     return np.ascontiguousarray(motion).reshape(count, -1, 9), coupling, matrices[:, end:, end:]
 
 
-def _add_plate(model: Model, X: Array, state: State, loads: Loads, data: np.ndarray) -> None:
+def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np.ndarray) -> None:
     """The six columns of the plate, which moves the tip's nodes: of all terms together."""
     common = model.sparsity
-    columns = kernels.plate_columns(model.near_tip, X, state, loads)
+    columns = plate_columns(model.potential, X, state, loads)
     number = common.number[common.beside_tip]
     row_ends = common.indptr[(3 * number[:, None] + np.arange(3)) + 1]
-    data[row_ends[:, :, None] + np.arange(-6, 0)] = np.asarray(columns.u)[common.beside_tip]
+    data[row_ends[:, :, None] + np.arange(-6, 0)] = columns.u[common.beside_tip]
     if model.mixed:
         beside = common.corners_beside_tip
         row_ends = common.indptr[3 * len(model.off_tip) + beside + 1]
-        data[row_ends[:, None] + np.arange(-6, 0)] = np.asarray(columns.pressure)[common.corners[beside]]
-    data[-21:] = np.asarray(columns.plate)[np.triu_indices(6)]
+        data[row_ends[:, None] + np.arange(-6, 0)] = columns.pressure[common.corners[beside]]
+    data[-21:] = columns.plate[np.triu_indices(6)]
 
 
 def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:

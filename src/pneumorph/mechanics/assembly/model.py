@@ -11,10 +11,11 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from pneumorph.mechanics.assembly import element
-from pneumorph.mechanics.assembly.kinematics import State, Topology, padded
+from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
 from pneumorph.mechanics.assembly.sparsity import Places, Sparsity, places_of, sparsity, touching
-from pneumorph.mechanics.assembly.terms import Plate, Pressure, Solid, Term, Weight, connect
+from pneumorph.mechanics.assembly.terms import Connectivity, Plate, Pressure, Solid, Term, Weight, connect
+from pneumorph.mechanics.assembly.tip import Tip
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
@@ -37,15 +38,18 @@ class Model:
     mixed : bool
         Whether elements have a pressure of their own.
     nodes : int
-        Number of nodes; arrays handed to the kernels are padded beyond it.
+        Number of nodes.
+    tets, cavities, face : Connectivity
+        All tetrahedra; the chambers' triangles, whose data are their shares (C,) in the chambers' volumes; and the
+        triangles of the tip.
     mirror : str or None
         The plane in which the other half of the body continues; its state is the image of this one's.
     supports : (nodes, 3) bool
         Displacement components held at zero.
     terms : tuple of Term
         What Π is the sum of.
-    potential, near_tip : Potential
-        The terms for the kernels; and those of their elements that depend on the plate.
+    potential : Potential
+        The terms for the kernels.
     places : tuple of Places
         Of every group of the potential.
     fixed : (n,) bool
@@ -60,11 +64,13 @@ class Model:
     plate: bool
     mixed: bool
     nodes: int
+    tets: Connectivity
+    cavities: Connectivity
+    face: Connectivity
     mirror: str | None
     supports: np.ndarray
     terms: tuple[Term, ...]
     potential: Potential
-    near_tip: Potential
     sparsity: Sparsity
     places: tuple[Places, ...]
     fixed: np.ndarray
@@ -85,8 +91,8 @@ class Model:
         return only
 
     @property
-    def top(self) -> Topology:
-        return self.potential.top
+    def tip(self) -> Tip:
+        return self.potential.tip
 
     @property
     def size(self) -> int:
@@ -105,7 +111,7 @@ class Model:
 
     @property
     def elements(self) -> int:
-        return int(np.count_nonzero(self.top.weight))
+        return self.tets.count
 
     @property
     def pressures(self) -> int:
@@ -122,25 +128,17 @@ class Model:
         """Where they are among the unknowns."""
         return slice(self.size - 6 - self.pressures, self.size - 6)
 
-    def pad(self, nodal: np.ndarray) -> jnp.ndarray:
-        """A nodal array (nodes, …) with the rows of padding added."""
-        nodal = np.asarray(nodal)
-        rows = self.top.on_tip.shape[0] - self.nodes
-        return jnp.asarray(np.concatenate([nodal, np.zeros((rows, *nodal.shape[1:]))]))
-
     def state(self, vector: np.ndarray) -> State:
         """The unknowns (n,) as a State."""
-        rows, end = self.top.on_tip.shape[0], 3 * len(self.off_tip)
-        u = np.zeros((rows, 3))
-        u[self.off_tip] = vector[:end].reshape(-1, 3)
+        u = np.zeros((self.nodes, 3))
+        u[self.off_tip] = vector[: 3 * len(self.off_tip)].reshape(-1, 3)
         pressure = np.zeros(len(self.sparsity.rank))
-        pressure[self.sparsity.corners] = vector[end:-6]
-        return State(jnp.asarray(u), jnp.asarray(vector[-6:]), jnp.asarray(pressure))
+        pressure[self.sparsity.corners] = vector[3 * len(self.off_tip) : -6]
+        return State(u, np.array(vector[-6:]), pressure)
 
     def vector(self, state: State) -> np.ndarray:
         """A State (or a residual) as a vector (n,)."""
-        displaced = np.asarray(state.u)[self.off_tip].ravel()
-        return np.concatenate([displaced, np.asarray(state.pressure)[self.sparsity.corners], np.asarray(state.plate)])
+        return np.concatenate([state.u[self.off_tip].ravel(), state.pressure[self.sparsity.corners], state.plate])
 
 
 def model(
@@ -149,6 +147,7 @@ def model(
     plate: bool = True,
     supports: np.ndarray | None = None,
     mixed: bool = False,
+    weight: bool = True,
 ) -> Model:
     """Build the model of a mesh.
 
@@ -165,6 +164,8 @@ def model(
     mixed : bool
         Elements with a linear pressure of their own, continuous in each region, for rubbers that hardly change their
         volume.
+    weight : bool
+        Whether accelerations act; without them the term is left out, and evaluations take less.
 
     Raises
     ------
@@ -183,23 +184,21 @@ def model(
     if plate:
         on_tip[np.unique(mesh.faces["tip"])] = True
     chambers = tuple(chamber for face in mesh.faces for chamber in chambers_of(face))
-    top = _topology(mesh, on_tip)
-    rows = top.on_tip.shape[0]
+    tets, cavities = connect(mesh.tets), _cavities(mesh)
     terms = []
     for number, (name, solid) in enumerate(rubbers.items()):
-        tets = mesh.tets[regions[name]]
-        places = number * rows + tets[:, :4] if mixed else None
-        connectivity = connect(tets, places, size=padded(len(tets)))
+        own = mesh.tets[regions[name]]
+        places = number * count + own[:, :4] if mixed else None
+        connectivity = connect(own, places)
         density = element.mixed(solid.isochoric) if mixed else solid.energy
         terms.append(Term(connectivity, Solid(density, jnp.asarray(solid.parameters, dtype=float))))
-        terms.append(Term(connectivity, Weight(jnp.asarray(solid.density))))
-    if len(top.chamber):
-        real = int(np.count_nonzero(np.asarray(top.chamber_weight).any(axis=1)))
-        chamber, weight = np.asarray(top.chamber)[:real], np.asarray(top.chamber_weight)[:real]
-        terms.append(Term(connect(chamber, data=weight, size=len(top.chamber)), Pressure()))
+        if weight:
+            terms.append(Term(connectivity, Weight(jnp.asarray(solid.density))))
+    if cavities.count:
+        terms.append(Term(cavities, Pressure()))
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
-    pressures = len(rubbers) * rows if mixed else 0
+    tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirror))
     return Model(
         rubbers=rubbers,
         regions=regions,
@@ -207,10 +206,13 @@ def model(
         plate=plate,
         mixed=mixed,
         nodes=count,
+        tets=tets,
+        cavities=cavities,
+        face=connect(tip.triangles),
         mirror=mesh.mirror,
         supports=supports,
         off_tip=np.flatnonzero(~on_tip),
-        **_assembled(terms, top, on_tip, pressures, supports, plate, mesh.mirror),
+        **_assembled(terms, tip, on_tip, len(rubbers) * count if mixed else 0, supports, plate, mesh.mirror),
     )
 
 
@@ -219,13 +221,14 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
 
     Unknowns, state and supports stay; a `Tangent` is to be made for it, which repeats the symbolic analysis.
     """
-    on_tip = np.asarray(model.top.on_tip)[: model.nodes, 0] > 0
+    on_tip = np.zeros(model.nodes, bool)
+    on_tip[model.tip.nodes] = True
     pressures = len(model.sparsity.rank)
-    return replace(model, **_assembled(terms, model.top, on_tip, pressures, model.supports, model.plate, model.mirror))
+    return replace(model, **_assembled(terms, model.tip, on_tip, pressures, model.supports, model.plate, model.mirror))
 
 
 def _assembled(
-    terms: Iterable[Term], top: Topology, on_tip: np.ndarray, pressures: int, supports, plate: bool, mirror: str | None
+    terms: Iterable[Term], tip: Tip, on_tip: np.ndarray, pressures: int, supports, plate: bool, mirror: str | None
 ) -> dict[str, Any]:
     """What of a model follows from its terms."""
     terms = tuple(terms)
@@ -236,8 +239,7 @@ def _assembled(
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
     return {
         "terms": terms,
-        "potential": Potential(groups, top),
-        "near_tip": Potential(_near_tip(groups, on_tip), top),
+        "potential": Potential(groups, _near_tip(groups, on_tip), tip),
         "sparsity": common,
         "places": tuple(places_of(common, group.connectivity) for group in groups),
         "fixed": fixed,
@@ -264,53 +266,32 @@ def _odd(mirror: str | None) -> np.ndarray:
     return np.concatenate([polar, np.prod(polar) * polar]) < 0
 
 
-def _topology(mesh: TetMesh, on_tip: np.ndarray) -> Topology:
-    """The mesh's connectivity padded to sizes that follow from its `grade`, the padded number of all its elements.
-
-    A new size of any array compiles everything anew, so all grow together: shares of the grade that hold of nearly all
-    bodies, and twice of them where one does not.
-    """
-    grade = padded(len(mesh.tets))
+def _even(mirror: str | None) -> np.ndarray:
+    """1 (3,), but 0 for the component across the mirror plane."""
     even = np.ones(3)
-    if mesh.mirror is not None:
-        even[NORMALS[mesh.mirror]] = 0.0
+    if mirror is not None:
+        even[NORMALS[mirror]] = 0.0
+    return even
+
+
+def _cavities(mesh: TetMesh) -> Connectivity:
+    """The chambers' triangles, with their shares in the chambers' volumes.
+
+    A share is −1 in the column of its chamber (normals point into the cavity), or −½ in those of a chamber and of its
+    image in the half that is not there; else 0.
+    """
     triangles = [(chambers_of(face), nodes) for face, nodes in mesh.faces.items() if chambers_of(face)]
     chamber = np.concatenate([*(nodes for _, nodes in triangles), np.zeros((0, 6), int)])
-    # A column for every chamber; a face that stands for an image too is shared between the two.
     shares = [np.full((len(names), len(nodes)), -1.0 / len(names)) for names, nodes in triangles]
-    weight = block_diag(*shares).T if shares else np.zeros((0, 0))
-    nodes = np.zeros((padded(len(on_tip), 2 * grade, 1.25), 1))
-    nodes[: len(on_tip), 0] = on_tip
-    tip = mesh.faces.get("tip", np.zeros((0, 6), int))
-    tets, tet_weight = _pad(mesh.tets, np.ones(len(mesh.tets)), grade)
-    tip, tip_weight = _pad(tip, np.ones(len(tip)), grade // 8)
-    chamber, weight = _pad(chamber, weight, grade // 2)
-    return Topology(*map(jnp.asarray, (tets, tet_weight, tip, tip_weight, nodes, chamber, weight, even)))
-
-
-def _pad(connectivity, weight, size):
-    """Rows up to a size, or twice that as often as it takes, copies of the first with weight zero."""
-    if len(connectivity) == 0:
-        return connectivity, weight
-    extra = padded(len(connectivity), size, 2.0) - len(connectivity)
-    return (
-        np.concatenate([connectivity, np.repeat(connectivity[:1], extra, axis=0)]),
-        np.concatenate([weight, np.zeros((extra, *weight.shape[1:]))]),
-    )
+    return connect(chamber, data=np.asarray(block_diag(*shares)).T if shares else np.zeros((0, 0)))
 
 
 def _near_tip(groups: Iterable[Group], on_tip: np.ndarray) -> tuple[Group, ...]:
-    """The groups with those of their elements alone that depend on the plate, padded to a quarter of their size."""
+    """The groups with those of their elements alone that depend on the plate."""
     near = []
-    for connectivity, energies in groups:
-        count = connectivity.count
-        nodes, pressures, data = (
-            np.asarray(rows)[:count] for rows in (connectivity.nodes, connectivity.pressures, connectivity.data)
-        )
-        chosen = np.flatnonzero(touching(nodes, on_tip, connectivity.plate))
-        if not len(chosen):
-            continue
-        size = padded(len(chosen), len(connectivity.weight) // 4, 2.0) if nodes.shape[1] else len(chosen)
-        part = connect(nodes[chosen], pressures[chosen], data[chosen], connectivity.plate, size)
-        near.append(Group(part, energies))
+    for seen, energies in groups:
+        nodes, pressures, data = (rows[: seen.count] for rows in (seen.nodes, seen.pressures, seen.data))
+        chosen = np.flatnonzero(touching(nodes, on_tip, seen.plate))
+        if len(chosen):
+            near.append(Group(connect(nodes[chosen], pressures[chosen], data[chosen], seen.plate), energies))
     return tuple(near)

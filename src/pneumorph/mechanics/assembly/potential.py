@@ -1,7 +1,7 @@
 """The total potential and its derivatives, made of the terms alone.
 
 Whatever is a term is in Π, in the residual, in the products with second derivatives and, by `hessian.py`, in the
-assembled tangent: nothing here knows which terms there are. Every function is compiled once per padded mesh size.
+assembled tangent: nothing here knows which terms there are.
 """
 
 from __future__ import annotations
@@ -10,11 +10,14 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
-from jax import Array
+import numpy as np
 
-from pneumorph.mechanics.assembly.kinematics import State, Topology, displacement
+from pneumorph.mechanics.assembly import derivatives
+from pneumorph.mechanics.assembly.derivatives import Forces
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.points import add_rows
 from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Term
+from pneumorph.mechanics.assembly.tip import Ride, Tip
 
 
 class Group(NamedTuple):
@@ -25,10 +28,21 @@ class Group(NamedTuple):
 
 
 class Potential(NamedTuple):
-    """Π of a model as JAX sees it."""
+    """Π of a model.
+
+    Attributes
+    ----------
+    groups : tuple of Group
+        Its terms.
+    near_tip : tuple of Group
+        Those of their elements alone that see the plate or touch the tip; no other depends on the plate.
+    tip : Tip
+        What follows the plate.
+    """
 
     groups: tuple[Group, ...]
-    top: Topology
+    near_tip: tuple[Group, ...]
+    tip: Tip
 
 
 def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
@@ -40,75 +54,133 @@ def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
     return tuple(found.values())
 
 
-def total(potential: Potential, X: Array, state: State, loads: Loads) -> Array:
-    """Π in N·mm for nodes X (N, 3), padded."""
-    u = displacement(potential.top, X, state)
-    value = jnp.zeros(())
-    for connectivity, energies in potential.groups:
-        local = connectivity.local(X, u, state)
-        value += jnp.sum(connectivity.weight * sum(energy.energies(local, loads) for energy in energies))
-    return value
+def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> float:
+    """Π in N·mm for nodes X (N, 3)."""
+    return value_and_residual(potential, X, state, loads)[0]
 
 
-residual = jax.grad(total, argnums=2)
-
-
-@jax.jit
-def value_and_residual(potential: Potential, X: Array, state: State, loads: Loads) -> tuple[Array, State]:
+def value_and_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> tuple[float, State]:
     """Π and R = ∂Π/∂(u, plate, π)."""
-    return jax.value_and_grad(total, argnums=2)(potential, X, state, loads)
+    ride = Ride(potential.tip, X, state.plate)
+    value, full = _forces(potential.groups, X, state, loads, ride)
+    return value, _on_unknowns(ride, full)
 
 
-@jax.jit
-def tangent_product(potential: Potential, X: Array, state: State, loads: Loads, direction: State) -> State:
+def tangent_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, direction: State) -> State:
     """K·direction without a matrix: the residual's derivative along a change of state."""
-    return jax.jvp(lambda s: residual(potential, X, s, loads), (state,), (direction,))[1]
+    return _change(potential, X, state, loads, direction, None, _none(loads))
 
 
-@jax.jit
-def shape_product(potential: Potential, X: Array, state: State, loads: Loads, dX: Array) -> State:
+def shape_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, dX: np.ndarray) -> State:
     """(∂R/∂X)·dX for a motion dX (N, 3) of the nodes."""
-    return jax.jvp(lambda Y: residual(potential, Y, state, loads), (X,), (dX,))[1]
+    return _change(potential, X, state, loads, jax.tree.map(np.zeros_like, state), dX, _none(loads))
 
 
-@jax.jit
-def load_product(potential: Potential, X: Array, state: State, loads: Loads, change: Loads) -> State:
+def load_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, change: Loads) -> State:
     """(∂R/∂loads)·change for a change of the loads."""
-    return jax.jvp(lambda acting: residual(potential, X, state, acting), (loads,), (change,))[1]
+    return _change(potential, X, state, loads, jax.tree.map(np.zeros_like, state), None, change)
 
 
-@jax.jit
-def pullback(potential: Potential, X: Array, state: State, loads: Loads, w: State) -> tuple[Array, Loads]:
+def pullback(potential: Potential, X: np.ndarray, state: State, loads: Loads, w: State) -> tuple[np.ndarray, Loads]:
     """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂loads for an adjoint state w."""
+    ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
+    u, field = _displacement(state.u, nodes, ride.displacement()), _displacement(w.u, nodes, ride.along(w.plate))
+    by_X, by_u, by_w = np.zeros(X.shape), np.zeros(X.shape), np.zeros(X.shape)
+    acting = _none(loads)
+    for seen, energies in potential.groups:
+        at, along = seen.local(X, u, state.pressure, state.plate), seen.local(X, field, w.pressure, w.plate)
+        for energy in energies:
+            found = derivatives.pullback(energy, seen, at, loads, Forces(along.u, along.pressure, along.plate))
+            for part, out in ((found.X, by_X), (found.u, by_u), (found.w, by_w)):
+                add_rows(part, seen.nodes, out)
+            acting = jax.tree.map(np.add, acting, found.loads)
+    if len(nodes):
+        by_X[nodes] += ride.on_places(by_u[nodes]) + ride.on_places_along(by_w[nodes], w.plate)
+    return by_X, acting
 
-    def work(Y, acting):
-        return jax.jvp(lambda s: total(potential, Y, s, acting), (state,), (w,))[1]
 
-    return jax.grad(work, argnums=(0, 1))(X, loads)
-
-
-@jax.jit
-def plate_columns(near_tip: Potential, X: Array, state: State, loads: Loads) -> State:
-    """∂R/∂plate: u (N, 3, 6), plate (6, 6), and in mixed elements π (…, 6).
-
-    `near_tip` holds just the elements that see the plate or touch the tip; no other depends on the plate.
-    """
-    return jax.jacfwd(lambda d: residual(near_tip, X, state._replace(plate=d), loads))(state.plate)
+def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> State:
+    """∂R/∂plate: u (N, 3, 6), plate (6, 6), and in mixed elements π (…, 6)."""
+    near, still = potential._replace(groups=potential.near_tip), jax.tree.map(np.zeros_like, state)
+    columns = [_change(near, X, state, loads, still._replace(plate=unit), None, _none(loads)) for unit in np.eye(6)]
+    return State(*(np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)))
 
 
-@jax.jit
-def element_hessians(
-    connectivity: Connectivity, energy: ElementEnergy, top: Topology, X: Array, state: State, loads: Loads
-) -> Array:
-    """Second derivatives (E, 3a + c, 3a + c) of the elements' energies by their displacements and pressures."""
-    local = connectivity.local(X, displacement(top, X, state), state)
-    count, nodes = connectivity.nodes.shape
+def pulled_to_unknowns(tip: Tip, X: np.ndarray, state: State, by_u: np.ndarray) -> tuple[State, np.ndarray]:
+    """From derivatives (N, 3) by all displacements those by the unknowns, and by nodes X (N, 3) by way of the tip."""
+    ride, by_X = Ride(tip, X, state.plate), np.zeros(X.shape)
+    if len(tip.nodes):
+        by_X[tip.nodes] = ride.on_places(by_u[tip.nodes])
+    none = np.zeros(state.pressure.shape)
+    return _on_unknowns(ride, State(by_u.copy(), np.zeros(6), none)), by_X
 
-    def value(seen: Array) -> Array:
-        u, pressure = seen[:, : 3 * nodes].reshape(count, nodes, 3), seen[:, 3 * nodes :]
-        return jnp.sum(connectivity.weight * energy.energies(local._replace(u=u, pressure=pressure), loads))
 
-    at = jnp.concatenate([local.u.reshape(count, -1), local.pressure], axis=1)
-    units = jnp.eye(at.shape[1])[:, None, :]
-    rows = jax.vmap(lambda unit: jax.jvp(jax.grad(value), (at,), (jnp.broadcast_to(unit, at.shape),))[1])(units)
-    return jnp.moveaxis(rows, 1, 0)
+def displacement(tip: Tip, X: np.ndarray, state: State) -> np.ndarray:
+    """Displacements of all nodes (N, 3): the unknowns, with the tip face moved by the plate."""
+    return _displacement(state.u, tip.nodes, Ride(tip, X, state.plate).displacement())
+
+
+def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> np.ndarray:
+    """How the displacements (N, 3) change along a change of the state."""
+    return _displacement(change.u, tip.nodes, Ride(tip, X, state.plate).along(change.plate))
+
+
+def _forces(groups: Iterable[Group], X, state: State, loads: Loads, ride: Ride) -> tuple[float, State]:
+    """The sum of energies, and its derivatives by all displacements, the plate where it is seen itself, and π."""
+    u = _displacement(state.u, ride.tip.nodes, ride.displacement())
+    value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.pressure.shape))
+    for seen, energies in groups:
+        at = seen.local(X, u, state.pressure, state.plate)
+        for energy in energies:
+            part, found = derivatives.forces(energy, seen, at, loads)
+            value += part
+            _add(seen, found, by)
+    return value, by
+
+
+def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, dX, dloads: Loads) -> State:
+    """How R changes along a change of state, nodes and loads."""
+    ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
+    moving = ride.along(dstate.plate) if dX is None else ride.along(dstate.plate) + ride.moved(dX[nodes])
+    u, du = _displacement(state.u, nodes, ride.displacement()), _displacement(dstate.u, nodes, moving)
+    motion = np.zeros(X.shape) if dX is None else dX
+    by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.pressure.shape))
+    for seen, energies in potential.groups:
+        at = seen.local(X, u, state.pressure, state.plate)
+        along = seen.local(motion, du, dstate.pressure, dstate.plate)
+        for energy in energies:
+            _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
+    changed = _on_unknowns(ride, by)
+    if len(nodes) and (dX is not None or np.any(dstate.plate)):
+        _, forces = _forces(potential.near_tip, X, state, loads, ride)
+        turned = ride.on_plate_changed(forces.u[nodes], dstate.plate, None if dX is None else dX[nodes])
+        changed = changed._replace(plate=changed.plate + turned)
+    return changed
+
+
+def _add(seen: Connectivity, found: Forces, by: State) -> None:
+    add_rows(found.u, seen.nodes, by.u)
+    if seen.pressures.shape[1]:
+        np.add.at(by.pressure, seen.pressures, found.pressure)
+    if seen.plate:
+        by.plate[:] += found.plate
+
+
+def _displacement(u: np.ndarray, nodes: np.ndarray, on_tip: np.ndarray) -> np.ndarray:
+    full = np.array(u, dtype=float)
+    full[nodes] = on_tip
+    return full
+
+
+def _on_unknowns(ride: Ride, full: State) -> State:
+    """Forces on all nodes as those on the unknowns: what acts on the tip acts on the plate."""
+    nodes = ride.tip.nodes
+    if not len(nodes):
+        return full
+    plate = full.plate + ride.on_plate(full.u[nodes])
+    full.u[nodes] = 0.0
+    return full._replace(plate=plate)
+
+
+def _none(loads: Loads) -> Loads:
+    return jax.tree.map(lambda load: np.zeros(np.shape(load)), loads)

@@ -1,99 +1,208 @@
-"""The fast path of the solid's second derivatives: JAX differentiates ψ at the points, Numba does the rest.
+"""The fast way to the solid's derivatives: JAX differentiates ψ at the points, Numba does the rest.
 
-By invariants there are nine derivatives at a point instead of eighty-one, and no element ever has its matrix by JAX:
-more than twenty times as fast as `potential.element_hessians`, which a test holds it against (measured with 3,072
-tetrahedra on one core).
+By invariants there are nine second derivatives at a point instead of eighty-one, no geometry is ever differentiated,
+and what is compiled depends on the kind of rubber alone. A test holds all of it against `derivatives.py`'s general way.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import NamedTuple, TypeVar
+
 import jax
 import jax.numpy as jnp
+import numba
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly.element import (
-    TET_CORNER_N,
-    TET_DN,
-    TET_WEIGHT,
-    deformation_gradients,
-    inverse,
-    reference_gradients,
-)
-from pneumorph.mechanics.assembly.kinematics import State, Topology, displacement
+from pneumorph.mechanics.assembly import points
+from pneumorph.mechanics.assembly.element import TET_CORNER_N, TET_DN, TET_WEIGHT
 from pneumorph.mechanics.assembly.stiffness import coupling_blocks, element_blocks, invariant_blocks
-from pneumorph.mechanics.assembly.terms import Connectivity, Solid, corner_pressures
-from pneumorph.mechanics.material.energies import Invariants, OfInvariants, determinant, invariants
+from pneumorph.mechanics.assembly.terms import Connectivity, Local, Solid, Values
+from pneumorph.mechanics.material.energies import Invariants, OfInvariants, invariants
 
 
-def solid_blocks(
-    connectivity: Connectivity, solid: Solid, top: Topology, X: Array, state: State
+class Points(NamedTuple):
+    """A chunk's quadrature points: F and ∂ξ/∂X (3, 3, 4, C), π and the volumes (4, C)."""
+
+    F: np.ndarray
+    A: np.ndarray
+    pressure: np.ndarray
+    measure: np.ndarray
+
+
+def strained(seen: Connectivity, at: Local, chunk: slice) -> Points:
+    """The points of a chunk."""
+    F, A = np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk))
+    measure = np.empty((4, seen.chunk))
+    points.strain(at.X[chunk], at.u[chunk], TET_DN, TET_WEIGHT, F, A, measure)
+    return Points(F, A, _at_points(at.pressure[chunk], seen.chunk), measure * seen.weight[chunk])
+
+
+def _at_points(pressure: np.ndarray, count: int) -> np.ndarray:
+    """π (4, C) of corners (C, 4); zero without mixed elements, whose energy asks for none."""
+    return TET_CORNER_N @ pressure.T if pressure.shape[1] else np.zeros((4, count))
+
+
+def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarray, np.ndarray]:
+    """∫ψ over all elements, its derivatives by u (E, 10, 3) and by π (E, c)."""
+    u, pressure = np.empty(at.u.shape), np.zeros(at.pressure.shape)
+
+    def work(chunk: slice) -> float:
+        here = strained(seen, at, chunk)
+        density, stress, slope = map(np.asarray, _stress(solid, here.F, here.pressure))
+        points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
+        if seen.pressures.shape[1]:
+            pressure[chunk] = (here.measure * slope).T @ TET_CORNER_N
+        return float(np.sum(here.measure * density))
+
+    return sum(_each(seen, work)), u, pressure
+
+
+def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[np.ndarray, np.ndarray]:
+    """How the derivatives by u and π change along a change of X, u and π."""
+    u, pressure = np.empty(at.u.shape), np.zeros(at.pressure.shape)
+
+    def work(chunk: slice) -> None:
+        here, (dF, dA, growth) = strained(seen, at, chunk), _room(seen)
+        points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
+        dpressure = _at_points(along.pressure[chunk], seen.chunk)
+        stress, slope, dstress, dslope = _along(solid, here, dF, dpressure)
+        points.nodal_force_changes(stress, dstress, here.A, dA, here.measure, growth, TET_DN, u[chunk])
+        if seen.pressures.shape[1]:
+            pressure[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
+
+    _each(seen, work)
+    return u, pressure
+
+
+def pullback(
+    solid: Solid, seen: Connectivity, at: Local, w: np.ndarray, by_pressure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, by u, and by w (E, 10, 3) itself."""
+    X, u, own = (np.empty(at.u.shape) for _ in range(3))
+
+    def work(chunk: slice) -> None:
+        here, (slope, dA, growth) = strained(seen, at, chunk), _room(seen)
+        points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
+        dpressure = _at_points(by_pressure[chunk], seen.chunk)
+        stress, dilation, dstress, _ = _along(solid, here, slope, dpressure)
+        density = np.einsum("ij...,ij...->...", stress, slope) + dilation * dpressure
+        points.shape_forces(density, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
+        points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
+        points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
+
+    _each(seen, work)
+    return X, u, own
+
+
+def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Blocks of pairs of nodes (M, 55, 9), of nodes with pressures (M, 10, c, 3), of pressures (M, c, c)."""
-    arguments = (connectivity, solid, top, X, state)
-    count = connectivity.count
-    blocks = np.empty((count, 55, 9))
-    if isinstance(solid.density, OfInvariants):
-        # Nine derivatives instead of eighty-one: half the time of the whole assembly.
-        derivatives, F, inverse_jacobian = map(np.asarray, invariant_derivatives(*arguments))
-        invariant_blocks(derivatives, F, inverse_jacobian, TET_DN, blocks)
-    else:
-        moduli_there, inverse_jacobian = map(np.asarray, moduli(*arguments))
-        element_blocks(moduli_there, inverse_jacobian, TET_DN, blocks)
-    if not connectivity.pressures.shape[1]:
-        return blocks, np.zeros((count, 10, 0, 3)), np.zeros((count, 0, 0))
-    slopes, compressions = couplings(*arguments)
-    coupling = np.empty((count, 10, 4, 3))
-    coupling_blocks(np.asarray(slopes), inverse_jacobian, TET_DN, TET_CORNER_N, coupling)
-    among = np.asarray(compressions)[:, :count]
-    return blocks, coupling, np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
+    count, corners = len(seen.nodes), seen.pressures.shape[1]
+    motion, coupling = np.empty((count, 55, 9)), np.zeros((count, 10, corners, 3))
+    compression = np.zeros((count, corners, corners))
+
+    def work(chunk: slice) -> None:
+        here = strained(seen, at, chunk)
+        if isinstance(solid.density, OfInvariants):
+            # Nine derivatives instead of eighty-one: half the time of the whole assembly.
+            by_invariants, _ = _invariant_derivatives(solid, here.F, here.pressure)
+            invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
+        else:
+            moduli = np.asarray(_moduli(solid, here.F, here.pressure, here.measure))
+            element_blocks(moduli, here.A, TET_DN, motion[chunk])
+        if corners:
+            slopes, among = map(np.asarray, _couplings(solid, here.F, here.pressure, here.measure))
+            coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
+            compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
+
+    _each(seen, work)
+    return motion[: seen.count], coupling[: seen.count], compression[: seen.count]
 
 
-def _points(connectivity: Connectivity, top: Topology, X: Array, state: State) -> tuple[Array, Array, Array, Array]:
-    """F, π, ∂ξ/∂X and quadrature weights at the quadrature points."""
-    local = connectivity.local(X, displacement(top, X, state), state)
-    jacobian = reference_gradients(local.X)
-    inverse_jacobian = inverse(jacobian)
-    F = deformation_gradients(local.u, inverse_jacobian)
-    pressure = jnp.asarray(TET_CORNER_N) @ corner_pressures(local).T
-    return F, pressure, inverse_jacobian, TET_WEIGHT * determinant(jacobian) * connectivity.weight
+def _along(
+    solid: Solid, here: Points, dF: np.ndarray, dpressure: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """∂ψ/∂F and ∂ψ/∂π, and how they change along (δF, δπ)."""
+    if not isinstance(solid.density, OfInvariants):
+        stress, slope, dstress, dslope = map(np.asarray, _stress_along(solid, here.F, here.pressure, dF, dpressure))
+        return stress, slope, dstress, dslope
+    by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, here.F, here.pressure))
+    stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dpressure.shape)
+    points.stress_along(by_invariants, here.F, dF, dpressure, stress, dstress, dslope)
+    return stress, slope, dstress, dslope
+
+
+def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Room for δF, δA and tr(A δJ) of a chunk."""
+    return np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk)), np.empty((4, seen.chunk))
+
+
+T = TypeVar("T")
+
+
+def _each(seen: Connectivity, work: Callable[[slice], T]) -> list[T]:
+    """Work on every chunk, beside each other on as many cores as Numba is given; neither it nor JAX holds Python up."""
+    chunks = seen.chunks()
+    if len(chunks) == 1 or numba.get_num_threads() == 1:
+        return [work(chunk) for chunk in chunks]
+    return list(_workers().map(work, chunks))
+
+
+@cache
+def _workers() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(numba.get_num_threads())
 
 
 @jax.jit
-def moduli(connectivity: Connectivity, solid: Solid, top: Topology, X: Array, state: State) -> tuple[Array, Array]:
-    """∂²ψ/∂F∂F times the quadrature weight (9, 9, 4, M) and ∂ξ/∂X (3, 3, 4, M) at the quadrature points."""
-    F, pressure, inverse_jacobian, measure = _points(connectivity, top, X, state)
+def _stress(solid: Solid, F: Values, pressure: Values) -> tuple[Array, Array, Array]:
+    """ψ (4, C), ∂ψ/∂F (3, 3, 4, C) and ∂ψ/∂π (4, C)."""
+    value, back = jax.vjp(lambda F, pressure: solid.density(F, pressure, solid.parameters), F, pressure)
+    return value, *back(jnp.ones_like(value))
+
+
+@jax.jit
+def _stress_along(solid: Solid, F: Values, pressure: Values, dF: Values, dpressure: Values):
+    """∂ψ/∂F and ∂ψ/∂π, and how they change along (dF, dπ)."""
+
+    def energy(F, pressure):
+        return jnp.sum(solid.density(F, pressure, solid.parameters))
+
+    here, along = jax.jvp(jax.grad(energy, argnums=(0, 1)), (F, pressure), (dF, dpressure))
+    return *here, *along
+
+
+@jax.jit
+def _moduli(solid: Solid, F: Values, pressure: Values, measure: Values) -> Array:
+    """∂²ψ/∂F∂F times the points' volumes, (9, 9, 4, C)."""
     stress = jax.grad(lambda F: jnp.sum(solid.density(F, pressure, solid.parameters)))
     units = jnp.broadcast_to(jnp.eye(9).reshape(9, 3, 3, 1, 1), (9, *F.shape))
     rows = jax.vmap(lambda unit: jax.jvp(stress, (F,), (unit,))[1])(units)
-    return measure * rows.reshape(9, 9, *measure.shape), inverse_jacobian
+    return measure * rows.reshape(9, 9, *measure.shape)
 
 
 @jax.jit
-def invariant_derivatives(
-    connectivity: Connectivity, solid: Solid, top: Topology, X: Array, state: State
-) -> tuple[Array, Array, Array]:
-    """Derivatives of ψ by the invariants of F, times the quadrature weight, F (3, 3, 4, M) and ∂ξ/∂X likewise.
-
-    The derivatives (9, 4, M) are w₁, w₂, w₃ by I₁, I₂, J, and w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃.
-    """
+def _invariant_derivatives(solid: Solid, F: Values, pressure: Values) -> tuple[Array, Array]:
+    """Derivatives (13, 4, C) of ψ by the invariants of F and by π, as `points.stress_along` has them; and ∂ψ/∂π."""
     assert isinstance(solid.density, OfInvariants)
     density = solid.density.function
-    F, pressure, inverse_jacobian, measure = _points(connectivity, top, X, state)
-    at = invariants(F)
-    slopes = jax.grad(lambda of: jnp.sum(density(of, pressure, solid.parameters)))
-    ones, zeros = jnp.ones_like(measure), jnp.zeros_like(measure)
-    units = [Invariants(*(ones if i == k else zeros for i in range(3))) for k in range(3)]
-    first, _ = by_first = jax.jvp(slopes, (at,), (units[0],))
-    rows = [by_first[1], *(jax.jvp(slopes, (at,), (unit,))[1] for unit in units[1:])]
-    second = [rows[i][j] for i in range(3) for j in range(i, 3)]
-    return measure * jnp.stack([*first, *second]), F, inverse_jacobian
+    at = (*invariants(F), pressure)
+
+    def slopes(*at):
+        return jax.grad(lambda *at: jnp.sum(density(Invariants(*at[:3]), at[3], solid.parameters)), (0, 1, 2, 3))(*at)
+
+    units = [tuple(jnp.full_like(pressure, float(i == k)) for i in range(4)) for k in range(4)]
+    rows = [jax.jvp(slopes, at, unit) for unit in units]
+    first, second = rows[0][0], [along for _, along in rows]
+    by_invariants = [second[i][j] for i in range(3) for j in range(i, 3)]
+    return jnp.stack([*first[:3], *by_invariants, *second[3]]), first[3]
 
 
 @jax.jit
-def couplings(connectivity: Connectivity, solid: Solid, top: Topology, X: Array, state: State) -> tuple[Array, Array]:
-    """∂²ψ/∂F∂π (9, 4, M) and ∂²ψ/∂π² (4, M) times the quadrature weight."""
-    F, pressure, _, measure = _points(connectivity, top, X, state)
+def _couplings(solid: Solid, F: Values, pressure: Values, measure: Values) -> tuple[Array, Array]:
+    """∂²ψ/∂F∂π (9, 4, C) and ∂²ψ/∂π² (4, C) times the points' volumes."""
 
     def dilation(F, pressure):
         return jnp.sum(jax.grad(lambda q: jnp.sum(solid.density(F, q, solid.parameters)))(pressure))

@@ -6,13 +6,13 @@ import numba
 import numpy as np
 
 
-@numba.njit(cache=True, parallel=True, fastmath=True)
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def element_blocks(moduli, inverse_jacobian, derivative, blocks):
     """Stiffness of every element, Σ_q Gᵀ A G, as its blocks (M, 55, 9) of nodes a ≤ b.
 
     From the moduli A (9, 9, 4, M), ∂ξ/∂X (3, 3, 4, M) and ∂N/∂ξ (4, 10, 3).
     """
-    for e in numba.prange(blocks.shape[0]):
+    for e in range(blocks.shape[0]):
         local = np.zeros((55, 9))
         half, A, G = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3))
         for point in range(4):
@@ -24,13 +24,13 @@ def element_blocks(moduli, inverse_jacobian, derivative, blocks):
         blocks[e] = local
 
 
-@numba.njit(cache=True, parallel=True, fastmath=True)
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
     """The same for an energy w(I₁, I₂, J) of the invariants of F (3, 3, 4, M).
 
     From w's `derivatives` (9, 4, M): w₁, w₂, w₃ by I₁, I₂, J, and w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃.
     """
-    for e in numba.prange(blocks.shape[0]):
+    for e in range(blocks.shape[0]):
         local = np.zeros((55, 9))
         half, A, G = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3))
         slopes = np.empty((3, 9))
@@ -139,13 +139,13 @@ def gather(blocks, visits, visit_start, slot, indptr, data):
                         data[base + k] += block[3 * i + k] if a <= b else block[3 * k + i]
 
 
-@numba.njit(cache=True, parallel=True, fastmath=True)
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def coupling_blocks(slopes, inverse_jacobian, derivative, corner_shape, blocks):
     """Σ_q Gᵀ ∂²ψ/∂F∂π N of every element, (M, 10, 4, 3): by node, corner and component.
 
     From the slopes (9, 4, M), ∂ξ/∂X (3, 3, 4, M), ∂N/∂ξ (4, 10, 3) and the corners' linear shape functions (4, 4).
     """
-    for e in numba.prange(blocks.shape[0]):
+    for e in range(blocks.shape[0]):
         local = np.zeros((10, 4, 3))
         for point in range(4):
             for a in range(10):

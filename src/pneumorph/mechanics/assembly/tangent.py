@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
@@ -22,10 +21,10 @@ from pneumorph.mechanics.assembly.terms import Loads
 
 @dataclass(frozen=True)
 class Configuration:
-    """Where the tangent is taken: nodes X (padded), loads, and the plate components that are blocked (6,) bool."""
+    """Where the tangent is taken: nodes X (N, 3), loads, and the plate components that are blocked (6,) bool."""
 
     model: Model
-    X: jnp.ndarray
+    X: np.ndarray
     loads: Loads
     blocked: np.ndarray
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,17 +19,19 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.assembly.element import tet_energies, tet_works, triangle_volumes
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.material.rubber import Energy
+
+Values = Any
+"""Arrays of NumPy, and of JAX inside what is compiled."""
 
 
 class Loads(NamedTuple):
     """What acts: chamber pressures (C,) MPa, acceleration g (3,) mm/s², plate springs and dead loads (6,)."""
 
-    pressure: Array
-    acceleration: Array
-    spring: Array
-    wrench: Array
+    pressure: Values
+    acceleration: Values
+    spring: Values
+    wrench: Values
 
 
 class Local(NamedTuple):
@@ -44,17 +46,21 @@ class Local(NamedTuple):
     data : (E, k) numbers of the elements themselves.
     """
 
-    X: Array
-    u: Array
-    pressure: Array
-    plate: Array
-    data: Array
+    X: Values
+    u: Values
+    pressure: Values
+    plate: Values
+    data: Values
+
+    def of(self, chunk: slice) -> Local:
+        """What some of the elements see."""
+        X, u, pressure, plate, data = self
+        return Local(X[chunk], u[chunk], pressure[chunk], plate, data[chunk])
 
 
-@partial(register_dataclass, data_fields=["nodes", "pressures", "data", "weight"], meta_fields=["plate"])
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """Which unknowns each of E elements sees; see `connect`.
+    """Which unknowns each of E elements sees, padded to whole chunks; see `connect`.
 
     Attributes
     ----------
@@ -65,15 +71,18 @@ class Connectivity:
     data : (E, k) float
         Numbers that the energy wants to know of each element.
     weight : (E,) float
-        1, or 0 for the copies that pad the arrays.
+        1, or 0 for the copies that pad the last chunk.
+    chunk : int
+        Number of elements that are evaluated together.
     plate : bool
         Whether all of them see the plate's unknowns.
     """
 
-    nodes: Array
-    pressures: Array
-    data: Array
-    weight: Array
+    nodes: np.ndarray
+    pressures: np.ndarray
+    data: np.ndarray
+    weight: np.ndarray
+    chunk: int
     plate: bool = False
 
     @property
@@ -81,29 +90,35 @@ class Connectivity:
         """The number of elements without the padding, which comes last."""
         return int(np.count_nonzero(self.weight))
 
-    def local(self, X: Array, u: Array, state: State) -> Local:
-        """What the elements see where all nodes (N, 3) are displaced by u."""
-        pressure = jnp.asarray(state.pressure)[self.pressures] if self.pressures.shape[1] else self.pressures * 0.0
-        plate = state.plate if self.plate else jnp.zeros(0)
-        return Local(X[self.nodes], u[self.nodes], pressure, plate, self.data)
+    def local(self, X: np.ndarray, u: np.ndarray, pressure: np.ndarray, plate: np.ndarray) -> Local:
+        """What the elements see of nodes X (N, 3) displaced by u, of all pressures π and of the plate (6,)."""
+        seen = pressure[self.pressures] if self.pressures.shape[1] else self.pressures.astype(float)
+        return Local(X[self.nodes], u[self.nodes], seen, plate if self.plate else np.zeros(0), self.data)
+
+    def chunks(self) -> list[slice]:
+        """The elements of every chunk."""
+        return [slice(first, first + self.chunk) for first in range(0, len(self.nodes), self.chunk)]
+
+
+CHUNKS = (1, 16, 128, 1024)
+"""Numbers of elements that kernels are compiled for: the least of them that holds all elements, or the largest as often
+as it takes. So no kernel is compiled anew for another mesh; 1,024 tetrahedra fit into a core's cache."""
 
 
 def connect(
-    nodes: np.ndarray,
-    pressures: np.ndarray | None = None,
-    data: np.ndarray | None = None,
-    plate: bool = False,
-    size: int | None = None,
+    nodes: np.ndarray, pressures: np.ndarray | None = None, data: np.ndarray | None = None, plate: bool = False
 ) -> Connectivity:
-    """The connectivity of elements with `nodes` (E, a), padded to `size` elements by copies of the first."""
+    """The connectivity of elements with `nodes` (E, a); padding is copies of the first element."""
     count = len(nodes)
     nothing = np.zeros((count, 0))
     pressures = nothing.astype(int) if pressures is None else pressures
     data = nothing if data is None else data
-    extra = 0 if size is None or not count else size - count
+    chunk = next((size for size in CHUNKS if size >= count), CHUNKS[-1])
+    extra = -count % chunk
     return Connectivity(
-        *(jnp.asarray(np.concatenate([rows, np.repeat(rows[:1], extra, axis=0)])) for rows in (nodes, pressures, data)),
-        weight=jnp.asarray(np.concatenate([np.ones(count), np.zeros(extra)])),
+        *(np.concatenate([rows, np.repeat(rows[:1], extra, axis=0)]) for rows in (nodes, pressures, data)),
+        weight=np.concatenate([np.ones(count), np.zeros(extra)]),
+        chunk=chunk,
         plate=plate,
     )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics.assembly import kinematics
@@ -33,7 +32,7 @@ def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
     """Π and R (n,); supports and blocks not taken out."""
     model = at.model
     value, residual = kernels.value_and_residual(model.potential, at.X, state, at.loads)
-    return float(value), model.vector(residual)
+    return value, model.vector(residual)
 
 
 def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
@@ -63,18 +62,23 @@ def applied_force(at: Configuration, state: State) -> float:
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
 
-def pressure_force(at: Configuration, state: State, change: np.ndarray | jnp.ndarray) -> np.ndarray:
+def pressure_force(at: Configuration, state: State, change: np.ndarray) -> np.ndarray:
     """−(∂R/∂p)·change (n,): what a change of the chamber pressures (C,) in MPa pushes with, supports not taken out."""
-    still = jax.tree.map(jnp.zeros_like, at.loads)
-    given = still._replace(pressure=jnp.asarray(change, dtype=float))
+    still = jax.tree.map(np.zeros_like, at.loads)
+    given = still._replace(pressure=np.asarray(change, dtype=float))
     return -at.model.vector(kernels.load_product(at.model.potential, at.X, state, at.loads, given))
 
 
 def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
     """The smallest volume ratio J at the quadrature points."""
-    return float(kinematics.least_ratio(at.model.top, at.X, at.model.state(vector)))
+    return float(kinematics.volume_ratio(_deformation_gradients(at, at.model.state(vector))).min())
 
 
-def largest_stretch(at: Configuration, vector: np.ndarray) -> float:
+def largest_stretch(at: Configuration, state: State) -> float:
     """The largest principal stretch at the quadrature points."""
-    return float(jnp.max(kinematics.stretches(at.model.top, at.X, at.model.state(vector))))
+    return float(kinematics.largest_stretch(_deformation_gradients(at, state)).max())
+
+
+def _deformation_gradients(at: Configuration, state: State) -> np.ndarray:
+    tets = at.model.tets.nodes[: at.model.elements]
+    return kinematics.deformation_gradients(tets, at.X, kernels.displacement(at.model.tip, at.X, state))

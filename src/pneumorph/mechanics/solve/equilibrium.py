@@ -9,16 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics.assembly import kinematics
+from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.sums import summed
+from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
-from pneumorph.mechanics.solve.balance import applied_force, evaluate, scaled
+from pneumorph.mechanics.assembly.tip import tip_centre
+from pneumorph.mechanics.solve.balance import applied_force, evaluate, largest_stretch, scaled
 from pneumorph.mechanics.solve.descent import minimise
 from pneumorph.mechanics.solve.saddle import settle
 
@@ -37,7 +39,7 @@ class Equilibrium:
     Attributes
     ----------
     state : State
-        Unknowns, padded; what the next solve starts from.
+        Unknowns; what the next solve starts from.
     u : (N, 3) displacements, mm; like the state those of half the body where only that is solved.
     plate : (6,) translation (mm) and rotation vector (rad) of the plate; area mean and zero rotation of a free tip.
     volumes : dict of chamber volumes, mm³, of the whole body.
@@ -83,7 +85,7 @@ class NoEquilibrium:
 def configuration(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
     """Nodes X (N, 3) mm, loads, and blocked plate components (6,) bool, ready for the solver."""
     return Configuration(
-        model, model.pad(X), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
+        model, np.asarray(X, dtype=float), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
     )
 
 
@@ -101,10 +103,10 @@ def loads(
     zero = np.zeros(6)
     share = 1.0 / model.copies
     return Loads(
-        pressure=jnp.asarray([pressures.get(name, 0.0) for name in model.chambers], dtype=float),
-        acceleration=jnp.asarray(zero[:3] if acceleration is None else acceleration, dtype=float),
-        spring=share * jnp.asarray(zero if spring is None else spring, dtype=float),
-        wrench=share * jnp.asarray(zero if wrench is None else wrench, dtype=float),
+        pressure=np.asarray([pressures.get(name, 0.0) for name in model.chambers], dtype=float),
+        acceleration=np.asarray(zero[:3] if acceleration is None else acceleration, dtype=float),
+        spring=share * np.asarray(zero if spring is None else spring, dtype=float),
+        wrench=share * np.asarray(zero if wrench is None else wrench, dtype=float),
     )
 
 
@@ -209,18 +211,17 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
     model = at.model
     tangent.move_to(at, state)
     negative = tangent.negative_pivots
-    u = kinematics.displacement(model.top, at.X, state)
+    u = kernels.displacement(model.tip, at.X, state)
     _, forces = evaluate(at, state)
-    plate = np.asarray(state.plate) if model.plate else np.r_[kinematics.tip_centre(model.top, at.X, u), np.zeros(3)]
-    volumes = model.copies * kinematics.chamber_volumes(model.top, at.X + u)
-    stretch = kinematics.stretches(model.top, at.X, state)
+    plate = state.plate if model.plate else np.r_[tip_centre(model.tip, at.X, u), np.zeros(3)]
+    volumes = model.copies * summed(chamber_volumes, model.cavities, at.X, u)
     return Equilibrium(
         state=state,
-        u=np.asarray(u)[: model.nodes],
+        u=u,
         plate=plate,
         volumes=dict(zip(model.chambers, map(float, volumes), strict=True)),
         reaction=np.where(at.blocked & ~model.odd, -model.copies * forces[-6:], 0.0),
-        max_stretch=float(jnp.max(stretch)),
+        max_stretch=largest_stretch(at, state),
         residual=residual,
         negative_pivots=negative,
         factorisations=tangent.factorisations - before[0],

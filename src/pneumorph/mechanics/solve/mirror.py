@@ -10,12 +10,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import nan
 
-import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfolded
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS, operations
@@ -85,21 +85,20 @@ class Whole:
         """The whole body where its half is, under the loads of which the half has its share."""
         pressure = dict(zip(self.half.chambers, at.loads.pressure, strict=True))
         loads = at.loads._replace(
-            pressure=jnp.asarray([pressure[name] for name in self.model.chambers]),
+            pressure=np.array([pressure[name] for name in self.model.chambers]),
             spring=self.half.copies * at.loads.spring,
             wrench=self.half.copies * at.loads.wrench,
         )
-        X = self.image.vectors(np.asarray(at.X)[: self.half.nodes])
-        return Configuration(self.model, self.model.pad(X), loads, at.blocked)
+        return Configuration(self.model, self.image.vectors(at.X), loads, at.blocked)
 
     def state(self, half: State) -> State:
         """The state of the whole body whose halves are both in this one."""
-        u = self.model.pad(self.image.vectors(np.asarray(half.u)[: self.half.nodes]))
+        u = self.image.vectors(half.u)
         if not self.half.mixed:
             return State(u, half.plate)
         regions = len(self.half.rubbers)
-        pressure = np.asarray(half.pressure).reshape(regions, -1)[:, self.image.source]
-        return State(u, half.plate, jnp.concatenate([self.model.pad(part) for part in pressure]))
+        pressure = half.pressure.reshape(regions, -1)[:, self.image.source]
+        return State(u, half.plate, pressure.ravel())
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
         """Those of the whole body's tangent at a state of the half: 0 where it is stable against all motions."""
@@ -111,5 +110,6 @@ def whole_of(half: Model, mesh: TetMesh) -> Whole:
     """The whole body of a half model and its mesh."""
     image = unfolded(mesh)
     rubber = half.rubber if len(half.rubbers) == 1 else half.rubbers
-    body = model(image.mesh, rubber, half.plate, mixed=half.mixed)
+    weight = any(isinstance(term.energy, Weight) for term in half.terms)
+    body = model(image.mesh, rubber, half.plate, mixed=half.mixed, weight=weight)
     return Whole(half, image, body, Tangent(body))

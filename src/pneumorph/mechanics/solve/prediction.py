@@ -16,7 +16,7 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, d
     K is the tangent at `state` in the configuration `at`; where something else is factorised, it is factorised anew.
     """
     model = at.model
-    push = -model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, model.pad(dX)))
+    push = -model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, dX))
     if np.any(dp):
         push = push + pressure_force(at, state, dp)
     return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push)))

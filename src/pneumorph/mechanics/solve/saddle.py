@@ -97,7 +97,7 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         size = float(np.linalg.norm(residual)) / scale
         kept = contraction < (QUICK if fresh else borne)
         direction, fresh = (correction, False) if kept else (None, True)
-        if size > 1e-2 and largest_stretch(at, vector) > RUNAWAY_STRETCH:
+        if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
@@ -143,7 +143,7 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
         residual = residual_at(at, vector)
         if not np.isfinite(residual).all() or smallest_ratio(at, vector) <= SMALLEST_RATIO:
             return None
-        if largest_stretch(at, vector) > RUNAWAY_STRETCH:
+        if largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return None
         raised = tangent.factorise_convex(at, model.state(vector), max(raised / 4, LEAST_SHIFT))
         if not raised and np.linalg.norm(residual) < SMOOTH * scale:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import jax
-import jax.numpy as jnp
+import numpy as np
 
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
@@ -48,8 +48,8 @@ def _start(walked: list[tuple[Loads, State]], loads: Loads) -> State | None:
         return walked[-1][1] if walked else None
     (before, earlier), (now, state) = walked
     done, ahead = now.pressure - before.pressure, loads.pressure - now.pressure
-    length = float(jnp.sum(done * done))
+    length = float(np.sum(done * done))
     if length == 0.0:
         return state
-    ratio = float(jnp.sum(done * ahead)) / length
+    ratio = float(np.sum(done * ahead)) / length
     return jax.tree.map(lambda new, old: new + ratio * (new - old), state, earlier)

@@ -1,0 +1,131 @@
+"""Derivatives of elements' energies: of any energy by JAX, of the solid by a faster way to the same numbers.
+
+Elements are taken in chunks of a few fixed sizes, so that a kernel is compiled once for every kind of energy and not
+again for another mesh. Here nothing is known of the nodes that elements share.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from pneumorph.mechanics.assembly import solid
+from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Values
+
+
+class Forces(NamedTuple):
+    """Derivatives of energies by what their elements see: u (E, a, 3), pressure (E, c), and the plate (6,) or (0,)."""
+
+    u: Values
+    pressure: Values
+    plate: Values
+
+
+class Pulled(NamedTuple):
+    """Derivatives of (∂Π/∂(u, π, plate))·w: by X (E, a, 3), u (E, a, 3), w's own u (E, a, 3), and the loads."""
+
+    X: np.ndarray
+    u: np.ndarray
+    w: np.ndarray
+    loads: Loads
+
+
+def forces(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
+    """The sum of the energies, and their derivatives."""
+    if isinstance(energy, Solid):
+        value, u, pressure = solid.forces(energy, seen, at)
+        return value, Forces(u, pressure, np.zeros(at.plate.shape))
+    parts = [_forces(energy, seen.weight[chunk], at.of(chunk), loads) for chunk in seen.chunks()]
+    return sum(float(value) for value, _ in parts), _joined(at, [part for _, part in parts])
+
+
+def change(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
+    """How the derivatives change along a change of all that the elements see (`along.data` does not count)."""
+    if isinstance(energy, Solid):
+        return Forces(*solid.change(energy, seen, at, along), np.zeros(at.plate.shape))
+    return _joined(
+        at,
+        [
+            _change(energy, seen.weight[chunk], at.of(chunk), loads, along.of(chunk)[:4], dloads)
+            for chunk in seen.chunks()
+        ],
+    )
+
+
+def pullback(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, w: Forces) -> Pulled:
+    """The derivatives of (derivatives·w)."""
+    if isinstance(energy, Solid):
+        return Pulled(*solid.pullback(energy, seen, at, w.u, w.pressure), jax.tree.map(np.zeros_like, loads))
+    parts = [
+        _pullback(energy, seen.weight[chunk], at.of(chunk), loads, Forces(w.u[chunk], w.pressure[chunk], w.plate))
+        for chunk in seen.chunks()
+    ]
+    X, u, own = (_rows([part[k] for part in parts], at.X) for k in range(3))
+    acting = [part[3] for part in parts]
+    return Pulled(X, u, own, jax.tree.map(lambda first, *rest: sum(map(np.asarray, rest), np.asarray(first)), *acting))
+
+
+def hessians(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> np.ndarray:
+    """Second derivatives (E, 3a + c, 3a + c) by the elements' displacements and pressures, without the padding."""
+    parts = [np.asarray(_hessians(energy, seen.weight[chunk], at.of(chunk), loads)) for chunk in seen.chunks()]
+    return np.concatenate(parts)[: seen.count]
+
+
+def _joined(at: Local, parts: list[Forces]) -> Forces:
+    plate = sum((np.asarray(part.plate) for part in parts), np.zeros(at.plate.shape))
+    return Forces(_rows([part.u for part in parts], at.u), _rows([part.pressure for part in parts], at.pressure), plate)
+
+
+def _rows(parts: list, like: np.ndarray) -> np.ndarray:
+    return np.concatenate([np.asarray(part) for part in parts]) if parts else np.zeros(like.shape)
+
+
+def _summed(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u, pressure, plate) -> Array:
+    return jnp.sum(weight * energy.energies(Local(X, u, pressure, plate, at.data), loads))
+
+
+def _slopes(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u, pressure, plate):
+    return Forces(*jax.grad(_summed, argnums=(5, 6, 7))(energy, weight, at, loads, X, u, pressure, plate))
+
+
+@jax.jit
+def _forces(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) -> tuple[Array, Forces]:
+    value, found = jax.value_and_grad(_summed, argnums=(5, 6, 7))(energy, weight, at, loads, *at[:4])
+    return value, Forces(*found)
+
+
+@jax.jit
+def _change(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, along, dloads: Loads) -> Forces:
+    def slopes(loads, *seen):
+        return _slopes(energy, weight, at, loads, *seen)
+
+    return jax.jvp(slopes, (loads, *at[:4]), (dloads, *along))[1]
+
+
+@jax.jit
+def _pullback(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, w: Forces):
+    def work(X, u, own, loads):
+        def value(u, pressure, plate):
+            return _summed(energy, weight, at, loads, X, u, pressure, plate)
+
+        return jax.jvp(value, (u, at.pressure, at.plate), (own, w.pressure, w.plate))[1]
+
+    return jax.grad(work, argnums=(0, 1, 2, 3))(at.X, at.u, w.u, loads)
+
+
+@jax.jit
+def _hessians(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) -> Array:
+    count, nodes = at.u.shape[:2]
+
+    def value(seen: Array) -> Array:
+        u, pressure = seen[:, : 3 * nodes].reshape(count, nodes, 3), seen[:, 3 * nodes :]
+        return _summed(energy, weight, at, loads, at.X, u, pressure, at.plate)
+
+    here = jnp.concatenate([jnp.asarray(at.u).reshape(count, -1), at.pressure], axis=1)
+    units = jnp.eye(here.shape[1])[:, None, :]
+    rows = jax.vmap(lambda unit: jax.jvp(jax.grad(value), (here,), (jnp.broadcast_to(unit, here.shape),))[1])(units)
+    return jnp.moveaxis(rows, 1, 0)

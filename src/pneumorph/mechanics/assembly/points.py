@@ -1,0 +1,224 @@
+"""Numba kernels: what tetrahedra of rubber have at their quadrature points, and what follows from there at their nodes.
+
+Points are trailing axes, (…, 4, M), as the energies want them. With U = ∂u/∂ξ and A = ∂ξ/∂X, F = I + U A; a motion of
+the nodes changes J = ∂X/∂ξ by δJ, so δA = −A δJ A, δF = (δU − (F − I) δJ) A, and volumes grow by the part tr(A δJ).
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+FLAGS = {"contract", "reassoc", "nsz", "arcp"}
+"""Fast arithmetic that keeps NaN and infinity: solvers look for them."""
+
+
+@numba.njit(cache=True, fastmath=FLAGS)
+def _gradient(nodal, derivative, out):
+    """Σ_a v_a ⊗ ∂N_a/∂ξ (3, 3) of nodal vectors v (10, 3)."""
+    for i in range(3):
+        for k in range(3):
+            value = 0.0
+            for a in range(10):
+                value += nodal[a, i] * derivative[a, k]
+            out[i, k] = value
+
+
+@numba.njit(cache=True, fastmath=FLAGS)
+def _inverse(J, A):
+    """The inverse of J (3, 3) into A, by cofactors; the determinant is returned."""
+    for i in range(3):
+        i1, i2 = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            j1, j2 = (j + 1) % 3, (j + 2) % 3
+            A[j, i] = J[i1, j1] * J[i2, j2] - J[i1, j2] * J[i2, j1]
+    volume = J[0, 0] * A[0, 0] + J[0, 1] * A[1, 0] + J[0, 2] * A[2, 0]
+    for i in range(3):
+        for j in range(3):
+            A[i, j] /= volume
+    return volume
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def strain(X, u, derivative, weight, F, A, measure):
+    """F and A (3, 3, 4, M), and the volumes (4, M) of the points, of tetrahedra at X (M, 10, 3) displaced by u."""
+    for e in range(X.shape[0]):
+        J, U, inverse = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        for q in range(4):
+            _gradient(X[e], derivative[q], J)
+            _gradient(u[e], derivative[q], U)
+            measure[q, e] = weight * _inverse(J, inverse)
+            for i in range(3):
+                for j in range(3):
+                    A[i, j, q, e] = inverse[i, j]
+                    value = 1.0 if i == j else 0.0
+                    for k in range(3):
+                        value += U[i, k] * inverse[k, j]
+                    F[i, j, q, e] = value
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def straining(dX, du, derivative, F, A, dF, dA, growth):
+    """δF and δA (3, 3, 4, M) and tr(A δJ) (4, M) where nodes move by dX and displacements change by du (M, 10, 3)."""
+    for e in range(dX.shape[0]):
+        dJ, dU, relative = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        for q in range(4):
+            _gradient(dX[e], derivative[q], dJ)
+            _gradient(du[e], derivative[q], dU)
+            grown = 0.0
+            for i in range(3):
+                for k in range(3):
+                    grown += A[k, i, q, e] * dJ[i, k]
+                    value = dU[i, k] + dJ[i, k]
+                    for j in range(3):
+                        value -= F[i, j, q, e] * dJ[j, k]
+                    relative[i, k] = value
+            growth[q, e] = grown
+            for i in range(3):
+                for j in range(3):
+                    moved, turned = 0.0, 0.0
+                    for k in range(3):
+                        moved += relative[i, k] * A[k, j, q, e]
+                        inner = 0.0
+                        for m in range(3):
+                            inner += A[i, m, q, e] * dJ[m, k]
+                        turned -= inner * A[k, j, q, e]
+                    dF[i, j, q, e] = moved
+                    dA[i, j, q, e] = turned
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def stress_along(w, F, dF, dpressure, stress, dstress, dslope):
+    """P and δP (3, 3, 4, M), and δ∂ψ/∂π (4, M), of an energy w(I₁, I₂, J, π) of the invariants of F.
+
+    From w's derivatives (13, 4, M): w₁, w₂, w₃ by I₁, I₂, J; w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃; w₁π, w₂π, w₃π, wππ.
+    """
+    for e in range(F.shape[3]):
+        f, df, right, dright = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        second, dsecond, third, dthird = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        for q in range(4):
+            for i in range(3):
+                for j in range(3):
+                    f[i, j], df[i, j] = F[i, j, q, e], dF[i, j, q, e]
+            for i in range(3):
+                for j in range(3):
+                    value, change = 0.0, 0.0
+                    for k in range(3):
+                        value += f[k, i] * f[k, j]
+                        change += df[k, i] * f[k, j] + f[k, i] * df[k, j]
+                    right[i, j], dright[i, j] = value, change
+            first, dfirst = right[0, 0] + right[1, 1] + right[2, 2], dright[0, 0] + dright[1, 1] + dright[2, 2]
+            by_second, by_third = 0.0, 0.0
+            for i in range(3):
+                i1, i2 = (i + 1) % 3, (i + 2) % 3
+                for j in range(3):
+                    j1, j2 = (j + 1) % 3, (j + 2) % 3
+                    # ∂I₁ = 2 F, ∂I₂ = 2 (I₁ F − F FᵀF), ∂J = cof F, and how they change.
+                    value, change = first * f[i, j], dfirst * f[i, j] + first * df[i, j]
+                    for k in range(3):
+                        value -= f[i, k] * right[k, j]
+                        change -= df[i, k] * right[k, j] + f[i, k] * dright[k, j]
+                    second[i, j], dsecond[i, j] = 2 * value, 2 * change
+                    third[i, j] = f[i1, j1] * f[i2, j2] - f[i1, j2] * f[i2, j1]
+                    dthird[i, j] = (
+                        df[i1, j1] * f[i2, j2]
+                        + f[i1, j1] * df[i2, j2]
+                        - df[i1, j2] * f[i2, j1]
+                        - f[i1, j2] * df[i2, j1]
+                    )
+                    by_second += second[i, j] * df[i, j]
+                    by_third += third[i, j] * df[i, j]
+            dp = dpressure[q, e]
+            w1, w2, w3 = w[0, q, e], w[1, q, e], w[2, q, e]
+            dw1 = w[3, q, e] * dfirst + w[4, q, e] * by_second + w[5, q, e] * by_third + w[9, q, e] * dp
+            dw2 = w[4, q, e] * dfirst + w[6, q, e] * by_second + w[7, q, e] * by_third + w[10, q, e] * dp
+            dw3 = w[5, q, e] * dfirst + w[7, q, e] * by_second + w[8, q, e] * by_third + w[11, q, e] * dp
+            dslope[q, e] = w[9, q, e] * dfirst + w[10, q, e] * by_second + w[11, q, e] * by_third + w[12, q, e] * dp
+            for i in range(3):
+                for j in range(3):
+                    stress[i, j, q, e] = 2 * w1 * f[i, j] + w2 * second[i, j] + w3 * third[i, j]
+                    dstress[i, j, q, e] = (
+                        2 * (dw1 * f[i, j] + w1 * df[i, j])
+                        + dw2 * second[i, j]
+                        + w2 * dsecond[i, j]
+                        + dw3 * third[i, j]
+                        + w3 * dthird[i, j]
+                    )
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def nodal_forces(stress, A, measure, derivative, forces):
+    """∫ P : ∂F/∂u_a of every element, (M, 10, 3), of stresses P (3, 3, 4, M)."""
+    for e in range(forces.shape[0]):
+        carried = np.empty((3, 3))
+        forces[e] = 0.0
+        for q in range(4):
+            for i in range(3):
+                for k in range(3):
+                    value = 0.0
+                    for j in range(3):
+                        value += stress[i, j, q, e] * A[k, j, q, e]
+                    carried[i, k] = measure[q, e] * value
+            _spread(carried, derivative[q], forces[e])
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def nodal_force_changes(stress, dstress, A, dA, measure, growth, derivative, forces):
+    """What of `nodal_forces` changes with the stresses, with A and with the volumes, (M, 10, 3)."""
+    for e in range(forces.shape[0]):
+        carried = np.empty((3, 3))
+        forces[e] = 0.0
+        for q in range(4):
+            for i in range(3):
+                for k in range(3):
+                    value = 0.0
+                    for j in range(3):
+                        value += (dstress[i, j, q, e] + growth[q, e] * stress[i, j, q, e]) * A[k, j, q, e]
+                        value += stress[i, j, q, e] * dA[k, j, q, e]
+                    carried[i, k] = measure[q, e] * value
+            _spread(carried, derivative[q], forces[e])
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def shape_forces(work, stress, dstress, slope, F, A, measure, derivative, forces):
+    """The derivative (M, 10, 3) by the nodes of ∫ P : ∇w, u and w staying.
+
+    From `work` (4, M), the integrand; P, δP along ∇w, and ∇w itself, the `slope`, (3, 3, 4, M): with δF = −(F − I) δJ A
+    and δ∇w = −∇w δJ A it is ∫ (work Aᵀ − (F − I)ᵀ δP Aᵀ − ∇wᵀ P Aᵀ) : δJ.
+    """
+    for e in range(forces.shape[0]):
+        inner, carried = np.empty((3, 3)), np.empty((3, 3))
+        forces[e] = 0.0
+        for q in range(4):
+            for i in range(3):
+                for j in range(3):
+                    value = -dstress[i, j, q, e]
+                    for k in range(3):
+                        value += F[k, i, q, e] * dstress[k, j, q, e] + slope[k, i, q, e] * stress[k, j, q, e]
+                    inner[i, j] = value
+            for i in range(3):
+                for k in range(3):
+                    value = work[q, e] * A[k, i, q, e]
+                    for j in range(3):
+                        value -= inner[i, j] * A[k, j, q, e]
+                    carried[i, k] = measure[q, e] * value
+            _spread(carried, derivative[q], forces[e])
+
+
+@numba.njit(cache=True, fastmath=FLAGS)
+def _spread(carried, derivative, forces):
+    """Add carried (3, 3) · ∂N_a/∂ξ to the forces (10, 3) of an element."""
+    for a in range(10):
+        for i in range(3):
+            forces[a, i] += (
+                carried[i, 0] * derivative[a, 0] + carried[i, 1] * derivative[a, 1] + carried[i, 2] * derivative[a, 2]
+            )
+
+
+@numba.njit(cache=True)
+def add_rows(values, rows, out):
+    """Add the vectors (E, a, 3) of elements to those of their nodes (E, a) in `out` (N, 3)."""
+    for e in range(rows.shape[0]):
+        for a in range(rows.shape[1]):
+            for i in range(3):
+                out[rows[e, a], i] += values[e, a, i]

@@ -1,0 +1,66 @@
+"""Sums over elements of functions of their nodes, with derivatives: volumes, sections and faces are measured by them.
+
+Like the energies' derivatives they are taken in chunks of fixed sizes, so that they are compiled once for all meshes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from pneumorph.mechanics.assembly.element import triangle_volumes
+from pneumorph.mechanics.assembly.points import add_rows
+from pneumorph.mechanics.assembly.terms import Connectivity, Values
+
+Measure = Callable[..., Array]
+"""Of nodes X (E, a, 3), displacements u, the elements' data (E, k) and weights (E,), and what else is given."""
+
+
+def summed(measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, *given: Values) -> np.ndarray:
+    """The sum over all elements, of nodes X (N, 3) that are displaced by u."""
+    at, moved = X[seen.nodes], u[seen.nodes]
+    if not len(at):
+        return np.zeros(jax.eval_shape(measure, at, moved, seen.data, seen.weight, *given).shape)
+    parts = [
+        np.asarray(_value(measure, at[chunk], moved[chunk], seen.data[chunk], seen.weight[chunk], given))
+        for chunk in seen.chunks()
+    ]
+    return sum(parts[1:], parts[0])
+
+
+def pulled_back(
+    measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, cotangents: np.ndarray, *given: Values
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives (k, N, 3) by X and by u of cotangents·sum, for k cotangents at once."""
+    at, moved = X[seen.nodes], u[seen.nodes]
+    by_X, by_u = np.zeros((2, len(cotangents), *X.shape))
+    for chunk in seen.chunks():
+        arguments = at[chunk], moved[chunk], seen.data[chunk], seen.weight[chunk], given
+        for parts, out in zip(_back(measure, *arguments, cotangents), (by_X, by_u), strict=True):
+            for part, one in zip(np.asarray(parts), out, strict=True):
+                add_rows(part, seen.nodes[chunk], one)
+    return by_X, by_u
+
+
+@partial(jax.jit, static_argnums=0)
+def _value(measure: Measure, X: Values, u: Values, data: Values, weight: Values, given: tuple) -> Array:
+    return measure(X, u, data, weight, *given)
+
+
+@partial(jax.jit, static_argnums=0)
+def _back(measure: Measure, X: Values, u: Values, data: Values, weight: Values, given: tuple, cotangents: Values):
+    _, back = jax.vjp(lambda X, u: measure(X, u, data, weight, *given), X, u)
+    return jax.vmap(back)(cotangents)
+
+
+def volumes(X: Values, u: Values, data: Values, weight: Values) -> Array:
+    """Volumes (C,) in mm³ of the chambers, by the divergence theorem; of half a body their halves.
+
+    The mirror plane goes through the origin, so what closes a cut chamber there has x·n = 0.
+    """
+    return (weight * triangle_volumes(X + u)) @ jnp.asarray(data)
