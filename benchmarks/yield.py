@@ -90,19 +90,39 @@ def stop(*_: Any) -> None:
     os._exit(1)
 
 
-def call(arguments: list[str], env: dict[str, str], log: Path, errors: Path, timeout: float) -> int | None:
-    """Exit status of a command; None where it had to be stopped for the time it took."""
+DRAWING = 10
+"""Seconds that a command is given after its result is written: what it does then is to draw pictures."""
+
+
+def call(
+    arguments: list[str], env: dict[str, str], log: Path, errors: Path, timeout: float, result: Path | None = None
+) -> int | None:
+    """Exit status of a command; None where it had to be stopped for the time it took.
+
+    It is 0 where the command was stopped for taking long after it had written its `result`.
+    """
     with log.open("a") as out, errors.open("w") as err:
         process = subprocess.Popen(arguments, env=env, stdout=out, stderr=err, start_new_session=True)
         RUNNING.add(process)
         try:
-            return process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            return None
+            return _waited(process, timeout, result)
         finally:
             RUNNING.discard(process)
+
+
+def _waited(process: subprocess.Popen, timeout: float, result: Path | None) -> int | None:
+    end, written = time.monotonic() + timeout, None
+    while time.monotonic() < end:
+        try:
+            return process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            if result is not None and result.exists():
+                written = written or time.monotonic()
+                if time.monotonic() > written + DRAWING:
+                    break
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    return None if written is None else 0
 
 
 def run(folder: Path, asked: argparse.Namespace) -> None:
@@ -113,7 +133,8 @@ def run(folder: Path, asked: argparse.Namespace) -> None:
     command = [sys.executable, "-c", "from pneumorph.cli import app; app()", "design", str(folder / "problem.toml")]
     command += ["--out", str(folder / "run"), "--iterations", str(asked.iterations), "--resume"]
     env = environment(asked.source, asked.threads)
-    status = call(command, env, folder / "log.txt", folder / "errors.txt", asked.timeout)
+    result = folder / "run" / "result.json"
+    status = call(command, env, folder / "log.txt", folder / "errors.txt", asked.timeout, result)
     seconds = time.perf_counter() - began
     write(folder / "outcome.json", {**ending(folder, status), "seconds": seconds, "iterations": asked.iterations})
 
