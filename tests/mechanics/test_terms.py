@@ -52,9 +52,9 @@ MESH = layered()
 FREE = np.zeros(MESH.points.shape, bool)
 
 
-def built(rubbers, mixed=False, kinds=(Solid, Weight, Pressure, Plate), more=()) -> Model:
+def built(rubbers, mixed=False, kinds=(Solid, Weight, Pressure, Plate), more=(), plate=True) -> Model:
     """A tube without supports whose potential has terms of these kinds alone, and more."""
-    whole = model(MESH, rubbers, supports=FREE, mixed=mixed)
+    whole = model(MESH, rubbers, supports=FREE, mixed=mixed, plate=plate)
     chosen = [term for term in whole.terms if isinstance(term.energy, kinds)]
     return with_terms(whole, [*chosen, *more])
 
@@ -152,6 +152,10 @@ def test_shape_and_load_derivatives_are_those_of_the_residual(place):
     assert falls_with_the_square(lambda h: w @ place.evaluate(acting=h)[1], slope)
     pushed = place.model.vector(kernels.load_product(*place.arguments(), place.dloads))
     assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
+
+
+def test_nothing_rides_on_a_free_tip():
+    test_shape_and_load_derivatives_are_those_of_the_residual(Place(built(SOFT, plate=False)))
 
 
 @pytest.mark.parametrize("name", ["solid", "solid by stretches", "two mixed rubbers"])

@@ -102,7 +102,7 @@ class Ride:
 
     @cached_property
     def _slope(self) -> np.ndarray:
-        return centre_slope(self.tip, self.X)
+        return centre_slope(self.tip, self.X) if len(self.tip.nodes) else np.zeros((3, 0, 3))
 
     def displacement(self) -> np.ndarray:
         """u (t, 3)."""
