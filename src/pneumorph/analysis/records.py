@@ -8,9 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 Vector = tuple[float, float, float]
 Pressures = Mapping[str, float]
@@ -167,7 +170,7 @@ class SweepStep:
     reason: str = ""
 
 
-Record = TypeVar("Record")
+Record = TypeVar("Record", bound="DataclassInstance")
 
 
 def to_json(record: Any) -> dict[str, Any]:
@@ -190,7 +193,7 @@ def from_json(kind: type[Record], content: Mapping[str, Any]) -> Record:
         When a key is missing.
     """
     values = {}
-    for each in fields(kind):  # type: ignore[arg-type]
+    for each in fields(kind):
         key = each.metadata.get("key", each.name)
         inner = each.metadata.get("of")
         if inner is not None:

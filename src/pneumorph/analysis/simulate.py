@@ -32,8 +32,9 @@ from pneumorph.mechanics import (
 from pneumorph.mesh import TetMesh, mesh_body
 from pneumorph.objective import features
 from pneumorph.problem import Problem
+from pneumorph.problem.components import COMPONENT_OF, component_of
 
-BLOCKS = {**{name: (name,) for name in COMPONENTS}, "extension": ("axial",), "twist": ("torsion",), "all": COMPONENTS}
+BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
 """The plate components that each word holds."""
 
 

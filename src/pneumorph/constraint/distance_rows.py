@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
 from pneumorph.constraint.report import Pairs
 from pneumorph.constraint.sampled import (
+    CLOSE,
     COARSE,
     DIGITS,
     FINE,
@@ -113,8 +114,8 @@ def _folds(limits: Sampled, body: Body, number: int, tube: Target, reach: float)
     return _between(limits, body, "fold", one, other, cell[pick], spec.distance)
 
 
-NEARBY, CLOSE = (-0.5, -0.25, 0.0, 0.25, 0.5), -0.03
-"""Places between samples, in steps of them, that are looked at around those where c is above the latter."""
+NEARBY = (-0.5, -0.25, 0.0, 0.25, 0.5)
+"""Places between samples, in steps of them, that are looked at around those close to their bounds."""
 
 
 class _Place(NamedTuple):

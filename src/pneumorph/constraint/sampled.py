@@ -26,6 +26,9 @@ FINE, COARSE = (4, 8), (2, 4)
 """Samples to each knot span in q and r: of what curvature and the like peak in, and of what distances start from."""
 
 
+CLOSE = -0.03
+"""Where c is above this, what is limited is followed to its worst place between samples."""
+
 DIGITS = 9
 """Values that are equal to so many digits are equal."""
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.frame import frame
 from pneumorph.constraint.report import Points
-from pneumorph.constraint.sampled import DIGITS, FINE, SHAPE, Part, Sampled, cell_of, worst_samples
+from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, Part, Sampled, cell_of, worst_samples
 from pneumorph.constraint.sampling import Grid
 from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
 from pneumorph.geometry import Body, TubeSurface
@@ -21,9 +21,6 @@ from pneumorph.geometry.local import at, local
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
-
-CLOSE = -0.03
-"""Where c is above this, what is limited is followed to its peak between samples."""
 
 _BLOCK = 4096
 """Places evaluated at a time: compiled code knows this size alone, whatever the body."""
@@ -39,37 +36,46 @@ def shapes(
     rows, close_by = [], []
     for number, (surface, samples) in enumerate(zip(body.surfaces, limits.fine, strict=True)):
         c = scale[:, None, None] * _measured(surface, samples, spec.stretch.form) + shift[:, None, None]
-        picked = [worst_samples(values, FINE, limits.spans[number], least) for values in c]
-        kind = np.repeat(np.arange(len(c)), [len(cell) for _, _, cell in picked])
-        row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
-        q, r, close = samples.q[column], samples.r[row], np.flatnonzero(c[kind, row, column] > CLOSE)
-        aside, up = _peaks(c, kind[close], row[close], column[close])
-        peak_q, peak_r = (q[close] + aside / len(samples.q)) % 1.0, r[close] + up / (len(samples.r) - 1)
-        found = _evaluated(*_tangents(surface, peak_q, peak_r)[0], samples, spec.stretch.form)
-        worse = scale[kind[close]] * found[kind[close], np.arange(len(close))] + shift[kind[close]]
-        worse = worse > c[kind[close], row[close], column[close]] + 10.0**-DIGITS
-        q[close[worse]], r[close[worse]] = peak_q[worse], peak_r[worse]
-        chosen = [_added(limits, number, places), (kind, cell, q, r)]
-        kind, cell, q, r = _told_apart(samples, *(np.concatenate(parts) for parts in zip(*chosen, strict=True)))
+
+        def at_places(kind: Ints, q: Floats, r: Floats, surface=surface, samples=samples) -> Floats:
+            measures = _evaluated(*_tangents(surface, q, r)[0], samples, spec.stretch.form)
+            return scale[kind] * measures[kind, np.arange(len(kind))] + shift[kind]
+
+        given, worst = _added(limits, number, places), _worst_places(limits, number, c, least, at_places)
+        kind, cell = (np.concatenate(pair) for pair in zip(given[:2], worst[:2], strict=True))
+        q, r = (np.concatenate(pair) for pair in zip(given[2:], worst[2:], strict=True))
+        kind, cell, q, r = _distinct(samples, kind, cell, q, r)
         value, entry, points = _gradient(surface, samples, kind, q, r, spec.stretch.form)
-        worst = scale[kind] * value + shift[kind]
-        rows.append(
-            Part(
-                kind,
-                limits.first[number] + cell,
-                worst,
-                (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48),
-                scale[kind][:, None] * entry,
-            )
-        )
-        close = worst > CLOSE
+        excess = scale[kind] * value + shift[kind]
+        unknowns = (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48)
+        rows.append(Part(kind, limits.first[number] + cell, excess, unknowns, scale[kind][:, None] * entry))
+        close = excess > CLOSE
         close_by.append((kind[close], np.full(np.count_nonzero(close), number), q[close], r[close], value[close]))
     kind, surface, q, r, value = (np.concatenate(parts) for parts in zip(*close_by, strict=True))
     here = {name: kind == number for number, name in enumerate(SHAPE)}
     return rows, {name: Points(surface[i], q[i], r[i], value[i], value[i]) for name, i in here.items()}
 
 
-def _told_apart(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tuple[Ints, Ints, Floats, Floats]:
+def _worst_places(
+    limits: Sampled, number: int, c: Floats, least: float, at_places: Callable[[Ints, Floats, Floats], Floats]
+) -> tuple[Ints, Ints, Floats, Floats]:
+    """Kind, cell, q and r of the worst samples of every cell, those near their bounds moved to the peaks beside them.
+
+    From values c (kinds, rows, columns) on the samples of a surface, and c at any places of it.
+    """
+    samples = limits.fine[number]
+    picked = [worst_samples(values, FINE, limits.spans[number], least) for values in c]
+    kind = np.repeat(np.arange(len(c)), [len(cell) for _, _, cell in picked])
+    row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
+    q, r, close = samples.q[column], samples.r[row], np.flatnonzero(c[kind, row, column] > CLOSE)
+    aside, up = _peaks(c, kind[close], row[close], column[close])
+    peak_q, peak_r = (q[close] + aside / len(samples.q)) % 1.0, r[close] + up / (len(samples.r) - 1)
+    worse = at_places(kind[close], peak_q, peak_r) > c[kind[close], row[close], column[close]] + 10.0**-DIGITS
+    q[close[worse]], r[close[worse]] = peak_q[worse], peak_r[worse]
+    return kind, cell, q, r
+
+
+def _distinct(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tuple[Ints, Ints, Floats, Floats]:
     """Without places that are less than half a sample's distance from one before them."""
     steps = 2.0 * np.array([len(samples.q), len(samples.r) - 1])
     rounded = np.stack([kind, np.round(q * steps[0]) % steps[0], np.round(r * steps[1])], axis=1)

@@ -5,6 +5,7 @@ The libraries that read and write them are large and come with the extra ``cad``
 
 from pneumorph.make.libraries import load
 
+# Before anything imports OCP: it must not share its symbols with the other OpenCASCADE in this process, Netgen's.
 load()
 
 from pneumorph.make.checks import Check, mesh_checks, step_checks  # noqa: E402

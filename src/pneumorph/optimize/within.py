@@ -65,12 +65,10 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     enough.
     """
     margins, places, pairs = MARGIN * TOLERANCES, None, None
-    attempt = 0
-    while True:
-        attempt += 1
-        phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
-        found = report(space.body(phi), limits.spec)
-        if found.held() or attempt == CERTIFICATES:
+    phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
+    found = report(space.body(phi), limits.spec)
+    for attempt in range(1, CERTIFICATES):
+        if found.held():
             break
         # New places first: of those close together the first stays.
         places = {name: joined(found.places.points[name], known) for name, known in places.items()}
@@ -81,6 +79,8 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
             short = reading.excess() - (0.0 if attempt > 1 else reading.seen_excess())
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
+        phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
+        found = report(space.body(phi), limits.spec)
     return Within(phi, found) if found.held() else found
 
 
@@ -95,19 +95,19 @@ def _projected(
 ) -> tuple[np.ndarray, Mapping[str, Points]]:
     """The design after some least motions, the best on the way where they do not settle; places that resisted them."""
     best, least = phi, np.inf
-    while_held: Mapping[str, Points] = {}
+    resisting: Mapping[str, Points] = {}
     for _ in range(PROJECTIONS):
         rows = linearised(limits, space.body(phi), REACH, LEAST, places, pairs)
         places = rows.places
         excess = rows.value + margins[rows.kind]
         worst = float((excess - ACCURACY * TOLERANCES[rows.kind]).max(initial=0.0))
         if worst < least:
-            best, least, while_held = phi, worst, places
+            best, least, resisting = phi, worst, places
         if worst == 0.0 or worst > HOPELESS:
             break
         motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess, np.zeros(space.n))
         phi = np.clip(phi + motion.smooth, space.lower, space.upper)
-    return best, while_held
+    return best, resisting
 
 
 @dataclass(frozen=True, eq=False)

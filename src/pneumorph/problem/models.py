@@ -21,6 +21,7 @@ from pydantic_core import CoreSchema
 
 from pneumorph import units
 from pneumorph.errors import Renamed
+from pneumorph.problem.components import COMPONENT_OF, Component, component_of
 from pneumorph.problem.objective import Objective
 from pneumorph.problem.table import Misfit, Quantity, Table
 
@@ -88,10 +89,6 @@ class BodySpec(Table):
         return chamber.ripple or self.ripple
 
 
-SAME = {"extension": "axial", "twist": "torsion"}
-"""Objectives name motions, springs and blocks name components of the plate; each is read by the other's name, too."""
-
-
 class Spring(Table):
     """Springs between the end-effector and the ground: N/mm along x, y, z, N·mm/rad about x, y, z.
 
@@ -110,23 +107,23 @@ class Spring(Table):
     def _by_the_names_of_motions(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        for motion, component in SAME.items():
+        for motion, component in COMPONENT_OF.items():
             if motion in data and component in data:
                 raise Misfit(motion, f"is the same as {component}; write one of them")
-        return {SAME.get(key, key): value for key, value in data.items()}
+        return {component_of(key): value for key, value in data.items()}
 
 
 class EndEffector(Table):
     """What the tip carries: a rigid plate with springs, a force (N) and a moment (N·mm), or nothing ("free").
 
-    `hold` names motions of the plate that a guide prevents.
+    `hold` names motions of the plate that a guide prevents; "axial" may be written "extension", "torsion" "twist".
     """
 
     kind: Literal["plate", "free"] = "plate"
     spring: Spring = Spring()
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
-    hold: tuple[Literal["shift_x", "shift_y", "axial", "bending_x", "bending_y", "torsion"], ...] = ()
+    hold: tuple[Component, ...] = ()
 
     @model_validator(mode="after")
     def _nothing_on_a_free_tip(self) -> "EndEffector":

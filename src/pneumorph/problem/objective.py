@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo, model_validator
 
 from pneumorph import units
+from pneumorph.problem.components import MOTION_OF
 from pneumorph.problem.table import TAG, Misfit, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
@@ -29,7 +30,7 @@ def _motion(name: Any) -> Any:
     if not isinstance(name, str):
         return name
     sign, component = (name[0], name[1:]) if name[:1] in ("+", "-") else ("", name)
-    return sign + {"axial": "extension", "torsion": "twist"}.get(component, component)
+    return sign + MOTION_OF.get(component, component)
 
 
 class Maximize(Table):
