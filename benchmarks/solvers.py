@@ -107,13 +107,13 @@ def felupe(mesh: TetMesh) -> dict:
         body = fem.SolidBody(umat=fem.NeoHooke(mu=SHEAR, bulk=BULK), field=field)
         pressure = fem.SolidBodyPressure(fem.FieldContainer([fem.Field(wall, dim=3)]), pressure=PRESSURE)
         base = np.isin(np.arange(len(mesh.points)), np.unique(mesh.faces["base"]))
-        held = {"base": fem.Boundary(field[0], mask=base)}
-        fixed, free = fem.dof.partition(field, held)
+        clamped = {"base": fem.Boundary(field[0], mask=base)}
+        fixed, free = fem.dof.partition(field, clamped)
         found = fem.newtonraphson(
             items=[body, pressure],
             dof0=fixed,
             dof1=free,
-            ext0=fem.dof.apply(field, held, fixed),
+            ext0=fem.dof.apply(field, clamped, fixed),
             solver=spsolve,
             tol=TOLERANCE,
             verbose=0,

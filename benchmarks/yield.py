@@ -222,7 +222,7 @@ def measure_limits(folder: Path) -> None:
         designs.append(
             {
                 "iteration": line["iteration"],
-                "held": found.held(),
+                "held": found.satisfied(),
                 "violated": [reading.limit for reading in found.violated()],
                 "excess": {reading.limit: reading.excess() for reading in found.readings},
             }

@@ -104,9 +104,9 @@ def test_distances_follow_motion_until_partners_are_found_anew(make_body, table,
     assert not limits.moved(start + direction, pairs)
     assert limits.moved(start + 1.3 * direction, pairs)
     moved = start + direction
-    held, fresh = (np.asarray(limits.values(moved, found)["wall"]) for found in (pairs, limits.pairs(moved)))
+    kept, fresh = (np.asarray(limits.values(moved, found)["wall"]) for found in (pairs, limits.pairs(moved)))
     active = np.asarray(pairs.wall.active)
-    assert np.abs(5.0 * (held - fresh))[active].max() < 0.04
+    assert np.abs(5.0 * (kept - fresh))[active].max() < 0.04
 
 
 def bellows(make_body, gap):

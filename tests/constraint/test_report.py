@@ -20,7 +20,7 @@ def test_plain_tube(make_body, table):
     assert found["curvature"].seen == pytest.approx(0.5 / 16.0, rel=0.06)
     assert found["curvature"].seen <= found["curvature"].value <= 0.5 / 16.0 + 0.01 * 0.3
     assert found["ends"].value == pytest.approx(0.0, abs=1e-12)
-    assert found.held()
+    assert found.satisfied()
     assert set(found.values()) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
     assert report(make_body(), table(envelope=None)).values()["envelope_mm"] is None
 
@@ -67,11 +67,11 @@ def test_worst_place_is_where_it_says(make_body, table, waved):
 
 def test_what_is_violated_is_said_in_a_sentence(make_body, table):
     found = report(make_body(), table(wall=3.5, envelope=7.0))
-    assert not found.held()
+    assert not found.satisfied()
     wall, envelope = found.violated()
     assert str(wall).startswith("wall is 3 mm, at least 3.5 mm is asked (on A, q = ")
     assert str(envelope).startswith("envelope is 8.02 mm, at most 7 mm is asked (on exterior, q = ")
-    assert found.held(slack=40.0)
+    assert found.satisfied(slack=40.0)
     assert wall.excess() == pytest.approx(1 / 7, rel=1e-6)
 
 
@@ -95,7 +95,7 @@ def test_crumpled_nets_end_in_finite_numbers(make_body, table, scale):
     body = make_body()
     points = np.random.default_rng(0).normal(scale=scale, size=(body.n_points, 3))
     found = report(body.with_control_points(points), table())
-    assert not found.held()
+    assert not found.satisfied()
     assert np.all(np.isfinite([[reading.value, reading.seen] for reading in found.readings]))
 
 
@@ -118,7 +118,7 @@ def test_linear_example_is_within_its_limits_at_the_start(make_body, table):
     body = make_body(length=80.0, chambers=((4.0, (0.0, 0.0), (3.0, 77.0), "flat"),), ripple=(0.2, 10.0))
     found = report(body, table())
     assert found["wall"].value == pytest.approx(3.0)
-    assert found.held()
+    assert found.satisfied()
 
 
 def test_places_are_all_that_is_beyond(make_body, table, waved):

@@ -19,34 +19,34 @@ def built():
     return mesh, model(mesh, RUBBER)
 
 
-def settled(built, spring=None, held=None, wrench=EVERYTHING["wrench"]):
+def settled(built, spring=None, blocked=None, wrench=EVERYTHING["wrench"]):
     mesh, body = built
     acting = loads(body, {"A": 0.05}, EVERYTHING["acceleration"], spring=spring, wrench=wrench)
-    found = solve(configuration(body, mesh.points, acting, held), Tangent(body))
+    found = solve(configuration(body, mesh.points, acting, blocked), Tangent(body))
     assert isinstance(found, Equilibrium)
     return found
 
 
 @pytest.mark.parametrize("component", range(6), ids=COMPONENTS)
 def test_a_stiff_spring_carries_what_a_block_carries(built, component):
-    held = np.arange(6) == component
-    blocked = settled(built, held=held)
+    chosen = np.arange(6) == component
+    blocked = settled(built, blocked=chosen)
     assert blocked.plate[component] == 0.0
-    assert np.all(blocked.reaction[~held] == 0)
+    assert np.all(blocked.reaction[~chosen] == 0)
     stiffness = 1e7
-    sprung = settled(built, spring=np.where(held, stiffness, 0.0))
+    sprung = settled(built, spring=np.where(chosen, stiffness, 0.0))
     assert stiffness * sprung.plate[component] == pytest.approx(blocked.reaction[component], rel=1e-4, abs=1e-7)
     # A weak one takes just what its motion asks of it, in the balance of that component.
     free = settled(built)
     weak = 0.02 * abs(blocked.reaction[component] / free.plate[component])
-    given = settled(built, spring=np.where(held, weak, 0.0))
+    given = settled(built, spring=np.where(chosen, weak, 0.0))
     assert abs(given.plate[component]) < abs(free.plate[component])
-    pushed = EVERYTHING["wrench"] - np.where(held, weak * given.plate[component], 0.0)
+    pushed = EVERYTHING["wrench"] - np.where(chosen, weak * given.plate[component], 0.0)
     assert settled(built, wrench=pushed).plate == pytest.approx(given.plate, rel=1e-6, abs=1e-9)
 
 
 def test_dead_loads_of_the_size_of_the_reactions_hold_the_plate(built):
-    blocked = settled(built, held=np.ones(6, bool))
+    blocked = settled(built, blocked=np.ones(6, bool))
     assert np.all(blocked.plate == 0)
     assert np.all(np.abs(blocked.reaction) > 1e-4)
     pushed = settled(built, wrench=EVERYTHING["wrench"] - blocked.reaction)

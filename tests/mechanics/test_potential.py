@@ -96,9 +96,9 @@ def test_work_of_the_pressure_becomes_stored_energy():
 def test_spring_and_force_balance_on_the_plate():
     mesh = tube(4, 8, 20, (1, 8, 4))
     built = model(mesh, RUBBER)
-    held = np.array([False, False, True, False, False, False])
+    axial = np.array([False, False, True, False, False, False])
     acting = loads(built, {"A": 0.05})
-    blocked = solve(configuration(built, mesh.points, acting, held), Tangent(built))
+    blocked = solve(configuration(built, mesh.points, acting, axial), Tangent(built))
     assert blocked.plate[2] == 0.0
     # Pushing back with what the block carried leaves the plate where the block held it.
     wrench = np.array([0, 0, -blocked.reaction[2], 0, 0, 0])

@@ -192,8 +192,8 @@ def test_a_design_beyond_its_limits_is_brought_within(stage):
     assert {"wall", "envelope"} & broken
     found = within(space, smooth, limits, phi)
     assert isinstance(found, Within)
-    assert found.report.held()
-    assert report(space.body(found.phi), problem.limits).held()
+    assert found.report.satisfied()
+    assert report(space.body(found.phi), problem.limits).satisfied()
     assert np.abs(found.phi - phi).max() < 3.0
 
 

@@ -34,7 +34,7 @@ def rejected_trial(at, solver, found):
 def raised(at, solver, found):
     """A factorisation whose diagonal was raised, at a state in the midst of a descent."""
     rough = 0.5 * np.random.default_rng(0).standard_normal(at.model.size)
-    assert solver.factorise_convex(at, at.model.state(np.where(at.held, 0.0, rough))) > 0
+    assert solver.factorise_convex(at, at.model.state(np.where(at.constrained, 0.0, rough))) > 0
     assert solver.origin.shift > 0
 
 

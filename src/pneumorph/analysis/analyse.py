@@ -20,7 +20,7 @@ from pneumorph.mechanics import (
     configuration,
     displacement,
     explained,
-    held_of,
+    guided_of,
     loads_of,
     mirror_of,
     model_of,
@@ -118,7 +118,7 @@ def analyse(
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), held_of(problem))
+        at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), guided_of(problem))
         start = starts[task.name] if starts else None
         found = solve(at, disc.tangents[task.name], start, tolerance)
         if explain and isinstance(found, NoEquilibrium):

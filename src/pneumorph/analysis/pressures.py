@@ -42,7 +42,7 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
     ProblemError
         For what is no pressure, an unknown chamber, or sweeps of different lengths.
     """
-    held: dict[str, float] = {}
+    constant: dict[str, float] = {}
     swept: dict[str, np.ndarray] = {}
     for name, asked in given.items():
         if name not in chambers:
@@ -51,13 +51,13 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
             )
         values = _read(name, asked)
         if len(values) == 1:
-            held[name] = float(values[0])
+            constant[name] = float(values[0])
         else:
             swept[name] = values
     if one_by_one:
         if not swept:
             raise ProblemError(f"one by one: no chamber is swept; {_MEND}")
-        waiting = held | {name: float(values[0]) for name, values in swept.items()}
+        waiting = constant | {name: float(values[0]) for name, values in swept.items()}
         return [Leg((name,), [waiting | {name: float(value)} for value in values]) for name, values in swept.items()]
     lengths = {name: len(values) for name, values in swept.items()}
     if len(set(lengths.values())) > 1:
@@ -67,7 +67,7 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
             "give them the same number, or sweep them one by one"
         )
     steps = next(iter(lengths.values()), 1)
-    path = [held | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
+    path = [constant | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
     return [Leg(tuple(swept), path)]
 
 

@@ -22,7 +22,7 @@ from pneumorph.mechanics import (
     Tangent,
     Whole,
     configuration,
-    held_of,
+    guided_of,
     loads_of,
     mirror_of,
     model_of,
@@ -139,8 +139,8 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
     for name in names:
         if name not in BLOCKS:
             raise ProblemError(f'block: "{name}" is not known here; take one of {", ".join(BLOCKS)}')
-    held = {component for name in names for component in BLOCKS[name]}
-    return np.array([component in held for component in COMPONENTS]) | held_of(problem)
+    blocked = {component for name in names for component in BLOCKS[name]}
+    return np.array([component in blocked for component in COMPONENTS]) | guided_of(problem)
 
 
 def _step(

@@ -60,7 +60,7 @@ def _description(at: Probe) -> list[str]:
         for chamber in body["chamber"]
     )
     effector = problem.end_effector
-    held = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
+    springs_shown = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
     pulled = [f"{key} {told['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
     gravity = told.get("gravity")
     valid = model.rubber.valid_stretch
@@ -77,6 +77,6 @@ def _description(at: Probe) -> list[str]:
         + analysed(model.mirror),
         f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
         f"bulk modulus {rubber['bulk_modulus']}, {reach}",
-        f"tip       {', '.join([effector.kind, *held, *pulled])}",
+        f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",
         "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
     ]

@@ -174,7 +174,7 @@ class LimitReport:
             reading for reading in self.readings if not reading.excess() <= slack * BY_NAME[reading.limit].tolerance
         )
 
-    def held(self, slack: float = 1.0) -> bool:
+    def satisfied(self, slack: float = 1.0) -> bool:
         """Whether every limit is held; see `violated`."""
         return not self.violated(slack)
 

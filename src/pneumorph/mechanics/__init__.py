@@ -7,7 +7,7 @@ from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_ve
 from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.rubber import Rubber, rubber
-from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
+from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of
 from pneumorph.mechanics.solve.equilibrium import (
     TOLERANCE,
     Equilibrium,
@@ -39,7 +39,7 @@ __all__ = [
     "displacement",
     "explained",
     "follow",
-    "held_of",
+    "guided_of",
     "loads",
     "loads_of",
     "mirror_of",

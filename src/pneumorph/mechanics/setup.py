@@ -84,6 +84,6 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
     )
 
 
-def held_of(problem: Problem) -> np.ndarray:
+def guided_of(problem: Problem) -> np.ndarray:
     """The plate's components (6,) bool that a guide holds."""
     return np.isin(COMPONENTS, problem.end_effector.hold)

@@ -71,7 +71,7 @@ def history_entry(
         optimality=optimality,
         tasks=answers(disc, analysis),
         limits=limits.values(),
-        held=limits.held(),
+        held=limits.satisfied(),
         elements=disc.model.elements,
         dofs=disc.model.size,
         factorisations=told.factorisations,

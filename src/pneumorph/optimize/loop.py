@@ -157,7 +157,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
     sag = sag_of(problem, now.disc, now.analysis)
-    yield Finished(now.iteration, reason, now.report.held(), is_stable, fields_of(now.disc, now.analysis, sag))
+    yield Finished(now.iteration, reason, now.report.satisfied(), is_stable, fields_of(now.disc, now.analysis, sag))
 
 
 def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
@@ -178,7 +178,7 @@ def _start(loop: _Loop) -> tuple[Within, BroughtWithin | None]:
     """The starting design, moved where it breaks a limit."""
     asked = loop.space.start
     before = report(loop.space.body(asked), loop.problem.limits)
-    if before.held():
+    if before.satisfied():
         return Within(asked, before), None
     start = loop.within(asked)
     if not isinstance(start, Within):

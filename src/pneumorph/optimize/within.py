@@ -68,7 +68,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
     found = report(space.body(phi), limits.spec)
     for attempt in range(1, CERTIFICATES):
-        if found.held():
+        if found.satisfied():
             break
         # New places first: of those close together the first stays.
         places = {name: joined(found.places.points[name], known) for name, known in places.items()}
@@ -81,7 +81,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
         found = report(space.body(phi), limits.spec)
-    return Within(phi, found) if found.held() else found
+    return Within(phi, found) if found.satisfied() else found
 
 
 def _projected(

@@ -19,10 +19,10 @@ Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Of pairs of nodes a ≤ b (E, a(a + 1)/2, 9), of nodes with pressures (E, a, c, 3), and of pressures (E, c, c)."""
 
 
-def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
+def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np.ndarray) -> np.ndarray:
     """Values of the tangent ∂²Π in the sparsity's order.
 
-    Rows and columns of fixed and of `held` (6,) plate unknowns are the identity's.
+    Rows and columns of fixed and of `blocked` (6,) plate unknowns are the identity's.
     """
     common = model.sparsity
     data = np.zeros(len(common.indices))
@@ -41,8 +41,8 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, held: np.nd
         _add_plate(model, X, state, loads, data)
     data[model.supported_values] = 0.0
     data[model.diagonal[model.fixed]] = 1.0
-    if model.plate and held.any():
-        _hold(model, data, held)
+    if model.plate and blocked.any():
+        _hold(model, data, blocked)
     return data
 
 
@@ -82,10 +82,10 @@ def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np
     data[-21:] = columns.plate[np.triu_indices(6)]
 
 
-def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:
-    columns = model.size - 6 + np.flatnonzero(held)
+def _hold(model: Model, data: np.ndarray, blocked: np.ndarray) -> None:
+    columns = model.size - 6 + np.flatnonzero(blocked)
     data[np.isin(model.sparsity.indices, columns)] = 0.0
     corner = data[-21:]
     rows, _ = np.triu_indices(6)
-    corner[held[rows]] = 0.0
+    corner[blocked[rows]] = 0.0
     data[model.diagonal[columns]] = 1.0

@@ -29,11 +29,11 @@ class Configuration:
     blocked: np.ndarray
 
     @property
-    def held(self) -> np.ndarray:
+    def constrained(self) -> np.ndarray:
         """All unknowns kept at their value: supports and blocked plate components."""
-        held = self.model.fixed.copy()
-        held[-6:] |= self.blocked
-        return held
+        constrained = self.model.fixed.copy()
+        constrained[-6:] |= self.blocked
+        return constrained
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +141,8 @@ class Tangent:
 
         Stops at the relative `tolerance` in the preconditioner's norm, after `most` products, or at negative curvature.
         """
-        model, held = self._model, at.held
-        x, r = np.zeros_like(rhs), np.where(held, 0.0, rhs)
+        model, constrained = self._model, at.constrained
+        x, r = np.zeros_like(rhs), np.where(constrained, 0.0, rhs)
         z = self.precondition(r)
         p, rho = z, float(r @ z)
         target = tolerance**2 * rho
@@ -150,7 +150,7 @@ class Tangent:
             if rho <= target or rho <= 0:
                 return Solution(x, True, False, count)
             product = kernels.tangent_product(model.potential, at.X, state, at.loads, model.state(p))
-            Kp = np.where(held, 0.0, model.vector(product))
+            Kp = np.where(constrained, 0.0, model.vector(product))
             curvature = p @ Kp
             if not curvature > 0:
                 return Solution(x if count else p, False, True, count)

@@ -37,7 +37,7 @@ def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
 
 def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
     """The unknowns (n,) with those that supports and blocks hold at zero."""
-    return np.where(at.held, 0.0, vector)
+    return np.where(at.constrained, 0.0, vector)
 
 
 def residual_at(at: Configuration, vector: np.ndarray) -> np.ndarray:

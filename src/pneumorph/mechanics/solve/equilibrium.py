@@ -183,8 +183,8 @@ def _raise(
         if isinstance(found, str):
             reason, step = found, step / 2
             if step < SMALLEST_FRACTION / 2:
-                held = None if at is None else read_off(at, tangent, state, 0.0, before)
-                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, held)
+                nearest = None if at is None else read_off(at, tangent, state, 0.0, before)
+                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, nearest)
             continue
         last = (reached, state)
         (state, residual), reached, at = found, fraction, part

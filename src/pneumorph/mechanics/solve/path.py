@@ -232,7 +232,7 @@ def _conjugate_volume(at: Configuration, equilibrium: Equilibrium) -> float:
 
 def _moving(at: Configuration) -> np.ndarray:
     """1 for the unknowns whose motion measures the way along the path, 0 for pressures and held ones."""
-    moving = np.where(at.held, 0.0, 1.0)
+    moving = np.where(at.constrained, 0.0, 1.0)
     moving[at.model.pressure_unknowns] = 0.0
     return moving
 

@@ -131,7 +131,7 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
     """
     model = at.model
     reach = LARGEST_MOVE * float(np.linalg.norm(np.ptp(np.asarray(at.X)[: model.nodes], axis=0)))
-    moving = np.where(at.held, 0.0, 1.0)
+    moving = np.where(at.constrained, 0.0, 1.0)
     moving[model.pressure_unknowns] = 0.0
     push = moving * np.random.default_rng(0).standard_normal(model.size)
     for _ in range(4):
