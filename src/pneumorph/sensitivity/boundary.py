@@ -47,9 +47,9 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
             continue
         # The images of a chamber have the same pressure.
         pressure = next((pressures[chamber] for chamber in chambers_of(name)), 0.0)
-        density = _integrand(at, mesh, equilibrium, w, triangles, float(pressure))
+        integrand = _integrand(at, mesh, equilibrium, w, triangles, float(pressure))
         _, normals = area_vectors(mesh.points, triangles)
-        np.add.at(answer, triangles, -np.einsum("qa,fqi,fq->fai", shape, normals, density))
+        np.add.at(answer, triangles, -np.einsum("qa,fqi,fq->fai", shape, normals, integrand))
     return answer
 
 

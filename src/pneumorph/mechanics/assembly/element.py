@@ -69,14 +69,14 @@ def deformation_gradients(u: Array, inverse_jacobian: Array) -> Array:
     return jnp.eye(3)[:, :, None, None] + matrix_product(reference_gradients(u), inverse_jacobian)
 
 
-def tet_energies(X: Array, u: Array, pressure: Array, density: Energy, parameters: Array) -> Array:
+def tet_energies(X: Array, u: Array, pressure: Array, energy_density: Energy, parameters: Array) -> Array:
     """∫ ψ(F, π) over each tetrahedron, (M,) in N·mm.
 
     Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa.
     """
     jacobian = reference_gradients(X)
     F = deformation_gradients(u, inverse(jacobian))
-    value = density(F, jnp.asarray(TET_CORNER_N) @ pressure.T, parameters)
+    value = energy_density(F, jnp.asarray(TET_CORNER_N) @ pressure.T, parameters)
     return TET_WEIGHT * jnp.sum(determinant(jacobian) * value, axis=0)
 
 

@@ -190,8 +190,8 @@ def model(
         own = mesh.tets[regions[name]]
         places = number * count + own[:, :4] if mixed else None
         connectivity = connect(own, places)
-        density = element.mixed(solid.isochoric) if mixed else solid.energy
-        terms.append(Term(connectivity, Solid(density, jnp.asarray(solid.parameters, dtype=float))))
+        energy_density = element.mixed(solid.isochoric) if mixed else solid.energy
+        terms.append(Term(connectivity, Solid(energy_density, jnp.asarray(solid.parameters, dtype=float))))
         if weight:
             terms.append(Term(connectivity, Weight(jnp.asarray(solid.density))))
     if cavities.count:

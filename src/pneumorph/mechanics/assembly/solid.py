@@ -52,11 +52,11 @@ def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarr
 
     def work(chunk: slice) -> float:
         here = strained(seen, at, chunk)
-        density, stress, slope = map(np.asarray, _stress(solid, here.F, here.pressure))
+        psi, stress, slope = map(np.asarray, _stress(solid, here.F, here.pressure))
         points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
         if seen.pressures.shape[1]:
             pressure[chunk] = (here.measure * slope).T @ TET_CORNER_N
-        return float(np.sum(here.measure * density))
+        return float(np.sum(here.measure * psi))
 
     return sum(_each(seen, work)), u, pressure
 
@@ -89,8 +89,8 @@ def pullback(
         points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
         dpressure = _at_points(by_pressure[chunk], seen.chunk)
         stress, dilation, dstress, _ = _along(solid, here, slope, dpressure)
-        density = np.einsum("ij...,ij...->...", stress, slope) + dilation * dpressure
-        points.shape_forces(density, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
+        integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dpressure
+        points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
         points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
         points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
 
@@ -106,7 +106,7 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
 
     def work(chunk: slice) -> None:
         here = strained(seen, at, chunk)
-        if isinstance(solid.density, OfInvariants):
+        if isinstance(solid.energy_density, OfInvariants):
             # Nine derivatives instead of eighty-one: half the time of the whole assembly.
             by_invariants, _ = _invariant_derivatives(solid, here.F, here.pressure)
             invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
@@ -126,7 +126,7 @@ def _along(
     solid: Solid, here: Points, dF: np.ndarray, dpressure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """∂ψ/∂F and ∂ψ/∂π, and how they change along (δF, δπ)."""
-    if not isinstance(solid.density, OfInvariants):
+    if not isinstance(solid.energy_density, OfInvariants):
         stress, slope, dstress, dslope = map(np.asarray, _stress_along(solid, here.F, here.pressure, dF, dpressure))
         return stress, slope, dstress, dslope
     by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, here.F, here.pressure))
@@ -159,7 +159,7 @@ def _workers() -> ThreadPoolExecutor:
 @jax.jit
 def _stress(solid: Solid, F: Values, pressure: Values) -> tuple[Array, Array, Array]:
     """ψ (4, C), ∂ψ/∂F (3, 3, 4, C) and ∂ψ/∂π (4, C)."""
-    value, back = jax.vjp(lambda F, pressure: solid.density(F, pressure, solid.parameters), F, pressure)
+    value, back = jax.vjp(lambda F, pressure: solid.energy_density(F, pressure, solid.parameters), F, pressure)
     return value, *back(jnp.ones_like(value))
 
 
@@ -168,7 +168,7 @@ def _stress_along(solid: Solid, F: Values, pressure: Values, dF: Values, dpressu
     """∂ψ/∂F and ∂ψ/∂π, and how they change along (dF, dπ)."""
 
     def energy(F, pressure):
-        return jnp.sum(solid.density(F, pressure, solid.parameters))
+        return jnp.sum(solid.energy_density(F, pressure, solid.parameters))
 
     here, along = jax.jvp(jax.grad(energy, argnums=(0, 1)), (F, pressure), (dF, dpressure))
     return *here, *along
@@ -177,7 +177,7 @@ def _stress_along(solid: Solid, F: Values, pressure: Values, dF: Values, dpressu
 @jax.jit
 def _moduli(solid: Solid, F: Values, pressure: Values, measure: Values) -> Array:
     """∂²ψ/∂F∂F times the points' volumes, (9, 9, 4, C)."""
-    stress = jax.grad(lambda F: jnp.sum(solid.density(F, pressure, solid.parameters)))
+    stress = jax.grad(lambda F: jnp.sum(solid.energy_density(F, pressure, solid.parameters)))
     units = jnp.broadcast_to(jnp.eye(9).reshape(9, 3, 3, 1, 1), (9, *F.shape))
     rows = jax.vmap(lambda unit: jax.jvp(stress, (F,), (unit,))[1])(units)
     return measure * rows.reshape(9, 9, *measure.shape)
@@ -186,12 +186,12 @@ def _moduli(solid: Solid, F: Values, pressure: Values, measure: Values) -> Array
 @jax.jit
 def _invariant_derivatives(solid: Solid, F: Values, pressure: Values) -> tuple[Array, Array]:
     """Derivatives (13, 4, C) of ψ by the invariants of F and by π, as `points.stress_along` has them; and ∂ψ/∂π."""
-    assert isinstance(solid.density, OfInvariants)
-    density = solid.density.function
+    assert isinstance(solid.energy_density, OfInvariants)
+    psi = solid.energy_density.function
     at = (*invariants(F), pressure)
 
     def slopes(*at):
-        return jax.grad(lambda *at: jnp.sum(density(Invariants(*at[:3]), at[3], solid.parameters)), (0, 1, 2, 3))(*at)
+        return jax.grad(lambda *at: jnp.sum(psi(Invariants(*at[:3]), at[3], solid.parameters)), (0, 1, 2, 3))(*at)
 
     units = [tuple(jnp.full_like(pressure, float(i == k)) for i in range(4)) for k in range(4)]
     rows = [jax.jvp(slopes, at, unit) for unit in units]
@@ -205,7 +205,7 @@ def _couplings(solid: Solid, F: Values, pressure: Values, measure: Values) -> tu
     """∂²ψ/∂F∂π (9, 4, C) and ∂²ψ/∂π² (4, C) times the points' volumes."""
 
     def dilation(F, pressure):
-        return jnp.sum(jax.grad(lambda q: jnp.sum(solid.density(F, q, solid.parameters)))(pressure))
+        return jnp.sum(jax.grad(lambda q: jnp.sum(solid.energy_density(F, q, solid.parameters)))(pressure))
 
     by_F, by_pressure = jax.grad(dilation, argnums=(0, 1))(F, pressure)
     return measure * by_F.reshape(9, *measure.shape), measure * by_pressure

@@ -141,16 +141,16 @@ class Term(NamedTuple):
     energy: ElementEnergy
 
 
-@partial(register_dataclass, data_fields=["parameters"], meta_fields=["density"])
+@partial(register_dataclass, data_fields=["parameters"], meta_fields=["energy_density"])
 @dataclass(frozen=True, eq=False)
 class Solid:
     """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four pressures."""
 
-    density: Energy
+    energy_density: Energy
     parameters: Array
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        return tet_energies(local.X, local.u, corner_pressures(local), self.density, self.parameters)
+        return tet_energies(local.X, local.u, corner_pressures(local), self.energy_density, self.parameters)
 
 
 @partial(register_dataclass, data_fields=["density"], meta_fields=[])
