@@ -106,31 +106,31 @@ def test_tangent_is_the_derivative_of_the_residual(loaded):
     product = kernels.tangent_product(built.potential, at.X, built.state(vector), at.loads, built.state(direction))
     expected = np.where(built.fixed, 0.0, built.vector(product))
     assert np.abs(by_matrix - expected).max() < 1e-10 * np.abs(expected).max()
-    assert np.abs(expected[built.pressure_unknowns]).max() > 0
+    assert np.abs(expected[built.hydrostatic_unknowns]).max() > 0
 
 
 def test_state_and_vector_are_the_same(loaded):
     built, _, vector = loaded
     assert np.array_equal(built.vector(built.state(vector)), vector)
-    assert built.size == 3 * len(built.off_tip) + built.pressures + 6
+    assert built.size == 3 * len(built.off_tip) + built.hydrostatics + 6
 
 
-def test_pivots_beyond_the_pressures_count_the_unstable_motions(loaded):
+def test_pivots_beyond_the_hydrostatic_ones_count_the_unstable_motions(loaded):
     built, at, _ = loaded
     data = tangent(built, at.X, rest(built), at.loads, at.blocked)
     # Three motions are made to gain energy.
     data[built.diagonal[[100, 200, built.size - 4]]] -= 1e3
     K = full_matrix(built, data).toarray()
-    pressures = np.zeros(built.size, bool)
-    pressures[built.pressure_unknowns] = True
-    B, M = K[~pressures][:, pressures], K[pressures][:, pressures]
-    condensed = K[~pressures][:, ~pressures] - B @ np.linalg.solve(M, B.T)
+    hydrostatic = np.zeros(built.size, bool)
+    hydrostatic[built.hydrostatic_unknowns] = True
+    B, M = K[~hydrostatic][:, hydrostatic], K[hydrostatic][:, hydrostatic]
+    condensed = K[~hydrostatic][:, ~hydrostatic] - B @ np.linalg.solve(M, B.T)
     best, plain = Tangent(built), SuperLU(built.sparsity.indptr, built.sparsity.indices)
     best._refactorise(data, Origin(at, rest(built), 0.0))
     plain.refactorise(data)
     assert np.count_nonzero(np.linalg.eigvalsh(condensed) < 0) == 3
     assert best.negative_pivots == 3
-    assert plain.negative_pivots - built.pressures == 3
+    assert plain.negative_pivots - built.hydrostatics == 3
     rhs = np.random.default_rng(0).standard_normal(built.size)
     for x in (best.precondition(rhs), plain.solve(rhs)):
         assert np.linalg.norm(K @ x - rhs) < 1e-10 * np.linalg.norm(rhs)

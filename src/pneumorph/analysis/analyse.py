@@ -166,7 +166,7 @@ def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Di
         if not model.mixed:
             carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate)
             continue
-        pressure = linear(mesh, np.asarray(state.pressure)[: old.model.nodes])
-        moved = transfer(mesh, np.column_stack([u, pressure]), new.morph.mesh.points)
+        hydrostatic = linear(mesh, np.asarray(state.hydrostatic)[: old.model.nodes])
+        moved = transfer(mesh, np.column_stack([u, hydrostatic]), new.morph.mesh.points)
         carried[name] = State(moved[:, :3], state.plate, moved[:, 3])
     return carried

@@ -71,8 +71,8 @@ def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, tr
         energy, hydrostatic = rubber.energy, np.zeros(linear[own].shape[:2])
         if at.model.mixed:
             energy = mixed(rubber.isochoric)
-            pressures = np.asarray(equilibrium.state.pressure).reshape(len(at.model.rubbers), -1)[number]
-            hydrostatic = np.einsum("fqc,fc->fq", linear[own], pressures[tets[own][:, :4]])
+            at_nodes = np.asarray(equilibrium.state.hydrostatic).reshape(len(at.model.rubbers), -1)[number]
+            hydrostatic = np.einsum("fqc,fc->fq", linear[own], at_nodes[tets[own][:, :4]])
         stress[own], density[own] = _stress(energy, rubber, F[own], hydrostatic), rubber.density
     cofactor = np.linalg.det(F)[..., None, None] * np.swapaxes(np.linalg.inv(F), -1, -2)
     total = stress + pressure * cofactor

@@ -19,7 +19,7 @@ from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)
 TET_WEIGHT = 1 / 24
-# The linear shape functions of the four corners, for the pressure of mixed elements.
+# The linear shape functions of the four corners, for π of mixed elements.
 TET_CORNER_N = np.column_stack([1 - TET_RULE.sum(axis=1), TET_RULE])
 
 # Degree 4: x·(x_ξ × x_η) on a quadratic triangle has that degree, so volumes are exact.
@@ -35,7 +35,8 @@ def mixed(isochoric: Energy) -> Energy:
     element of Taylor and Hood, which does not lock as κ/μ grows. π is a tension: minus the pressure in the rubber.
     """
     return with_volume(
-        isochoric, lambda J, pressure, parameters: pressure * (J - 1.0) - 0.5 * pressure * pressure / parameters[-1]
+        isochoric,
+        lambda J, hydrostatic, parameters: hydrostatic * (J - 1.0) - 0.5 * hydrostatic * hydrostatic / parameters[-1],
     )
 
 
@@ -69,14 +70,14 @@ def deformation_gradients(u: Array, inverse_jacobian: Array) -> Array:
     return jnp.eye(3)[:, :, None, None] + matrix_product(reference_gradients(u), inverse_jacobian)
 
 
-def tet_energies(X: Array, u: Array, pressure: Array, energy_density: Energy, parameters: Array) -> Array:
+def tet_energies(X: Array, u: Array, hydrostatic: Array, energy_density: Energy, parameters: Array) -> Array:
     """∫ ψ(F, π) over each tetrahedron, (M,) in N·mm.
 
     Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa.
     """
     jacobian = reference_gradients(X)
     F = deformation_gradients(u, inverse(jacobian))
-    value = energy_density(F, jnp.asarray(TET_CORNER_N) @ pressure.T, parameters)
+    value = energy_density(F, jnp.asarray(TET_CORNER_N) @ hydrostatic.T, parameters)
     return TET_WEIGHT * jnp.sum(determinant(jacobian) * value, axis=0)
 
 

@@ -16,7 +16,7 @@ from pneumorph.mechanics.assembly.stiffness import gather, scatter
 from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Weight
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Of pairs of nodes a ≤ b (E, a(a + 1)/2, 9), of nodes with pressures (E, a, c, 3), and of pressures (E, c, c)."""
+"""Second derivatives by u and u, node pairs a ≤ b (E, a(a + 1)/2, 9), by u and π (E, a, c, 3), by π and π (E, c, c)."""
 
 
 def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np.ndarray) -> np.ndarray:
@@ -28,7 +28,7 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np
     data = np.zeros(len(common.indices))
     u = displacement(model.tip, X, state)
     for (seen, energies), places in zip(model.potential.groups, model.places, strict=True):
-        at = seen.local(X, u, state.pressure, state.plate)
+        at = seen.local(X, u, state.hydrostatic, state.plate)
         for energy in energies:
             blocks = _blocks(energy, seen, at, loads)
             if blocks is None:
@@ -48,7 +48,7 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np
 
 def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Blocks | None:
     """The blocks of a term's elements; None where its energy is linear in all unknowns but the plate's."""
-    if seen.nodes.shape[1] + seen.pressures.shape[1] == 0:
+    if seen.nodes.shape[1] + seen.hydrostatics.shape[1] == 0:
         return None
     match energy:
         case Weight():
@@ -78,7 +78,7 @@ def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np
     if model.mixed:
         beside = common.corners_beside_tip
         row_ends = common.indptr[3 * len(model.off_tip) + beside + 1]
-        data[row_ends[:, None] + np.arange(-6, 0)] = columns.pressure[common.corners[beside]]
+        data[row_ends[:, None] + np.arange(-6, 0)] = columns.hydrostatic[common.corners[beside]]
     data[-21:] = columns.plate[np.triu_indices(6)]
 
 

@@ -20,7 +20,7 @@ class State(NamedTuple):
 
     u: np.ndarray
     plate: np.ndarray
-    pressure: np.ndarray = np.zeros(0)
+    hydrostatic: np.ndarray = np.zeros(0)
 
 
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -36,7 +36,7 @@ class Model:
     plate : bool
         Whether the tip face is bonded to a rigid plate.
     mixed : bool
-        Whether elements have a pressure of their own.
+        Whether elements have hydrostatic unknowns π of their own.
     nodes : int
         Number of nodes.
     tets, cavities, face : Connectivity
@@ -114,8 +114,8 @@ class Model:
         return self.tets.count
 
     @property
-    def pressures(self) -> int:
-        """Number of pressures π among the unknowns; 0 where elements are not mixed."""
+    def hydrostatics(self) -> int:
+        """Number of hydrostatic unknowns π among the unknowns; 0 where elements are not mixed."""
         return len(self.sparsity.corners)
 
     @property
@@ -124,21 +124,21 @@ class Model:
         return "mixed" if self.mixed else "quadratic"
 
     @property
-    def pressure_unknowns(self) -> slice:
-        """Where they are among the unknowns."""
-        return slice(self.size - 6 - self.pressures, self.size - 6)
+    def hydrostatic_unknowns(self) -> slice:
+        """Where π is among the unknowns."""
+        return slice(self.size - 6 - self.hydrostatics, self.size - 6)
 
     def state(self, vector: np.ndarray) -> State:
         """The unknowns (n,) as a State."""
         u = np.zeros((self.nodes, 3))
         u[self.off_tip] = vector[: 3 * len(self.off_tip)].reshape(-1, 3)
-        pressure = np.zeros(len(self.sparsity.rank))
-        pressure[self.sparsity.corners] = vector[3 * len(self.off_tip) : -6]
-        return State(u, np.array(vector[-6:]), pressure)
+        hydrostatic = np.zeros(len(self.sparsity.rank))
+        hydrostatic[self.sparsity.corners] = vector[3 * len(self.off_tip) : -6]
+        return State(u, np.array(vector[-6:]), hydrostatic)
 
     def vector(self, state: State) -> np.ndarray:
         """A State (or a residual) as a vector (n,)."""
-        return np.concatenate([state.u[self.off_tip].ravel(), state.pressure[self.sparsity.corners], state.plate])
+        return np.concatenate([state.u[self.off_tip].ravel(), state.hydrostatic[self.sparsity.corners], state.plate])
 
 
 def model(
@@ -162,8 +162,8 @@ def model(
     supports : (N, 3) bool, optional
         Displacement components held at zero; by default all three on the face "base".
     mixed : bool
-        Elements with a linear pressure of their own, continuous in each region, for rubbers that hardly change their
-        volume.
+        Elements with hydrostatic unknowns π, linear in each element and continuous in each region, for nearly
+        incompressible rubbers.
     weight : bool
         Whether accelerations act; without them the term is left out, and evaluations take less.
 
@@ -223,17 +223,19 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
     """
     on_tip = np.zeros(model.nodes, bool)
     on_tip[model.tip.nodes] = True
-    pressures = len(model.sparsity.rank)
-    return replace(model, **_assembled(terms, model.tip, on_tip, pressures, model.supports, model.plate, model.mirror))
+    hydrostatics = len(model.sparsity.rank)
+    return replace(
+        model, **_assembled(terms, model.tip, on_tip, hydrostatics, model.supports, model.plate, model.mirror)
+    )
 
 
 def _assembled(
-    terms: Iterable[Term], tip: Tip, on_tip: np.ndarray, pressures: int, supports, plate: bool, mirror: str | None
+    terms: Iterable[Term], tip: Tip, on_tip: np.ndarray, hydrostatics: int, supports, plate: bool, mirror: str | None
 ) -> dict[str, Any]:
     """What of a model follows from its terms."""
     terms = tuple(terms)
     groups = grouped(terms)
-    common = sparsity([group.connectivity for group in groups], on_tip, pressures)
+    common = sparsity([group.connectivity for group in groups], on_tip, hydrostatics)
     still = _odd(mirror) if plate else np.ones(6, bool)
     fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), still])
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
@@ -290,8 +292,8 @@ def _near_tip(groups: Iterable[Group], on_tip: np.ndarray) -> tuple[Group, ...]:
     """The groups with those of their elements alone that depend on the plate."""
     near = []
     for seen, energies in groups:
-        nodes, pressures, data = (rows[: seen.count] for rows in (seen.nodes, seen.pressures, seen.data))
+        nodes, hydrostatics, data = (rows[: seen.count] for rows in (seen.nodes, seen.hydrostatics, seen.data))
         chosen = np.flatnonzero(touching(nodes, on_tip, seen.plate))
         if len(chosen):
-            near.append(Group(connect(nodes[chosen], pressures[chosen], data[chosen], seen.plate), energies))
+            near.append(Group(connect(nodes[chosen], hydrostatics[chosen], data[chosen], seen.plate), energies))
     return tuple(near)

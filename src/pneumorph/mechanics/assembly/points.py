@@ -88,7 +88,7 @@ def straining(dX, du, derivative, F, A, dF, dA, growth):
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
-def stress_along(w, F, dF, dpressure, stress, dstress, dslope):
+def stress_along(w, F, dF, dhydrostatic, stress, dstress, dslope):
     """P and δP (3, 3, 4, M), and δ∂ψ/∂π (4, M), of an energy w(I₁, I₂, J, π) of the invariants of F.
 
     From w's derivatives (13, 4, M): w₁, w₂, w₃ by I₁, I₂, J; w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃; w₁π, w₂π, w₃π, wππ.
@@ -128,7 +128,7 @@ def stress_along(w, F, dF, dpressure, stress, dstress, dslope):
                     )
                     by_second += second[i, j] * df[i, j]
                     by_third += third[i, j] * df[i, j]
-            dp = dpressure[q, e]
+            dp = dhydrostatic[q, e]
             w1, w2, w3 = w[0, q, e], w[1, q, e], w[2, q, e]
             dw1 = w[3, q, e] * dfirst + w[4, q, e] * by_second + w[5, q, e] * by_third + w[9, q, e] * dp
             dw2 = w[4, q, e] * dfirst + w[6, q, e] * by_second + w[7, q, e] * by_third + w[10, q, e] * dp

@@ -88,9 +88,9 @@ def pullback(potential: Potential, X: np.ndarray, state: State, loads: Loads, w:
     by_X, by_u, by_w = np.zeros(X.shape), np.zeros(X.shape), np.zeros(X.shape)
     acting = _none(loads)
     for seen, energies in potential.groups:
-        at, along = seen.local(X, u, state.pressure, state.plate), seen.local(X, field, w.pressure, w.plate)
+        at, along = seen.local(X, u, state.hydrostatic, state.plate), seen.local(X, field, w.hydrostatic, w.plate)
         for energy in energies:
-            found = derivatives.pullback(energy, seen, at, loads, Forces(along.u, along.pressure, along.plate))
+            found = derivatives.pullback(energy, seen, at, loads, Forces(along.u, along.hydrostatic, along.plate))
             for part, out in ((found.X, by_X), (found.u, by_u), (found.w, by_w)):
                 add_rows(part, seen.nodes, out)
             acting = jax.tree.map(np.add, acting, found.loads)
@@ -111,7 +111,7 @@ def pulled_to_unknowns(tip: Tip, X: np.ndarray, state: State, by_u: np.ndarray) 
     ride, by_X = Ride(tip, X, state.plate), np.zeros(X.shape)
     if len(tip.nodes):
         by_X[tip.nodes] = ride.on_places(by_u[tip.nodes])
-    none = np.zeros(state.pressure.shape)
+    none = np.zeros(state.hydrostatic.shape)
     return _on_unknowns(ride, State(by_u.copy(), np.zeros(6), none)), by_X
 
 
@@ -128,9 +128,9 @@ def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> 
 def _forces(groups: Iterable[Group], X, state: State, loads: Loads, ride: Ride) -> tuple[float, State]:
     """The sum of energies, and its derivatives by all displacements, the plate where it is seen itself, and π."""
     u = _displacement(state.u, ride.tip.nodes, ride.displacement())
-    value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.pressure.shape))
+    value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
     for seen, energies in groups:
-        at = seen.local(X, u, state.pressure, state.plate)
+        at = seen.local(X, u, state.hydrostatic, state.plate)
         for energy in energies:
             part, found = derivatives.forces(energy, seen, at, loads)
             value += part
@@ -144,10 +144,10 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
     moving = ride.along(dstate.plate) if dX is None else ride.along(dstate.plate) + ride.moved(dX[nodes])
     u, du = _displacement(state.u, nodes, ride.displacement()), _displacement(dstate.u, nodes, moving)
     motion = np.zeros(X.shape) if dX is None else dX
-    by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.pressure.shape))
+    by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
     for seen, energies in potential.groups:
-        at = seen.local(X, u, state.pressure, state.plate)
-        along = seen.local(motion, du, dstate.pressure, dstate.plate)
+        at = seen.local(X, u, state.hydrostatic, state.plate)
+        along = seen.local(motion, du, dstate.hydrostatic, dstate.plate)
         for energy in energies:
             _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
     changed = _on_unknowns(ride, by)
@@ -160,8 +160,8 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
 
 def _add(seen: Connectivity, found: Forces, by: State) -> None:
     add_rows(found.u, seen.nodes, by.u)
-    if seen.pressures.shape[1]:
-        np.add.at(by.pressure, seen.pressures, found.pressure)
+    if seen.hydrostatics.shape[1]:
+        np.add.at(by.hydrostatic, seen.hydrostatics, found.hydrostatic)
     if seen.plate:
         by.plate[:] += found.plate
 

@@ -1,6 +1,6 @@
 """The common sparsity of all terms' second derivatives, and where each of their elements' blocks goes in it.
 
-Unknowns are numbered: three per node that is not on the tip, in node order, then in mixed elements the pressures π,
+Unknowns are numbered: three per node that is not on the tip, in node order, then in mixed elements the hydrostatic π,
 then the six of the plate. Only the upper triangle is stored (the tangent has a potential, so it is symmetric).
 Supported unknowns stay in it as rows of the identity.
 """
@@ -26,14 +26,14 @@ class Sparsity:
     number : (N,) int
         Rank of each node among those not on the tip; −1 on the tip.
     corners : (n_π,) int
-        Places in `State.pressure` that are unknowns; none where elements are not mixed.
+        Places in `State.hydrostatic` that are unknowns; none where elements are not mixed.
     rank : (P,) int
         Rank of each place in `corners`; −1 where it is none.
     size : int
         Number of unknowns, 3·(nodes off the tip) + n_π + 6.
     indptr, indices : CSR arrays of the upper triangle, columns ascending.
     motion, coupling, compression : CSR
-        The pairs of nodes, of nodes with pressures, and of pressures, that it is made of.
+        The pairs of nodes, of nodes with entries of π, and of entries of π, that it is made of.
     beside_tip : (k,) int
         Nodes off the tip that share an element with it or with the plate.
     corners_beside_tip : (k_π,) int
@@ -64,9 +64,9 @@ class Places:
     slot : (E, a, a) int
         Rank of node b in the block row of node a, or −1 where the block is below the diagonal or touches the tip.
     coupling : (E·a·c·3,) int
-        Place in the values of ∂²/∂u∂π for every element, node, pressure and component; −1 on the tip.
+        Place in the values of ∂²/∂u∂π for every element, node, entry of π and component; −1 on the tip.
     compression : (E·c·c,) int
-        Place in the values of ∂²/∂π∂π for every element and pair of pressures; −1 below the diagonal.
+        Place in the values of ∂²/∂π∂π for every element and pair of its entries of π; −1 below the diagonal.
     """
 
     visits: np.ndarray
@@ -76,21 +76,21 @@ class Places:
     compression: np.ndarray
 
 
-def sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, pressures: int) -> Sparsity:
+def sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, hydrostatics: int) -> Sparsity:
     """The sparsity of terms of all these connectivities.
 
     Parameters
     ----------
     on_tip : (N,) bool
         Nodes that the plate moves.
-    pressures : int
-        Length of `State.pressure`.
+    hydrostatics : int
+        Length of `State.hydrostatic`.
     """
     number = np.full(len(on_tip), -1)
     number[~on_tip] = np.arange(np.count_nonzero(~on_tip))
     seen = [_rows(connectivity) for connectivity in connectivities]
     corners = np.unique(np.concatenate([places.ravel() for _, places in seen]))
-    rank = np.full(pressures, -1)
+    rank = np.full(hydrostatics, -1)
     rank[corners] = np.arange(len(corners))
     n, m = int(number.max()) + 1, len(corners)
 
@@ -132,13 +132,13 @@ def touching(nodes: np.ndarray, on_tip: np.ndarray, plate: bool) -> np.ndarray:
 def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
     """Where the blocks of a connectivity go that the sparsity was built for."""
     nodes, places = _rows(connectivity)
-    local, pressure = common.number[nodes], common.rank[places]
-    (a, b), (u, p), (c, d) = _pairings(local, pressure)
+    local, hydrostatic = common.number[nodes], common.rank[places]
+    (a, b), (u, p), (c, d) = _pairings(local, hydrostatic)
     slot = _slots(common.motion, a, b, (a >= 0) & (b >= a))
     coupling_slot = _slots(common.coupling, u, p, u >= 0)
     compression_slot = _slots(common.compression, c, d, d >= c)
 
-    # In a row of u the pressures follow the blocks of u; in a row of π they come first.
+    # In a row of u the columns of π follow the blocks of u; in a row of π they come first.
     n = len(common.motion.indptr) - 1
     row = 3 * local[:, :, None] + np.arange(3)
     first = common.indptr[row] + 3 * np.diff(common.motion.indptr)[local][:, :, None] - np.arange(3)
@@ -155,17 +155,17 @@ def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
 
 
 def _rows(connectivity: Connectivity) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and places of pressures of the elements that are no padding."""
+    """Nodes and entries of π of the elements, without the padding."""
     count = connectivity.count
-    return np.asarray(connectivity.nodes)[:count], np.asarray(connectivity.pressures)[:count].astype(int)
+    return np.asarray(connectivity.nodes)[:count], np.asarray(connectivity.hydrostatics)[:count].astype(int)
 
 
-def _pairings(local, pressure):
-    """All pairs in every element: of nodes (E, a, a), of nodes with pressures (E, a, c), of pressures (E, c, c)."""
+def _pairings(local, hydrostatic):
+    """All pairs in every element: of nodes (E, a, a), of nodes with entries of π (E, a, c), of those (E, c, c)."""
     return (
         np.broadcast_arrays(local[:, :, None], local[:, None, :]),
-        np.broadcast_arrays(local[:, :, None], pressure[:, None, :]),
-        np.broadcast_arrays(pressure[:, :, None], pressure[:, None, :]),
+        np.broadcast_arrays(local[:, :, None], hydrostatic[:, None, :]),
+        np.broadcast_arrays(hydrostatic[:, :, None], hydrostatic[:, None, :]),
     )
 
 

@@ -55,7 +55,7 @@ class Tangent:
     solves : int
         How many back-solves.
     negative_pivots : int
-        Of the latest factorisation, beyond the one that every pressure of mixed elements has: 0 at a stable state.
+        Of the latest factorisation, without the one that each hydrostatic unknown adds: 0 at a stable state.
     origin : Origin or None
         What the latest factorisation is of; None where there is none, or none that succeeded.
     unit_seconds : float
@@ -77,8 +77,8 @@ class Tangent:
 
     @property
     def negative_pivots(self) -> int:
-        # Every pressure adds one to those of the tangent with them eliminated (Haynsworth 1968).
-        return self._factor.negative_pivots - self._model.pressures
+        # Each hydrostatic unknown adds one to those of the tangent with π eliminated (Haynsworth 1968).
+        return self._factor.negative_pivots - self._model.hydrostatics
 
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
@@ -107,12 +107,12 @@ class Tangent:
     def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3) -> float:
         """Factorise; an unstable tangent with its diagonal raised until it is stable, by the part of it returned.
 
-        Tried are 0, `least`, and four times as much at a time. The diagonal of the pressures stays.
+        Tried are 0, `least`, and four times as much at a time. The diagonal of the hydrostatic unknowns stays.
         """
         data = self._assembled(at, state)
         self._refactorise(data, Origin(at, state, 0.0))
         diagonal, shift = np.abs(data[self._model.diagonal]), 0.0
-        diagonal[self._model.pressure_unknowns] = 0.0
+        diagonal[self._model.hydrostatic_unknowns] = 0.0
         while self.negative_pivots > 0 and shift < 10:
             shift = 4 * shift or least
             raised = data.copy()

@@ -41,21 +41,21 @@ class Local(NamedTuple):
     ----------
     X : (E, a, 3) rest positions of their nodes, mm.
     u : (E, a, 3) displacements, mm; on the tip those of the plate.
-    pressure : (E, c) their pressures π, MPa.
+    hydrostatic : (E, c) their hydrostatic unknowns π, MPa.
     plate : (6,) the plate's unknowns; none, (0,), where the connectivity does not ask for them.
     data : (E, k) numbers of the elements themselves.
     """
 
     X: Values
     u: Values
-    pressure: Values
+    hydrostatic: Values
     plate: Values
     data: Values
 
     def of(self, chunk: slice) -> Local:
         """What some of the elements see."""
-        X, u, pressure, plate, data = self
-        return Local(X[chunk], u[chunk], pressure[chunk], plate, data[chunk])
+        X, u, hydrostatic, plate, data = self
+        return Local(X[chunk], u[chunk], hydrostatic[chunk], plate, data[chunk])
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +66,8 @@ class Connectivity:
     ----------
     nodes : (E, a) int
         Nodes whose rest positions and displacements it sees.
-    pressures : (E, c) int
-        Places in `State.pressure` of the pressures π that it sees.
+    hydrostatics : (E, c) int
+        Indices into `State.hydrostatic` of the unknowns π that it sees.
     data : (E, k) float
         Numbers that the energy wants to know of each element.
     weight : (E,) float
@@ -79,7 +79,7 @@ class Connectivity:
     """
 
     nodes: np.ndarray
-    pressures: np.ndarray
+    hydrostatics: np.ndarray
     data: np.ndarray
     weight: np.ndarray
     chunk: int
@@ -90,9 +90,9 @@ class Connectivity:
         """The number of elements without the padding, which comes last."""
         return int(np.count_nonzero(self.weight))
 
-    def local(self, X: np.ndarray, u: np.ndarray, pressure: np.ndarray, plate: np.ndarray) -> Local:
-        """What the elements see of nodes X (N, 3) displaced by u, of all pressures π and of the plate (6,)."""
-        seen = pressure[self.pressures] if self.pressures.shape[1] else self.pressures.astype(float)
+    def local(self, X: np.ndarray, u: np.ndarray, hydrostatic: np.ndarray, plate: np.ndarray) -> Local:
+        """What the elements see of nodes X (N, 3) displaced by u, of all π and of the plate (6,)."""
+        seen = hydrostatic[self.hydrostatics] if self.hydrostatics.shape[1] else self.hydrostatics.astype(float)
         return Local(X[self.nodes], u[self.nodes], seen, plate if self.plate else np.zeros(0), self.data)
 
     def chunks(self) -> list[slice]:
@@ -106,17 +106,17 @@ as it takes. So no kernel is compiled anew for another mesh; 1,024 tetrahedra fi
 
 
 def connect(
-    nodes: np.ndarray, pressures: np.ndarray | None = None, data: np.ndarray | None = None, plate: bool = False
+    nodes: np.ndarray, hydrostatics: np.ndarray | None = None, data: np.ndarray | None = None, plate: bool = False
 ) -> Connectivity:
     """The connectivity of elements with `nodes` (E, a); padding is copies of the first element."""
     count = len(nodes)
     nothing = np.zeros((count, 0))
-    pressures = nothing.astype(int) if pressures is None else pressures
+    hydrostatics = nothing.astype(int) if hydrostatics is None else hydrostatics
     data = nothing if data is None else data
     chunk = next((size for size in CHUNKS if size >= count), CHUNKS[-1])
     extra = -count % chunk
     return Connectivity(
-        *(np.concatenate([rows, np.repeat(rows[:1], extra, axis=0)]) for rows in (nodes, pressures, data)),
+        *(np.concatenate([rows, np.repeat(rows[:1], extra, axis=0)]) for rows in (nodes, hydrostatics, data)),
         weight=np.concatenate([np.ones(count), np.zeros(extra)]),
         chunk=chunk,
         plate=plate,
@@ -144,13 +144,13 @@ class Term(NamedTuple):
 @partial(register_dataclass, data_fields=["parameters"], meta_fields=["energy_density"])
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four pressures."""
+    """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four hydrostatic unknowns."""
 
     energy_density: Energy
     parameters: Array
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        return tet_energies(local.X, local.u, corner_pressures(local), self.energy_density, self.parameters)
+        return tet_energies(local.X, local.u, corner_hydrostatics(local), self.energy_density, self.parameters)
 
 
 @partial(register_dataclass, data_fields=["density"], meta_fields=[])
@@ -183,6 +183,6 @@ class Plate:
         return (0.5 * jnp.sum(loads.spring * d**2) - jnp.sum(loads.wrench * d))[None]
 
 
-def corner_pressures(local: Local) -> Array:
+def corner_hydrostatics(local: Local) -> Array:
     """π at the corners of tetrahedra (E, 4); zero without mixed elements, whose energy asks for none."""
-    return local.pressure if local.pressure.shape[1] else jnp.zeros((local.X.shape[0], 4))
+    return local.hydrostatic if local.hydrostatic.shape[1] else jnp.zeros((local.X.shape[0], 4))

@@ -46,10 +46,10 @@ def residual_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
 
 
 def length(at: Configuration, change: np.ndarray) -> float:
-    """Norm of a change of the unknowns: in mm and rad, and for pressures in shear moduli."""
-    pressures = change[at.model.pressure_unknowns]
+    """Norm of a change of the unknowns: in mm and rad, and for hydrostatic unknowns in shear moduli."""
+    hydrostatics = change[at.model.hydrostatic_unknowns]
     stiffest = max(rubber.shear_modulus for rubber in at.model.rubbers.values())
-    squares = change @ change + (stiffest**-2 - 1.0) * (pressures @ pressures)
+    squares = change @ change + (stiffest**-2 - 1.0) * (hydrostatics @ hydrostatics)
     return float(np.sqrt(max(squares, 0.0)))
 
 

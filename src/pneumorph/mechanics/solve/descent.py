@@ -1,4 +1,4 @@
-"""Equilibrium as a minimum of the potential, for elements without a pressure of their own.
+"""Equilibrium as a minimum of the potential, for elements without hydrostatic unknowns.
 
 Newton with conjugate gradients on a reused factorisation, and a line search on the energy: descent of Π finds stable
 states only.

@@ -97,8 +97,8 @@ class Whole:
         if not self.half.mixed:
             return State(u, half.plate)
         regions = len(self.half.rubbers)
-        pressure = half.pressure.reshape(regions, -1)[:, self.image.source]
-        return State(u, half.plate, pressure.ravel())
+        hydrostatic = half.hydrostatic.reshape(regions, -1)[:, self.image.source]
+        return State(u, half.plate, hydrostatic.ravel())
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
         """Those of the whole body's tangent at a state of the half: 0 where it is stable against all motions."""

@@ -89,7 +89,7 @@ class Path:
 class _Place:
     """A point, where it is, and the path's tangent there: dx/ds (n,), of unit length in the displacements, and dλ/ds.
 
-    `across` is dx/ds without the pressures: what the distance along the path is measured with.
+    `across` is dx/ds without the hydrostatic unknowns: what the distance along the path is measured with.
     """
 
     point: PathPoint
@@ -231,9 +231,9 @@ def _conjugate_volume(at: Configuration, equilibrium: Equilibrium) -> float:
 
 
 def _moving(at: Configuration) -> np.ndarray:
-    """1 for the unknowns whose motion measures the way along the path, 0 for pressures and held ones."""
+    """1 for the unknowns whose motion measures the way along the path, 0 for hydrostatic and constrained ones."""
     moving = np.where(at.constrained, 0.0, 1.0)
-    moving[at.model.pressure_unknowns] = 0.0
+    moving[at.model.hydrostatic_unknowns] = 0.0
     return moving
 
 

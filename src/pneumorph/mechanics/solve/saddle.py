@@ -1,8 +1,8 @@
-"""Equilibrium as a stationary point, for mixed elements: a minimum in the displacements, a maximum in the pressures.
+"""Equilibrium of mixed elements: a saddle point of Π, minimal in the displacements and maximal in π.
 
 Newton's method with the affine-invariant monotonicity test (Deuflhard 2011, Newton Methods for Nonlinear Problems,
 algorithm NLEQ-ERR): a step is right when the next correction by the same factorisation is smaller. No energy is
-compared, and eliminating the pressures to get one would make the path to it as narrow as κ/μ is large. A correction
+compared, and eliminating π to get one would make the path to it as narrow as κ/μ is large. A correction
 that is much smaller is taken itself as the next step, without a new factorisation.
 """
 
@@ -126,13 +126,13 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
     """A stable state below an unstable one, at which the tangent is factorised; None where none was reached.
 
     A push along the softest motions, then steps of Newton's method on a tangent whose diagonal is raised just as much
-    as makes it stable: they follow the gradient flow of the potential with the pressures eliminated, and no motion
+    as makes it stable: they follow the gradient flow of the potential with π eliminated, and no motion
     that gains energy is slowed to less than a third more from step to step.
     """
     model = at.model
     reach = LARGEST_MOVE * float(np.linalg.norm(np.ptp(np.asarray(at.X)[: model.nodes], axis=0)))
     moving = np.where(at.constrained, 0.0, 1.0)
-    moving[model.pressure_unknowns] = 0.0
+    moving[model.hydrostatic_unknowns] = 0.0
     push = moving * np.random.default_rng(0).standard_normal(model.size)
     for _ in range(4):
         push = tangent.precondition(moving * push)
