@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.constraint import limits_of, report
+from pneumorph.constraint import certify, limits_of
 from pneumorph.geometry import starting_body
 from pneumorph.problem import BodySpec, Limits
 
@@ -51,7 +51,7 @@ def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
         sum(len(grid.q) * len(grid.r) for grid in limits.grids),
         milliseconds(lambda: jax.block_until_ready(value_and_gradient(points, pairs)), 30),
         milliseconds(lambda: limits.pairs(points), 3),
-        1e-3 * milliseconds(lambda: report(body, spec), 3),
+        1e-3 * milliseconds(lambda: certify(body, spec), 3),
     )
 
 

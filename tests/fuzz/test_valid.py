@@ -71,8 +71,8 @@ def promise_broken(result, steps, equilibria):
     if result.exit_code not in (0, 1):
         return f"a sound problem ended with exit status {result.exit_code}"
     if result.exit_code == 1:
-        told = result.stderr.startswith("pneumorph: ") and result.stderr.count("\n") == 1
-        return "" if told and "nan" not in result.stderr.lower() else "the failure is not told in one line"
+        reported = result.stderr.startswith("pneumorph: ") and result.stderr.count("\n") == 1
+        return "" if reported and "nan" not in result.stderr.lower() else "the failure is not told in one line"
     found = equilibria[-1]
     if not isinstance(found, Equilibrium) or not found.residual < 1e-8:
         return f"its state is no equilibrium (residual {getattr(found, 'residual', None)})"

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from tiny import tiny
 
 from pneumorph.analysis import analyse, discretise, fields_of, nodal_stretch
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.output import history, pictures, render, run_pictures
 from pneumorph.output.profile import radius_along_z
@@ -48,7 +48,7 @@ def history_entry(iteration, **changes):
 def finished(problem, body, tmp_path_factory):
     """A run of two designs that are alike."""
     run = create(tmp_path_factory.mktemp("finished"), problem)
-    space = design_space(problem, body)
+    space = build_design_space(problem, body)
     disc = discretise(problem, body)
     fields = fields_of(disc, analyse(problem, space, disc, space.start))
     for iteration in (0, 1):
@@ -124,9 +124,9 @@ def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monk
         )
     ):
         run = create(tmp_path / str(number), asked)
-        told = {"curve": 4, "turns": 2, "volume": 0}
+        answers = {"curve": 4, "turns": 2, "volume": 0}
         for iteration in (0, 1):
-            tasks = {task.name: answer(told[task.name], 0.4 - 0.3 * iteration) for task in asked.task}
+            tasks = {task.name: answer(answers[task.name], 0.4 - 0.3 * iteration) for task in asked.task}
             pressures = {name: {"A": 0.03} for name in tasks}
             run.record(history_entry(iteration, tasks=tasks), StoredDesign.of(body, pressures), one_element(), {})
         drawn = run_pictures(run)

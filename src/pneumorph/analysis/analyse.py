@@ -17,9 +17,9 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     State,
     Tangent,
-    configuration,
+    configure,
+    diagnose,
     displacement,
-    explained,
     guided_of,
     loads_of,
     mirror_of,
@@ -84,10 +84,10 @@ class Analysis:
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
     """Mesh a body, or the half of it that tells all, and make it ready for analysis."""
-    return discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
+    return build_discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
 
 
-def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
+def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
     """Make a mesh of the body with the given control points ready for analysis."""
     model = model_of(problem, morph.mesh)
     tangents = {task.name: Tangent(model) for task in problem.task}
@@ -118,11 +118,11 @@ def analyse(
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), guided_of(problem))
+        at = configure(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), guided_of(problem))
         start = starts[task.name] if starts else None
         found = solve(at, disc.tangents[task.name], start, tolerance)
         if explain and isinstance(found, NoEquilibrium):
-            found = explained(at, disc.tangents[task.name], found)
+            found = diagnose(at, disc.tangents[task.name], found)
         if isinstance(found, NoEquilibrium):
             return found
         configurations[task.name], equilibria[task.name] = at, found

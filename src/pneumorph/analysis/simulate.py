@@ -21,7 +21,7 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
     Whole,
-    configuration,
+    configure,
     guided_of,
     loads_of,
     mirror_of,
@@ -30,7 +30,7 @@ from pneumorph.mechanics import (
     whole_of,
 )
 from pneumorph.mesh import TetMesh, mesh_body
-from pneumorph.objective import features
+from pneumorph.objective import measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.components import COMPONENT_OF, component_of
 
@@ -93,14 +93,14 @@ class Simulation:
                 curves.append(Curve(task, leg.swept, []))
                 along = [{**own, **given} for given in leg.path]
                 loads = [loads_of(self.problem, self.model, each) for each in along]
-                path = [configuration(self.model, self.mesh.points, each, self.blocked) for each in loads]
+                path = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
                 for pressures, at, found in zip(along, path, sweep(path, tangent), strict=True):
                     step = _step(task, pressures, at, found, whole)
                     curves[-1].steps.append(step)
                     yield step
 
 
-def simulation(
+def prepare_simulation(
     problem: Problem,
     body: Body,
     pressures: Mapping[str, Mapping[str, float]],
@@ -148,7 +148,7 @@ def _step(
 ) -> SweepStep:
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
-    motion = features(at.model, at.X, found.state)
+    motion = measure_features(at.model, at.X, found.state)
     return SweepStep(
         task=task,
         pressures=pressures,

@@ -48,8 +48,8 @@ def study(source: Path, out: Path | None, cluster: str | None, workers: int | No
     except NoPicture as error:
         console.print(Text(f"the sheet could not be drawn: {error}"), soft_wrap=True)
     if failed:
-        told = "; ".join(f"{end.name}: {end.reason}" for end in failed)
-        raise ComputationError(f"{len(failed)} of {len(members)} members failed: {told}")
+        reasons = "; ".join(f"{end.name}: {end.reason}" for end in failed)
+        raise ComputationError(f"{len(failed)} of {len(members)} members failed: {reasons}")
 
 
 class Board:

@@ -179,7 +179,7 @@ class LimitReport:
         return not self.violated(slack)
 
 
-def report(body: Body, spec: LimitsSpec, slack: float = 1.0) -> LimitReport:
+def certify(body: Body, spec: LimitsSpec, slack: float = 1.0) -> LimitReport:
     """Certify a body against a problem's limits.
 
     Parameters

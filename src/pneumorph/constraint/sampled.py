@@ -45,7 +45,7 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """The limits of a problem on samples from which rows are chosen; make it with `sampled`.
+    """The limits of a problem on samples from which rows are chosen; make it with `sample_limits`.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Sampled:
         return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
 
 
-def sampled(body: Body, spec: LimitsSpec) -> Sampled:
+def sample_limits(body: Body, spec: LimitsSpec) -> Sampled:
     """Samples for a body, of which only what never changes in a run is taken: net shapes, starting sizes, length."""
     return Sampled(
         spec=spec,

@@ -7,12 +7,12 @@ from math import inf, sqrt
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
-from pneumorph.mechanics.solve.equilibrium import loads
+from pneumorph.mechanics.solve.equilibrium import build_loads
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
@@ -63,7 +63,7 @@ def model_of(problem: Problem, mesh: TetMesh) -> Model:
     solid = rubber_of(problem.material)
     mixed = problem.mesh.element == "mixed" or (problem.mesh.element == "auto" and asks_for_mixed(solid))
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
-    return model(mesh, solid, plate=plate, mixed=mixed, weight=weight)
+    return build_model(mesh, solid, plate=plate, mixed=mixed, weight=weight)
 
 
 def asks_for_mixed(rubber: Rubber) -> bool:
@@ -75,7 +75,7 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
     """The loads of a problem at the given chamber pressures (MPa)."""
     effector, gravity = problem.end_effector, problem.gravity
     spring = effector.spring
-    return loads(
+    return build_loads(
         model,
         pressures,
         acceleration=None if gravity is None else gravity.acceleration * np.asarray(gravity.direction),

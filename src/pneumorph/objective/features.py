@@ -109,7 +109,7 @@ def kind_of(model: Model) -> Kind:
     return Kind(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)))
 
 
-def features(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Features:
+def measure_features(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Features:
     """Features of a state on nodes X (N, 3).
 
     With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its

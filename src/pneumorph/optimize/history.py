@@ -35,7 +35,7 @@ class Clock:
 
 
 @dataclass(frozen=True)
-class Told:
+class StepRecord:
     """How a design was come by.
 
     Attributes
@@ -60,7 +60,7 @@ def history_entry(
     limits: LimitReport,
     optimality: float,
     clock: Clock,
-    told: Told,
+    record: StepRecord,
 ) -> HistoryEntry:
     """The history entry of a design; `optimality` is the part of the gradient that the limits leave."""
     seconds = clock.seconds()
@@ -74,11 +74,11 @@ def history_entry(
         held=limits.satisfied(),
         elements=disc.model.elements,
         dofs=disc.model.size,
-        factorisations=told.factorisations,
+        factorisations=record.factorisations,
         seconds=seconds,
         equivalents=seconds["total"] / unit,
-        step=told.step_mm,
-        ratio=told.ratio,
-        remeshed=told.remeshed,
-        evaluations=told.evaluations,
+        step=record.step_mm,
+        ratio=record.ratio,
+        remeshed=record.remeshed,
+        evaluations=record.evaluations,
     )

@@ -25,11 +25,11 @@ from pneumorph.analysis import (
     sag_of,
     stable,
 )
-from pneumorph.constraint import LimitReport, limits_of, report
-from pneumorph.constraint.sampled import Sampled, sampled
+from pneumorph.constraint import LimitReport, certify, limits_of
+from pneumorph.constraint.sampled import Sampled, sample_limits
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry.body import starting_body
-from pneumorph.geometry.design_space import DesignSpace, design_space
+from pneumorph.geometry.design_space import DesignSpace, build_design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import needs_remesh
 from pneumorph.mesh.quality import scaled_jacobian
@@ -45,12 +45,12 @@ from pneumorph.optimize.events import (
     Remeshed,
     Started,
 )
-from pneumorph.optimize.history import Clock, Told, history_entry
+from pneumorph.optimize.history import Clock, StepRecord, history_entry
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
-from pneumorph.optimize.smoothing import Smoothing, smoothing
+from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.step import Stepper
-from pneumorph.optimize.subproblem import sequential_quadratic
+from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
 
@@ -99,10 +99,10 @@ class _Loop:
     def __init__(self, problem: Problem):
         body = starting_body(problem.body)
         self.problem = problem
-        self.space: DesignSpace = design_space(problem, body)
-        self.smooth: Smoothing = smoothing(self.space)
-        self.limits: Sampled = sampled(body, problem.limits)
-        self.stepper: Stepper = sequential_quadratic(self.space, self.smooth, self.limits)
+        self.space: DesignSpace = build_design_space(problem, body)
+        self.smooth: Smoothing = build_smoothing(self.space)
+        self.limits: Sampled = sample_limits(body, problem.limits)
+        self.stepper: Stepper = build_sequential_quadratic(self.space, self.smooth, self.limits)
         if problem.optimizer.method == "dfp":
             reference = problem.optimizer.step
             all_samples = limits_of(body, problem.limits, reach=2.5 * LARGEST * reference)
@@ -136,13 +136,13 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     iterations = problem.optimizer.iterations
     yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.mirror)
     if state is None:
-        yield _accepted(loop, now, clock, Told(now.disc.factorisations, False))
+        yield _accepted(loop, now, clock, StepRecord(now.disc.factorisations, False))
     reason = "the number of designs that was asked for is reached"
     while now.iteration < iterations:
         if now.optimality <= OPTIMAL:
             reason = f"the design is optimal: its limits leave {100 * now.optimality:.1f} % of the objective's gradient"
             break
-        if _settled(now.values):
+        if _stalled(now.values):
             reason = f"{PATIENCE} designs together improved the objective by less than {100 * PROGRESS:g} %"
             break
         following = yield from _next(loop, now)
@@ -177,7 +177,7 @@ def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
 def _start(loop: _Loop) -> tuple[Within, BroughtWithin | None]:
     """The starting design, moved where it breaks a limit."""
     asked = loop.space.start
-    before = report(loop.space.body(asked), loop.problem.limits)
+    before = certify(loop.space.body(asked), loop.problem.limits)
     if before.satisfied():
         return Within(asked, before), None
     start = loop.within(asked)
@@ -199,7 +199,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         int(state["iteration"]),
         analysis,
         disc,
-        report(loop.space.body(analysis.phi), loop.problem.limits),
+        certify(loop.space.body(analysis.phi), loop.problem.limits),
         Clock(),
         loop.stepper.unpack(state),
         unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
@@ -285,8 +285,8 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             min(radius, LARGEST),
             now.values,
         )
-        told = Told(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
-        yield _accepted(loop, following, clock, told)
+        record = StepRecord(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
+        yield _accepted(loop, following, clock, record)
         return following
     if not gained:
         return "no step within the limits improves the design"
@@ -353,14 +353,14 @@ def _quality(disc: Discretisation, points: np.ndarray) -> float:
     return float(scaled_jacobian(disc.morph.positions(points), disc.morph.mesh.tets).min())
 
 
-def _settled(values: tuple[float, ...]) -> bool:
+def _stalled(values: tuple[float, ...]) -> bool:
     if len(values) <= PATIENCE:
         return False
     return values[-1 - PATIENCE] - values[-1] < PROGRESS * abs(values[-1])
 
 
-def _accepted(loop: _Loop, now: _Standing, clock: Clock, told: Told) -> DesignAccepted:
-    entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, told)
+def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> DesignAccepted:
+    entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, record)
     # What weight alone does is shown of the first and of the last design.
     sag = sag_of(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
     state = {

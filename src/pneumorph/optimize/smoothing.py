@@ -52,7 +52,7 @@ class Smoothing:
         return out
 
 
-def smoothing(space: DesignSpace, strength: float = STRENGTH) -> Smoothing:
+def build_smoothing(space: DesignSpace, strength: float = STRENGTH) -> Smoothing:
     """The smoothing of a design space; `strength` is α."""
     shapes = [surface.net.shape for surface in space.reference.surfaces]
     entries = np.asarray(space.L.power(2).sum(axis=0)).ravel()

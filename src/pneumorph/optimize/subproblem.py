@@ -149,7 +149,7 @@ class _Program:
         return tightened(whole, partial(bound, self.smooth, self.jacobian, self.transposed, factors))
 
 
-def sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: Sampled) -> SequentialQuadratic:
+def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: Sampled) -> SequentialQuadratic:
     """A stepper that knows no prices yet."""
     return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), int(limits.first[-1]))))
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint import LimitReport, report
+from pneumorph.constraint import LimitReport, certify
 from pneumorph.constraint.report import Pairs, Points, joined
 from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, Sampled
@@ -66,7 +66,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
     """
     margins, places, pairs = MARGIN * TOLERANCES, None, None
     phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
-    found = report(space.body(phi), limits.spec)
+    found = certify(space.body(phi), limits.spec)
     for attempt in range(1, CERTIFICATES):
         if found.satisfied():
             break
@@ -80,7 +80,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
-        found = report(space.body(phi), limits.spec)
+        found = certify(space.body(phi), limits.spec)
     return Within(phi, found) if found.satisfied() else found
 
 

@@ -101,7 +101,7 @@ class SuperLU:
         return self._factor.solve(rhs)
 
 
-def factorisation(indptr: np.ndarray, indices: np.ndarray) -> Factorisation:
+def build_factorisation(indptr: np.ndarray, indices: np.ndarray) -> Factorisation:
     """The best factorisation this machine has, for an upper triangle in CSR form."""
     try:
         return Pardiso(indptr, indices)

@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 from pneumorph.mechanics.assembly import element
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
-from pneumorph.mechanics.assembly.sparsity import Places, Sparsity, places_of, sparsity, touching
+from pneumorph.mechanics.assembly.sparsity import Places, Sparsity, build_sparsity, places_of, touching
 from pneumorph.mechanics.assembly.terms import Connectivity, Plate, Pressure, Solid, Term, Weight, connect
 from pneumorph.mechanics.assembly.tip import Tip
 from pneumorph.mechanics.material.rubber import Rubber
@@ -141,7 +141,7 @@ class Model:
         return np.concatenate([state.u[self.off_tip].ravel(), state.hydrostatic[self.sparsity.corners], state.plate])
 
 
-def model(
+def build_model(
     mesh: TetMesh,
     rubber: Rubber | Mapping[str, Rubber],
     plate: bool = True,
@@ -235,7 +235,7 @@ def _assembled(
     """What of a model follows from its terms."""
     terms = tuple(terms)
     groups = grouped(terms)
-    common = sparsity([group.connectivity for group in groups], on_tip, hydrostatics)
+    common = build_sparsity([group.connectivity for group in groups], on_tip, hydrostatics)
     still = _odd(mirror) if plate else np.ones(6, bool)
     fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), still])
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))

@@ -76,7 +76,7 @@ class Places:
     compression: np.ndarray
 
 
-def sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, hydrostatics: int) -> Sparsity:
+def build_sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, hydrostatics: int) -> Sparsity:
     """The sparsity of terms of all these connectivities.
 
     Parameters

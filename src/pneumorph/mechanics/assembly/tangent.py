@@ -14,7 +14,7 @@ import numpy as np
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.linear import factorisation
+from pneumorph.mechanics.assembly.linear import build_factorisation
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.terms import Loads
 
@@ -64,7 +64,7 @@ class Tangent:
 
     def __init__(self, model: Model):
         self._model = model
-        self._factor = factorisation(model.sparsity.indptr, model.sparsity.indices)
+        self._factor = build_factorisation(model.sparsity.indptr, model.sparsity.indices)
         self.origin: Origin | None = None
         self.factorisations = 0
         self.solves = 0

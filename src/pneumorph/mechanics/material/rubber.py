@@ -79,6 +79,6 @@ def _initial_shear_modulus(isochoric: Energy, parameters: tuple[float, ...]) -> 
     return float(jax.grad(jax.grad(lambda amount: isochoric(jnp.eye(3) + amount * shear, given)))(0.0))
 
 
-def rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
+def neo_hookean_rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
     """The neo-Hookean rubber of the given moduli (MPa) and density (t/mm³)."""
     return Rubber(neo_hookean, (shear_modulus, bulk_modulus), density)

@@ -108,8 +108,8 @@ def _line_search(at: Configuration, vector, energy, residual, direction, scale):
         if np.isfinite(value) and np.isfinite(gradient).all():
             gradient = supported(at, gradient)
             enough = value <= energy + 1e-4 * step * slope
-            settled = value <= energy + rounding and np.linalg.norm(gradient) < np.linalg.norm(residual)
-            if enough or settled:
+            converged = value <= energy + rounding and np.linalg.norm(gradient) < np.linalg.norm(residual)
+            if enough or converged:
                 return trial, value, gradient
         step *= 0.5
     return None

@@ -22,7 +22,7 @@ from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.solve.balance import applied_force, evaluate, largest_stretch, scaled
 from pneumorph.mechanics.solve.descent import minimise
-from pneumorph.mechanics.solve.saddle import settle
+from pneumorph.mechanics.solve.saddle import find_stable
 
 TOLERANCE = 1e-9
 """Residual norm over the norm of the applied forces at which a state counts as an equilibrium."""
@@ -82,14 +82,14 @@ class NoEquilibrium:
     last: Equilibrium | None
 
 
-def configuration(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
+def configure(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
     """Nodes X (N, 3) mm, loads, and blocked plate components (6,) bool, ready for the solver."""
     return Configuration(
         model, np.asarray(X, dtype=float), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
     )
 
 
-def loads(
+def build_loads(
     model: Model,
     pressures: dict[str, float],
     acceleration: np.ndarray | None = None,
@@ -144,7 +144,7 @@ def solve(
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """A stable state near a prediction and its relative residual, or the reason why none was found."""
-    return (settle if at.model.mixed else minimise)(at, tangent, start, tolerance)
+    return (find_stable if at.model.mixed else minimise)(at, tangent, start, tolerance)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
@@ -175,9 +175,9 @@ def _raise(
         part = whole if fraction == 1.0 else replace(whole, loads=_between(earlier, whole.loads, fraction))
         start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
         # Cold, Newton's own test needs fewer factorisations than descent, and fails sooner where there is nothing.
-        found = settle(part, tangent, start, tolerance)
+        found = find_stable(part, tangent, start, tolerance)
         if isinstance(found, str) and last is not None:
-            found = settle(part, tangent, state, tolerance)
+            found = find_stable(part, tangent, state, tolerance)
         if isinstance(found, str) and step < SMALLEST_FRACTION and not part.model.mixed:
             found = minimise(part, tangent, state, tolerance)
         if isinstance(found, str):

@@ -13,7 +13,7 @@ from math import nan
 import numpy as np
 
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfolded
@@ -111,5 +111,5 @@ def whole_of(half: Model, mesh: TetMesh) -> Whole:
     image = unfolded(mesh)
     rubber = half.rubber if len(half.rubbers) == 1 else half.rubbers
     weight = any(isinstance(term.energy, Weight) for term in half.terms)
-    body = model(image.mesh, rubber, half.plate, mixed=half.mixed, weight=weight)
+    body = build_model(image.mesh, rubber, half.plate, mixed=half.mixed, weight=weight)
     return Whole(half, image, body, Tangent(body))

@@ -162,7 +162,7 @@ def follow(
     return Path(tuple(place.point for place in places), tuple(limits), reason)
 
 
-def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equilibrium | NoEquilibrium:
+def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equilibrium | NoEquilibrium:
     """Why there is no stable state: the limit of the pressures that path following finds, told in a sentence.
 
     Where the path leads to a stable state at the full pressures after all, that one.

@@ -43,7 +43,7 @@ LARGEST_MOVE = 0.02
 """Largest displacement in one step on the way down from an unstable state, in lengths of the body."""
 
 
-def settle(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+def find_stable(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """The stable state near `start` with its relative residual, or the reason why none was found.
 
     Where Newton's method ends in an unstable state, the way goes on downhill; where that leads nowhere, the unstable

@@ -11,7 +11,7 @@ from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, solve
-from pneumorph.mechanics.solve.path import explained
+from pneumorph.mechanics.solve.path import diagnose
 
 
 def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibrium | NoEquilibrium]:
@@ -34,7 +34,7 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
             continue
         found = solve(at, tangent, _start(walked, at.loads), since=walked[-1] if walked else None)
         if isinstance(found, NoEquilibrium):
-            found = explained(at, tangent, found)
+            found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
