@@ -132,7 +132,7 @@ def test_an_objective_without_value_or_derivative_is_an_error(case):
     def judged_by(value):
         return replace(disc, objectives=disc.objectives | {"reach": Objective(value)})
 
-    with pytest.raises(ComputationError, match="the objective of task reach is nan here; mend its function"):
+    with pytest.raises(ComputationError, match="the objective of task reach is nan here; fix its function"):
         solved(problem, space, judged_by(lambda f: jnp.log(-1.0 - f.volume["A"])), phi, at)
     root = judged_by(lambda f: jnp.linalg.norm(0.0 * f.translation))
     with pytest.raises(ComputationError, match="the objective of task reach has no derivative here"):

@@ -15,11 +15,11 @@ from pneumorph.analysis import analyse, discretise, fields_of, nodal_stretch
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.output import history, pictures, render, run_pictures
+from pneumorph.output.format import format_duration, format_pressures, motion_of
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
 from pneumorph.output.shape import achieved_course, target_course
 from pneumorph.output.view import Job, Shape, View
-from pneumorph.output.words import duration, motion_of, pressures
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create
 
@@ -98,8 +98,8 @@ def task_text(name, objective, pressure="60 kPa"):
 
 def arm(*tasks):
     """The tiny problem with other tasks."""
-    head, foot = tiny().split("[[task]]")[0], tiny()[tiny().index("[mesh]") :]
-    return loads(head + "".join(tasks) + foot)
+    head, tail = tiny().split("[[task]]")[0], tiny()[tiny().index("[mesh]") :]
+    return loads(head + "".join(tasks) + tail)
 
 
 def answer(sections, error, turn=0.0):
@@ -205,7 +205,7 @@ def test_the_profile_of_a_tube(body):
 def test_words(problem):
     motion = motion_of(problem.task[0], task_result(rotation=(0.0, -np.pi / 6, 0.0)))
     assert str(motion) == "30.00°" and motion.word == "−bending about y"
-    assert pressures({"A": 0.06}) == "60 kPa"
-    assert pressures({"A": 0.06, "B": 0.0}) == "A 60, B 0 kPa"
-    assert [duration(s) for s in (5.2, 185, 3720)] == ["5 s", "3:05 min", "1:02 h"]
+    assert format_pressures({"A": 0.06}) == "60 kPa"
+    assert format_pressures({"A": 0.06, "B": 0.0}) == "A 60, B 0 kPa"
+    assert [format_duration(s) for s in (5.2, 185, 3720)] == ["5 s", "3:05 min", "1:02 h"]
     json.dumps(motion)

@@ -13,7 +13,7 @@ from pneumorph import units
 from pneumorph.errors import ProblemError
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
-_MEND = "write A=60kPa to hold it or A=0:60:5kPa to sweep it"
+_FIX = "write A=60kPa to hold it or A=0:60:5kPa to sweep it"
 MOST_STEPS = 10_000
 
 
@@ -56,7 +56,7 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
             swept[name] = values
     if one_by_one:
         if not swept:
-            raise ProblemError(f"one by one: no chamber is swept; {_MEND}")
+            raise ProblemError(f"one by one: no chamber is swept; {_FIX}")
         waiting = constant | {name: float(values[0]) for name, values in swept.items()}
         return [Leg((name,), [waiting | {name: float(value)} for value in values]) for name, values in swept.items()]
     lengths = {name: len(values) for name, values in swept.items()}
@@ -76,7 +76,7 @@ def _read(name: str, asked: Any) -> np.ndarray:
     text = units.text_of(asked)
     match = _SHAPE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise ProblemError(f"pressure {name}={asked}: is not a chamber with its pressure; {_MEND}")
+        raise ProblemError(f"pressure {name}={asked}: is not a chamber with its pressure; {_FIX}")
     numbers, unit = match.groups()
     try:
         values = [units.parse(f"{number} {unit or ''}", units.PRESSURE) for number in numbers.split(":")]
@@ -86,7 +86,7 @@ def _read(name: str, asked: Any) -> np.ndarray:
         return np.array(values)
     start, stop, step = values
     if step == 0 or (stop - start) / step < 0:
-        raise ProblemError(f"pressure {name}={asked}: steps of this size do not lead from start to stop; {_MEND}")
+        raise ProblemError(f"pressure {name}={asked}: steps of this size do not lead from start to stop; {_FIX}")
     count = (stop - start) / step
     if count > MOST_STEPS:
         raise ProblemError(f"pressure {name}={asked}: has more than {MOST_STEPS} steps; take larger ones")

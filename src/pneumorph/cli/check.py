@@ -14,8 +14,7 @@ from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.output.words import analysed, motion_of
-from pneumorph.output.words import pressures as in_words
+from pneumorph.output.format import format_pressures, mirror_note, motion_of
 from pneumorph.problem import load
 
 
@@ -38,7 +37,7 @@ def check(problem: Path) -> None:
     found = answers(at.disc, at.analysis)
     for task in asked.task:
         motion = motion_of(task, found[task.name])
-        say(f"task      {task.name}: {motion.word} {motion} at {in_words(at.analysis.pressures[task.name])}")
+        say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
     limits = certify(design.body, asked.limits)
     for reading in limits.readings:
         # Sure for every point of the surfaces, and what the worst point that was seen has.
@@ -74,7 +73,7 @@ def _description(at: Probe) -> list[str]:
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} of the shape, {free} of the pressures",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
-        + analysed(model.mirror),
+        + mirror_note(model.mirror),
         f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
         f"bulk modulus {rubber['bulk_modulus']}, {reach}",
         f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",

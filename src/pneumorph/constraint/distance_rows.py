@@ -60,7 +60,7 @@ def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple
     """Distances from one surface to another, both with their end discs where they are chambers."""
     (a, here), (b, there) = asking, asked
     bound = limits.spec.wall + reach
-    # The nearest sample is farther than the foot, by less than a cell's diagonal.
+    # The nearest sample is farther than the closest point, by less than a cell's diagonal.
     within, near = nearest(here.x, there, bound + 0.5 * float(np.hypot(there.across, there.grid.step[1])))
     some = np.flatnonzero(within)
     distance, _, offset = there.closest(here.x[some], near[some])
@@ -77,18 +77,18 @@ def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple
 
 
 def _closest_nearby(here: Target, some: Ints, there: Target, near: Ints, offset: Floats) -> tuple[Floats, Floats]:
-    """Offsets (m, 2) of places around samples, and of their feet: surfaces come closest between samples."""
+    """Offsets (m, 2) of places around samples and of the points closest to them: surfaces are nearest between samples."""
     row = some // here.columns
     best = np.linalg.norm(here.x[some] - _expanded(there, near, offset), axis=1)
-    aside, foot = np.zeros((len(some), 2)), offset.copy()
+    aside, closest = np.zeros((len(some), 2)), offset.copy()
     for across in NEARBY:
         for along in NEARBY:
             step = np.where(along < 0, here.behind[row], here.ahead[row])
             away = np.stack([np.full(len(some), across * here.across), along * step], axis=1)
             distance, _, place = there.closest(_expanded(here, some, away), near)
             closer = distance < best - 10.0**-DIGITS
-            best[closer], aside[closer], foot[closer] = distance[closer], away[closer], place[closer]
-    return aside, foot
+            best[closer], aside[closer], closest[closer] = distance[closer], away[closer], place[closer]
+    return aside, closest
 
 
 def _expanded(surface: Target, sample: Ints, offset: Floats) -> Floats:
@@ -137,7 +137,7 @@ def _between(
     bound: float,
     outward: Floats | None = None,
 ) -> Part:
-    """Rows of distances between places, which at feet depend on the surfaces alone and not on where the feet are.
+    """Rows of distances between places; at closest points these do not change with the offsets, to first order.
 
     With normals of the other surface into its void, a place that has passed through it has a negative distance.
     """

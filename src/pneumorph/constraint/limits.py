@@ -17,7 +17,7 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
-from pneumorph.constraint.distance import Feet, distances, fold_feet, joined, target, wall_feet
+from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, target, wall_closest
 from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures
 from pneumorph.constraint.table import TABLE
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 class Pairs(NamedTuple):
     """Who is near whom at the control points `found_at` (n_points, 3); arrays of fixed shapes."""
 
-    wall: Feet
-    fold: Feet
+    wall: ClosestPoints
+    fold: ClosestPoints
     found_at: NDArray[np.float64]
 
 
@@ -130,13 +130,15 @@ class Limits:
         return Pairs(
             wall=joined(
                 [
-                    wall_feet(targets[a].x, targets[b], self.wall + self.reach, self._first[b])
+                    wall_closest(targets[a].x, targets[b], self.wall + self.reach, self._first[b])
                     for a, b in self._neighbours
                 ]
             ),
             fold=joined(
                 [
-                    fold_feet(target(field, grid, discs=False), self.neighbourhood, self.fold + self.reach, tube.start)
+                    fold_closest(
+                        target(field, grid, discs=False), self.neighbourhood, self.fold + self.reach, tube.start
+                    )
                     for field, grid, tube in zip(fields, self.grids, self._tubes, strict=True)
                 ]
             ),

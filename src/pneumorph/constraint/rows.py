@@ -66,7 +66,7 @@ def linearised(
         Measures of the shape with c above this give a row.
     places : {name: Points}, optional
         Of measures of shape, rows of their own: those of the linearisation before. Where the worst place of a cell
-        alone is kept, motions that mend it spoil its neighbours by turns.
+        alone is kept, motions that fix it spoil its neighbours by turns.
     pairs : {name: Pairs}, optional
         Pairs of places, "wall" and "fold", where a certificate has found them too close: rows of their own.
     """

@@ -93,7 +93,7 @@ def worst_samples(
     """Row, column and cell of the worst samples of each cell, of values (rows, columns) above `least`."""
     row, column = np.nonzero(c > least)
     cell = np.minimum(row // per_span[1], spans[1] - 1) * spans[0] + column // per_span[0]
-    # Of both halves along r: where one alone is kept, motions that mend it spoil the other by turns.
+    # Of both halves along r: where one alone is kept, motions that fix it spoil the other by turns.
     half = 2 * cell + 2 * row // per_span[1] % 2
     pick = worst_of_cells(c[row, column], half)
     return row[pick], column[pick], cell[pick]

@@ -12,7 +12,7 @@ import pneumorph
 from pneumorph.analysis import HistoryEntry, Motion, RunResult
 from pneumorph.errors import ComputationError
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
-from pneumorph.output.words import motion_of
+from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem
 from pneumorph.run import RunDirectory, StoredDesign
 

@@ -27,7 +27,7 @@ class Started:
 
 @dataclass(frozen=True)
 class BroughtWithin:
-    """The start broke the limits that `broken` tells in sentences; moving its points by up to `moved_mm` mended it."""
+    """The start broke limits, `broken` has a sentence for each; its points were moved by up to `moved_mm` to keep them."""
 
     broken: tuple[str, ...]
     moved_mm: float

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.constraint.table import in_history
-from pneumorph.output.words import motion_of
+from pneumorph.output.format import motion_of
 from pneumorph.problem import Custom, Limits, Maximize, Problem
 
 PHASES = {

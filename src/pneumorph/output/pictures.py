@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 
 from pneumorph.analysis import Fields, TaskResult
 from pneumorph.output.bodies import bodies_figure
+from pneumorph.output.format import format_pressures, motion_of
 from pneumorph.output.history import History, draw_history
 from pneumorph.output.pressures import draw_pressures, has_free_pressures
 from pneumorph.output.profile import draw_profile
 from pneumorph.output.render import NoPicture
 from pneumorph.output.shape import draw_shape
 from pneumorph.output.view import Shape, View
-from pneumorph.output.words import motion_of, pressures
 from pneumorph.problem import MatchCurve, MatchSections, Maximize, Objective, Problem, Reach
 from pneumorph.run import RunDirectory
 
@@ -132,7 +132,7 @@ def _shapes(problem: Problem, half: Fields, results: Mapping[str, TaskResult]) -
     for task in problem.task:
         found = results[task.name]
         motion = motion_of(task, found)
-        words = f"{pressures(found.pressures)}: {motion.word} {motion}"
+        words = f"{format_pressures(found.pressures)}: {motion.word} {motion}"
         if len(problem.task) > 1:
             words = f"{task.name}, {words}"
         shapes[words] = Shape(mesh, fields.u[task.name], fields.stretch[task.name])

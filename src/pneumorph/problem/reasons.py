@@ -1,4 +1,4 @@
-"""From what validation found to one readable line: the key, what is wrong, the mend."""
+"""From what validation found to one readable line: the key, what is wrong, how to fix it."""
 
 import json
 import re

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from pneumorph.output.format import motion_of
 from pneumorph.output.sheet import Tile, draw_sheet
-from pneumorph.output.words import motion_of
 from pneumorph.run import atomic, open_run
 from pneumorph.study.file import Member, Study
 

@@ -52,14 +52,14 @@ def _motion(asked: Maximize, found: TaskResult) -> Motion:
     return Motion(sign * float(np.degrees(found.rotation[axis])), "°", word)
 
 
-def pressures(by_chamber: Mapping[str, float]) -> str:
+def format_pressures(by_chamber: Mapping[str, float]) -> str:
     """Chamber pressures in MPa as "60 kPa" or "A 60, B 0 kPa"."""
     if len(by_chamber) == 1:
         return f"{1e3 * next(iter(by_chamber.values())):.3g} kPa"
     return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in by_chamber.items()) + " kPa"
 
 
-def validity(rubber: Rubber, max_stretch: float) -> str:
+def validity_warning(rubber: Rubber, max_stretch: float) -> str:
     """A sentence where a stretch is beyond what the rubber's parameters hold for; else nothing."""
     if not rubber.beyond(max_stretch):
         return ""
@@ -69,7 +69,7 @@ def validity(rubber: Rubber, max_stretch: float) -> str:
     )
 
 
-def duration(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Seconds as "48 s", "3:05 min" or "1:02 h"."""
     whole = round(seconds)
     if whole < 60:
@@ -79,6 +79,6 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
 
 
-def analysed(mirror: str | None) -> str:
+def mirror_note(mirror: str | None) -> str:
     """What is to be said beside the size of a model about half the body that it is; nothing for a whole one."""
     return "" if mirror is None else f", half the body on one side of the plane {mirror}"
