@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.constraint import certify, limits_of
+from pneumorph.constraint import build_limit_functions, certify
 from pneumorph.constraint.sampled import sample_limits
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
@@ -39,7 +39,7 @@ def main() -> None:
         wave = np.cos(2 * np.pi * (points[:, 2] - 40) / 10)[:, None] * points * np.array([1.0, 1.0, 0.0])
         slope = -space.pullback(wave)
         proxy = Proxy(slope, np.zeros((0, space.n)))
-        every = limits_of(body, problem.limits, reach=1.0)
+        every = build_limit_functions(body, problem.limits, reach=1.0)
         for name, stepper in (
             ("sqp", build_sequential_quadratic(space, smooth, limits)),
             ("dfp", PaperStepper(space, every, RADIUS, FIRST_ITERATIONS, np.zeros(0))),

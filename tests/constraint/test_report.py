@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from pneumorph.constraint import certify, limits_of
+from pneumorph.constraint import build_limit_functions, certify
 from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry import cap_points
 
@@ -103,7 +103,7 @@ def test_crumpled_nets_end_in_finite_numbers(make_body, table, scale):
 def test_certificate_agrees_with_what_the_optimiser_holds(make_body, table, waved, wave):
     body = make_body(length=30.0, chambers=((5.5, (0.0, 0.0), (3.0, 27.0), "flat"),))
     points = waved(body, 1, wave=wave, noise=0.1)
-    limits = limits_of(body, table())
+    limits = build_limit_functions(body, table())
     coarse = limits.values(points, limits.pairs(points))
     fine = certify(body.with_control_points(points), table())
     walls = 2.0 * (1.0 - max(float(coarse["wall"].max()), float(coarse["ends"].max())))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from pneumorph.constraint import certify, limits_of
+from pneumorph.constraint import build_limit_functions, certify
 from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, sample_limits
 from pneumorph.geometry.body import starting_body
@@ -127,7 +127,7 @@ def test_a_step_gains_and_stays_in_the_trust_region(stage, paper):
     problem, body, space, smooth = stage
     stepper = build_sequential_quadratic(space, smooth, sample_limits(body, problem.limits))
     if paper:
-        every = limits_of(body, problem.limits, reach=1.0)
+        every = build_limit_functions(body, problem.limits, reach=1.0)
         stepper = PaperStepper(space, every, 0.2, FIRST_ITERATIONS, np.zeros(0))
     outward = body.control_points() * np.array([1.0, 1.0, 0.0])
     slope = -space.pullback(outward, {"extend": {"A": 1.0}})

@@ -24,7 +24,7 @@ from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits as LimitsSpec
+    from pneumorph.problem import Limits
 
 
 class Pairs(NamedTuple):
@@ -36,8 +36,8 @@ class Pairs(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Limits:
-    """The limits of a problem on fixed samples of a body's surfaces; make it with `limits_of`.
+class LimitFunctions:
+    """The limits of a problem on fixed samples of a body's surfaces; make it with `build_limit_functions`.
 
     Attributes
     ----------
@@ -215,7 +215,9 @@ class Limits:
         return jnp.concatenate(parts)
 
 
-def limits_of(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (4, 8), reach: float = 0.5) -> Limits:
+def build_limit_functions(
+    body: Body, spec: Limits, per_span: tuple[int, int] = (4, 8), reach: float = 0.5
+) -> LimitFunctions:
     """The limits of a problem on samples of a body.
 
     Parameters
@@ -228,9 +230,9 @@ def limits_of(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (4, 8), 
         Samples to each knot span in q and in r. Curvature peaks on the knots, stretch anywhere: where a bellows folds,
         one span of r turns by more than a right angle, and four samples to it miss a quarter of h₃.
     reach : float
-        See `Limits`.
+        See `LimitFunctions`.
     """
-    return Limits(
+    return LimitFunctions(
         grids=tuple(grid(surface, per_span) for surface in body.surfaces),
         slices=body.slices,
         length=float(body.exterior.net[-1, 0, 2]),

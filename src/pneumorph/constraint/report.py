@@ -22,7 +22,7 @@ from pneumorph.constraint.table import BY_NAME, TABLE, Limit
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits as LimitsSpec
+    from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -179,7 +179,7 @@ class LimitReport:
         return not self.violated(slack)
 
 
-def certify(body: Body, spec: LimitsSpec, slack: float = 1.0) -> LimitReport:
+def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
     """Certify a body against a problem's limits.
 
     Parameters

@@ -27,7 +27,7 @@ class Started:
 
 @dataclass(frozen=True)
 class BroughtWithin:
-    """The start broke limits, `broken` has a sentence for each; its points were moved by up to `moved_mm` to keep them."""
+    """The start broke the limits in `broken`, one sentence each; moving its points by up to `moved_mm` repaired that."""
 
     broken: tuple[str, ...]
     moved_mm: float

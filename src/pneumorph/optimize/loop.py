@@ -25,8 +25,8 @@ from pneumorph.analysis import (
     sag_of,
     stable,
 )
-from pneumorph.constraint import LimitReport, certify, limits_of
-from pneumorph.constraint.sampled import Sampled, sample_limits
+from pneumorph.constraint import LimitReport, build_limit_functions, certify
+from pneumorph.constraint.sampled import LimitSamples, sample_limits
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, build_design_space
@@ -101,11 +101,11 @@ class _Loop:
         self.problem = problem
         self.space: DesignSpace = build_design_space(problem, body)
         self.smooth: Smoothing = build_smoothing(self.space)
-        self.limits: Sampled = sample_limits(body, problem.limits)
+        self.limits: LimitSamples = sample_limits(body, problem.limits)
         self.stepper: Stepper = build_sequential_quadratic(self.space, self.smooth, self.limits)
         if problem.optimizer.method == "dfp":
             reference = problem.optimizer.step
-            all_samples = limits_of(body, problem.limits, reach=2.5 * LARGEST * reference)
+            all_samples = build_limit_functions(body, problem.limits, reach=2.5 * LARGEST * reference)
             self.stepper = PaperStepper(self.space, all_samples, reference, FIRST_ITERATIONS, np.zeros(0))
 
     def within(self, phi: np.ndarray) -> Within | LimitReport:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import Sampled
+from pneumorph.constraint.sampled import LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.within import least_motion, limits_by_variables
@@ -14,7 +14,9 @@ ACTIVE = 0.01
 """Limits this close to their bounds, as fractions of them, resist."""
 
 
-def optimality(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray, slope: np.ndarray) -> float:
+def optimality(
+    space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray, slope: np.ndarray
+) -> float:
     """‖Sᵀ(∂J/∂Φ + Jᵀλ)‖₁ over ‖Sᵀ ∂J/∂Φ‖₁ for the multipliers λ ≥ 0 of the active limits that resist most.
 
     The projected gradient in the metric of smooth steps: 0 where the Karush–Kuhn–Tucker conditions hold, 1 where no

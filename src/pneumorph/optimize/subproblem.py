@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import KINDS, Sampled
+from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import Map, minimise, tightened
 from pneumorph.optimize.proxy import Proxy
@@ -57,7 +57,7 @@ class SequentialQuadratic:
 
     space: DesignSpace
     smooth: Smoothing
-    limits: Sampled
+    limits: LimitSamples
     prices: np.ndarray
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float) -> Step:
@@ -149,7 +149,7 @@ class _Program:
         return tightened(whole, partial(bound, self.smooth, self.jacobian, self.transposed, factors))
 
 
-def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: Sampled) -> SequentialQuadratic:
+def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: LimitSamples) -> SequentialQuadratic:
     """A stepper that knows no prices yet."""
     return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), int(limits.first[-1]))))
 

@@ -16,7 +16,7 @@ from scipy import sparse
 from pneumorph.constraint import LimitReport, certify
 from pneumorph.constraint.report import Pairs, Points, joined
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import KINDS, Sampled
+from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import minimise, tightened
@@ -58,7 +58,7 @@ class Within:
     report: LimitReport
 
 
-def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray) -> Within | LimitReport:
+def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray) -> Within | LimitReport:
     """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else what is left broken.
 
     Places between samples where a certificate finds a limit broken become samples, and margins grow where that is not
@@ -87,7 +87,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarr
 def _projected(
     space: DesignSpace,
     smooth: Smoothing,
-    limits: Sampled,
+    limits: LimitSamples,
     phi: np.ndarray,
     margins: np.ndarray,
     places: Mapping[str, Points] | None,

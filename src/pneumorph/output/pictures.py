@@ -18,7 +18,7 @@ from pneumorph.output.profile import draw_profile
 from pneumorph.output.render import NoPicture
 from pneumorph.output.shape import draw_shape
 from pneumorph.output.view import Shape, View
-from pneumorph.problem import MatchCurve, MatchSections, Maximize, Objective, Problem, Reach
+from pneumorph.problem import MatchCurve, MatchSections, Maximize, ObjectiveSpec, Problem, Reach
 from pneumorph.run import RunDirectory
 
 NO_FIELDS = "its displacements are not stored, as in runs of earlier versions"
@@ -156,7 +156,7 @@ def _offset(problem: Problem, normal: np.ndarray) -> float:
     return -min(abs(place) for place, _ in places)
 
 
-def _axis(objective: Objective) -> np.ndarray:
+def _axis(objective: ObjectiveSpec) -> np.ndarray:
     """How much a task bends about x, y and z, in parts of all it does."""
     match objective:
         case Maximize(component=component):
