@@ -6,7 +6,7 @@
 Problems 0 to COUNT-1 of SEED (`random_problems.py`) are designed by the command `pneumorph design`, each in a process
 of its own and in a directory of its own; what has ended is not run again. With --source the command is that of another
 checkout. Every accepted design is then measured by the limit report of this one, whatever its run says of itself; with
---measure-again what has been measured before is measured anew. --table-only prints the tables of what is there. Seconds
+--measure-again this is repeated for designs measured before. --table-only prints the tables of what is there. Seconds
 include what is compiled on the way; keep PNEUMORPH_CACHE between the runs that are to be compared.
 
 The gain of a run is (J at the start − least J of a design that holds all limits) over the gain that the unconstrained
@@ -277,7 +277,7 @@ def summary(folder: Path) -> dict[str, Any] | None:
         "seconds": [line["seconds"]["total"] for line in lines if line["iteration"] > 0],
         "same": [line["factorisations"] for line in lines if line["iteration"] > 0 and not line["remeshed"]],
         "anew": [line["factorisations"] for line in lines if line["iteration"] > 0 and line["remeshed"]],
-        "remeshes": words.count("meshed anew"),
+        "remeshes": len(re.findall("meshed anew|remeshed with", words)),
         "taken back": words.count("step taken back"),
         "mesh failures": sum(about_mesh(line) for line in words.splitlines() if "step taken back" in line)
         + (outcome["end"] == "failed" and about_mesh(outcome["reason"])),
@@ -324,7 +324,7 @@ def one_line(folder: Path) -> str:
 
 
 HEAD = ("", "runs", "ended", "starts", "designs", "held %", "ends held", "gained", "share %", "s/design", "fact.",
-        "fact. anew", "anew", "no mesh", "back")  # fmt: skip
+        "fact. new", "new", "no mesh", "back")  # fmt: skip
 
 
 def row(name: str, found: list[dict[str, Any]]) -> list[str]:
@@ -373,7 +373,7 @@ def tables(folders: list[Path]) -> None:
         "ended: with a reason of its own; starts: that hold all limits; designs: accepted after the start, and how\n"
         "many of them hold all limits; ends held: runs whose last design does; gained: runs with a design within its\n"
         "limits better than the start; share: median part of the promised gain; s/design, fact.: median seconds and\n"
-        "factorisations of a design, fact. anew: where the body was meshed anew; anew: new meshes; no mesh: steps\n"
+        "factorisations of a design, fact. new: where the body was remeshed; new: new meshes; no mesh: steps\n"
         "taken back for want of one; back: steps taken back in all\n"
     )
     table([row("all", found)])

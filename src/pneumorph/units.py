@@ -89,7 +89,7 @@ def parse(text: Any, kind: Kind) -> float:
 
 
 def write(value: float, kind: Kind) -> str:
-    """The shortest text that `parse` reads back as exactly this value, in the unit that people use for its kind."""
+    """The shortest text that `parse` reads back as exactly this value, in the usual unit of its kind."""
     factor = _factor(kind.written, kind)
     exact = Decimal(value) / factor
     for digits in range(1, 29):

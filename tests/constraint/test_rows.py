@@ -53,7 +53,7 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
     for kind, sense in (("wall", -1.0), ("curvature", 1.0), ("stretch", 1.0), ("fold", -1.0)):
         reading = found[kind]
         worst = reading.bound * (1.0 + sense * float(rows.value[rows.kind == KINDS.index(kind)].max()))
-        if kind == "fold":  # far from its bound it is not told exactly, only surely
+        if kind == "fold":  # far from its bound there is a safe value, not the exact one
             assert worst > reading.value
         else:
             assert worst == pytest.approx(reading.seen, rel=0.01), kind

@@ -205,7 +205,7 @@ class Hidden:
 
 
 def test_a_term_may_see_other_unknowns_from_one_solve_to_the_next():
-    """As contact does: the sparsity and the symbolic analysis are made anew, state and unknowns stay."""
+    """As contact does: the sparsity and the symbolic analysis are made again, state and unknowns stay."""
     before = built(SOFT, more=[bonds([[0, 90]])])
     after = with_terms(before, [*before.terms[:-1], bonds([[3, 50], [11, 100], [0, 60]])])
     assert after.size == before.size

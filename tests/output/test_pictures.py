@@ -167,7 +167,7 @@ def test_three_units_have_three_scales():
     assert [scale.get_ylabel() for scale in scales] == ["mm", "degrees", "objective"]
     assert scales[1].get_ylim()[0] == 0.0
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
-        "out: extension (mm)", "turns: error of the sections (°)", "volume: objective", "meshed anew",
+        "out: extension (mm)", "turns: error of the sections (°)", "volume: objective", "remeshed",
     ]  # fmt: skip
     assert axes.get_title() == "what the tasks come to"
 

@@ -1,4 +1,4 @@
-"""One design analysed: its mesh, the equilibria of its tasks, the gradient, and what is told and stored of them."""
+"""One design analysed: its mesh, the equilibria of its tasks, the gradient, and the results as reported and stored."""
 
 from pneumorph.analysis.analyse import (
     Analysis,

@@ -83,7 +83,7 @@ class Analysis:
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body, or the half of it that tells all, and make it ready for analysis."""
+    """Mesh a body, or half of it where a mirror plane allows that, and make it ready for analysis."""
     return build_discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
 
 

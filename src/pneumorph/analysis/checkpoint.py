@@ -40,7 +40,7 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
     if len(arrays["phi"]) != space.n:
         raise ComputationError(
             f"the run was made with {len(arrays['phi'])} design variables, this version has {space.n} for its problem; "
-            "begin anew in another directory"
+            "begin again in another directory"
         )
     points = arrays["mesh_points"]
     faces = {name.removeprefix("face "): value for name, value in arrays.items() if name.startswith("face ")}

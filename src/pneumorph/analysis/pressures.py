@@ -1,4 +1,4 @@
-"""Pressures as people give them: "60 kPa" holds a chamber's pressure, "0:60:5 kPa" sweeps it."""
+"""Pressures as users write them: "60 kPa" holds a chamber's pressure, "0:60:5 kPa" sweeps it."""
 
 from __future__ import annotations
 

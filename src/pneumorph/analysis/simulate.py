@@ -108,7 +108,7 @@ def prepare_simulation(
     block: Iterable[str] = (),
     one_by_one: bool = False,
 ) -> Simulation:
-    """Mesh a body, or the half of it that tells all, for sweeps.
+    """Mesh a body, or half of it where a mirror plane allows that, for sweeps.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ class Screen:
                 self.row(event.entry)
                 self._stand(event)
             case Remeshed():
-                self._note(f"design {event.iteration}: meshed anew with {event.elements} elements, {event.reason}")
+                self._note(f"design {event.iteration}: remeshed with {event.elements} elements, {event.reason}")
             case MeshKept():
                 self._note(
                     f"design {event.iteration}: the old mesh goes on with elements of quality {event.quality:.2g}, "

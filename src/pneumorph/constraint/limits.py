@@ -123,7 +123,7 @@ class LimitFunctions:
         }
 
     def pairs(self, points: ArrayLike) -> Pairs:
-        """Find every sample's partners anew at the control points (n_points, 3), or flat."""
+        """Find every sample's partners again, at the control points (n_points, 3), or flat."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
         fields = self._fields(points)
         targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)]
@@ -146,7 +146,7 @@ class LimitFunctions:
         )
 
     def moved(self, points: ArrayLike, pairs: Pairs) -> bool:
-        """Whether control points have moved so far since the partners were found that they should be found anew."""
+        """Whether control points have moved so far since the partners were found that they should be found again."""
         step = np.asarray(points, dtype=float).reshape(-1, 3) - pairs.found_at
         return bool(np.sqrt((step**2).sum(axis=1).max()) > self.reach / 4.0)
 

@@ -1,4 +1,4 @@
-"""Every limit's worst value on a body, certified: bounded between samples too, in units a person reads.
+"""Every limit's worst value on a body, certified: bounded between samples too, in readable units.
 
 A value is the end of an enclosure that is sure to be on the safe side; `seen` is what some point attains. The two are
 brought within 0.3 % of the bound where a limit is near. Rounding, about 1e-13 of a value, is neglected.
@@ -297,7 +297,7 @@ _NO_PAIRS = Pairs(
     np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
 )
 
-# Limits of which people know one name, and what counts to them.
+# Limits that are shown under one name, and the kinds that count to them.
 _COUNTED = {"wall": ("wall", "planes"), "fold": ("fold", "rim")}
 
 
@@ -311,7 +311,7 @@ def _readings(tallies: Mapping[str, _Tally], names: list[str]) -> list[LimitRead
         surface, q, r = max(counted, key=lambda part: part.worst).place
         if name == "ends":
             upper, worst = max(upper, 0.0), max(worst, 0.0)
-        # Where everything is farther apart than is told apart, nothing has been seen.
+        # Nothing is seen where all patches are farther apart than distances are measured.
         worst = min(worst, upper)
         readings.append(LimitReading(name, tally.sign * upper, tally.bound, names[surface], q, r, tally.sign * worst))
     return readings

@@ -100,7 +100,7 @@ def _version(package: str) -> str | None:
 
 
 def peak_memory() -> float | None:
-    """Largest memory this process has held, in MB; None where the system does not tell."""
+    """Peak memory of this process in MB; None where the system does not report it."""
     try:
         import resource
     except ImportError:

@@ -127,7 +127,7 @@ class Design:
             Held or swept pressures, also as pint quantities; chambers without have the design's. Chambers swept step
             together.
         block : str or several
-            Motions that the plate is held against, "axial", "bending_x", …, or "all"; steps tell the reaction.
+            Motions of the plate that are blocked, "axial", "bending_x", …, or "all"; steps have the reaction.
         one_by_one : bool
             Sweep one chamber after the other; the others wait at the start of theirs.
 

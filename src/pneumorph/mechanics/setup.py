@@ -1,4 +1,4 @@
-"""From a problem file to a mechanical model and its loads."""
+"""Make the mechanical model and the loads of a problem."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pneumorph.problem import Problem
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 
 MIXED_FROM = 50.0
-"""κ/μ from which on `mesh.element = "auto"` means mixed elements.
+"""κ/μ from which `mesh.element = "auto"` selects mixed elements.
 
 A plane-strain tube of radii 4 and 8 mm at 0.1 MPa, two elements through its wall: plain elements lose 0.2 % of the
 motion at κ/μ = 10, 0.4 % at 50, 0.8 % at 1000 and 2.9 % at 10⁵, where they also take ten times the factorisations;
@@ -29,8 +29,8 @@ mixed ones lose 0.04 % at every κ/μ, at a tenth more per factorisation.
 def rubber_of(material: Material) -> Rubber:
     """The rubber of a table [material].
 
-    Gent's limit and Arruda and Boyce's locking bound the stretch it is valid for, whatever the table says: by the
-    stretch at which equibiaxial tension comes to them, the first of all deformations.
+    Gent's limit and the locking of Arruda and Boyce bound the valid stretch, whatever the table says: by the stretch
+    of equibiaxial tension, which of all deformations reaches them first.
     """
     match material:
         case NeoHookean():
@@ -59,7 +59,7 @@ def equibiaxial_stretch(first_invariant: float) -> float:
 
 
 def model_of(problem: Problem, mesh: TetMesh) -> Model:
-    """The mechanical model of a meshed body: its rubber, clamped base, and plate or free tip."""
+    """The model of a meshed body: its rubber, clamped base, and plate or free tip."""
     solid = rubber_of(problem.material)
     mixed = problem.mesh.element == "mixed" or (problem.mesh.element == "auto" and asks_for_mixed(solid))
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
@@ -85,5 +85,5 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
 
 
 def guided_of(problem: Problem) -> np.ndarray:
-    """The plate's components (6,) bool that a guide holds."""
+    """The plate components (6,) bool that the guide of the problem holds (`end_effector.hold`)."""
     return np.isin(COMPONENTS, problem.end_effector.hold)

@@ -1,4 +1,4 @@
-"""The mesh follows the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is meshed anew."""
+"""The mesh follows the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is remeshed."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class Slabs(NamedTuple):
 
 
 SECTIONS_TO_TIP = 12
-"""Sections that tell how often a free tip has turned round: each turns by less than half a turn against the next."""
+"""Sections that count the turns of a free tip: each turns by less than half a turn against the next."""
 
 NO_SLABS = Slabs(np.zeros(0), 1.0)
 

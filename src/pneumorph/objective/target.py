@@ -55,7 +55,7 @@ class Objective:
     ----------
     value : J of the features.
     slabs : the sections whose features it needs.
-    errors : what a person wants to know of how far the target is; names end in their unit, "_mm" or "_rad".
+    errors : how far the target is, as reported; names end in their unit, "_mm" or "_rad".
     residuals : what J is the sum of squares of, (k,); None where it is no such sum.
     """
 

@@ -27,7 +27,7 @@ class Started:
 
 @dataclass(frozen=True)
 class BroughtWithin:
-    """The start broke the limits in `broken`, one sentence each; moving its points by up to `moved_mm` repaired that."""
+    """The start broke the limits in `broken`, one sentence each; moving points by up to `moved_mm` repaired that."""
 
     broken: tuple[str, ...]
     moved_mm: float

@@ -1,4 +1,4 @@
-"""Numbers as people say them: motions in millimetres and degrees."""
+"""Numbers in the units users expect: motions in millimetres and degrees, pressures in kPa."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": 
 
 
 class Motion(NamedTuple):
-    """What a task came to, in the unit people use for it, and what it is called."""
+    """What a task achieves, in its usual unit, and what it is called."""
 
     value: float
     unit: str
@@ -60,7 +60,7 @@ def format_pressures(by_chamber: Mapping[str, float]) -> str:
 
 
 def validity_warning(rubber: Rubber, max_stretch: float) -> str:
-    """A sentence where a stretch is beyond what the rubber's parameters hold for; else nothing."""
+    """A warning where a stretch is beyond the range of the rubber's parameters; else empty."""
     if not rubber.beyond(max_stretch):
         return ""
     return (
@@ -80,5 +80,5 @@ def format_duration(seconds: float) -> str:
 
 
 def mirror_note(mirror: str | None) -> str:
-    """What is to be said beside the size of a model about half the body that it is; nothing for a whole one."""
+    """A note for a model of half a body, to follow its size; empty for a whole body."""
     return "" if mirror is None else f", half the body on one side of the plane {mirror}"

@@ -39,7 +39,7 @@ def run_pictures(run: RunDirectory) -> Pictures:
     """Draw a run into its folder ``pictures``.
 
     There are history.png, profile.png, start.png and final.png; shape.png (with several, one shape_<task>.png each) for
-    tasks with a target curve or sections; pressures.png where pressures are designed. What cannot be drawn is told,
+    tasks with a target curve or sections; pressures.png where pressures are designed. What cannot be drawn is reported,
     never an error.
     """
     folder = run.path / "pictures"

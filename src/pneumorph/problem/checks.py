@@ -1,4 +1,4 @@
-"""What no single key can tell: whether the parts of a problem fit together at the start."""
+"""Checks across keys: whether the parts of a problem fit together at the start."""
 
 from __future__ import annotations
 
@@ -277,7 +277,7 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
 
 
 def _sections(task: Task) -> tuple[str, int]:
-    """The key that tells how many sections a task looks at, and their number."""
+    """The key that sets how many sections a task has, and their number."""
     match task.objective:
         case MatchCurve(sections=count) | Custom(sections=count):
             return "sections", count

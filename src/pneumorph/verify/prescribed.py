@@ -33,7 +33,7 @@ def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.n
             return vector
         tangent.factorise(at, at.model.state(vector))
         vector = vector - tangent.precondition(free)
-    raise ComputationError("Newton's method did not settle under prescribed displacements")
+    raise ComputationError("Newton's method did not converge under prescribed displacements")
 
 
 def prescribed(at: Configuration, u: np.ndarray) -> np.ndarray:

@@ -169,7 +169,7 @@ def equilibrium(
         step = _solve(spread.T @ (body.to_modes.T @ tangent @ body.to_modes) @ spread, unbalanced)
         u[free] -= step[:-6].reshape(-1, 3)
         plate = plate - step[-6:]
-    raise ComputationError(f"Newton's method on NGSolve's forms did not settle in {MOST_STEPS} steps")
+    raise ComputationError(f"Newton's method on NGSolve's forms did not converge in {MOST_STEPS} steps")
 
 
 def _tip(mesh: TetMesh, tip: np.ndarray, plate: np.ndarray | jnp.ndarray) -> jnp.ndarray:

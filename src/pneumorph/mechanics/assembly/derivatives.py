@@ -1,7 +1,7 @@
-"""Derivatives of elements' energies: of any energy by JAX, of the solid by a faster way to the same numbers.
+"""Derivatives of element energies: by JAX for any term, by faster kernels with the same result for the solid.
 
-Elements are taken in chunks of a few fixed sizes, so that a kernel is compiled once for every kind of energy and not
-again for another mesh. Here nothing is known of the nodes that elements share.
+Elements are evaluated in chunks of a few fixed sizes, so that a kernel is compiled once for each kind of energy and not
+again for another mesh. This module works element by element; `potential.py` adds up what elements share.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def forces(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -
 
 
 def change(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
-    """How the derivatives change along a change of all that the elements see (`along.data` does not count)."""
+    """Derivative of the forces along a change of X, u, π, the plate and the loads (`along.data` is unused)."""
     if isinstance(energy, Solid):
         return Forces(*solid.change(energy, seen, at, along), np.zeros(at.plate.shape))
     return _joined(
@@ -57,7 +57,7 @@ def change(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, a
 
 
 def pullback(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, w: Forces) -> Pulled:
-    """The derivatives of (derivatives·w)."""
+    """Derivatives of the product (forces·w)."""
     if isinstance(energy, Solid):
         return Pulled(*solid.pullback(energy, seen, at, w.u, w.hydrostatic), jax.tree.map(np.zeros_like, loads))
     parts = [

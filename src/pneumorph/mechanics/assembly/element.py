@@ -1,8 +1,8 @@
 """Quadratic tetrahedra and triangles as JAX functions of their nodes.
 
-Sums over nodes are one large matrix product; the 3×3 algebra that follows is written out over arrays whose trailing
-axes are the points, so that the compiler makes long vector loops of it. Measured some twenty times faster than small
-matrix products element by element.
+Sums over nodes are one large matrix product. The 3×3 algebra is written out over arrays whose trailing axes are the
+quadrature points, so that it compiles to long vector loops: about twenty times faster than small matrix products
+element by element.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ TRIANGLE_WEIGHTS = TRIANGLE_RULE[1]
 def mixed(isochoric: Energy) -> Energy:
     """The perturbed Lagrangian ψ_iso(F) + π (J − 1) − π²/2κ of the mixed element; the last parameter is κ.
 
-    Stationary in π where π = κ (J − 1), and there it is the whole energy: with a linear, continuous π this is the
-    element of Taylor and Hood, which does not lock as κ/μ grows. π is a tension: minus the pressure in the rubber.
+    It is stationary in π at π = κ (J − 1), where it equals ψ_iso + κ/2 (J − 1)². With a linear, continuous π this is
+    the Taylor–Hood element, which does not lock as κ/μ grows. π is positive in tension.
     """
     return with_volume(
         isochoric,
@@ -60,7 +60,7 @@ def reference_gradients(nodal: Array) -> Array:
 
 
 def matrix_product(A: Array, B: Array) -> Array:
-    """Product of 3×3 matrices (3, 3, …), written out for the same reason as the determinant."""
+    """Product of 3×3 matrices (3, 3, …), written out so that it compiles into the loop over the points."""
     rows = [[sum(A[i, k] * B[k, j] for k in range(3)) for j in range(3)] for i in range(3)]
     return jnp.stack([jnp.stack(row) for row in rows])
 

@@ -1,7 +1,7 @@
-"""The tangent's values: the blocks of every term's elements added up in the common sparsity, then the plate's columns.
+"""Assembly of the tangent: the element blocks of all terms are added up in one sparsity, then the plate's columns.
 
-A term's blocks are made by JAX from its energy; where there is a faster way to the same numbers it is taken. So a term
-cannot be left out.
+The blocks of a term come from its energy by JAX, or from faster kernels with the same result, so no term can be
+forgotten.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np.ndarray) -> np.ndarray:
-    """Values of the tangent ∂²Π in the sparsity's order.
+    """Values of the tangent ∂²Π, in the order of the sparsity.
 
-    Rows and columns of fixed and of `blocked` (6,) plate unknowns are the identity's.
+    Rows and columns of supported unknowns and of `blocked` (6,) plate unknowns are those of the identity.
     """
     common = model.sparsity
     data = np.zeros(len(common.indices))
@@ -47,7 +47,7 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np
 
 
 def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Blocks | None:
-    """The blocks of a term's elements; None where its energy is linear in all unknowns but the plate's."""
+    """The element blocks of a term; None where its energy is linear in u and π."""
     if seen.nodes.shape[1] + seen.hydrostatics.shape[1] == 0:
         return None
     match energy:
@@ -60,7 +60,7 @@ def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) 
 
 
 def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
-    """The blocks of elements' matrices (E, 3a + c, 3a + c)."""
+    """Split element matrices (E, 3a + c, 3a + c) into blocks."""
     count, end = len(matrices), 3 * nodes
     b, a = np.tril_indices(nodes)
     motion = matrices[:, :end, :end].reshape(count, nodes, 3, nodes, 3)[:, a, :, b].transpose(1, 0, 2, 3)
@@ -69,7 +69,7 @@ def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
 
 
 def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np.ndarray) -> None:
-    """The six columns of the plate, which moves the tip's nodes: of all terms together."""
+    """The six columns of the plate, which moves the nodes of the tip; for all terms at once."""
     common = model.sparsity
     columns = plate_columns(model.potential, X, state, loads)
     number = common.number[common.beside_tip]

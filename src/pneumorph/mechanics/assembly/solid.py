@@ -1,7 +1,8 @@
-"""The fast way to the solid's derivatives: JAX differentiates ψ at the points, Numba does the rest.
+"""Fast derivatives of the solid: JAX differentiates ψ at the quadrature points, Numba kernels do the rest.
 
-By invariants there are nine second derivatives at a point instead of eighty-one, no geometry is ever differentiated,
-and what is compiled depends on the kind of rubber alone. A test holds all of it against `derivatives.py`'s general way.
+In invariants there are nine second derivatives at a point instead of eighty-one, no geometry is differentiated, and
+what is compiled depends on the kind of rubber alone. A test compares all of it with the general way of
+`derivatives.py`.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pneumorph.mechanics.material.energies import Invariants, OfInvariants, inva
 
 
 class Points(NamedTuple):
-    """A chunk's quadrature points: F and ∂ξ/∂X (3, 3, 4, C), π and the volumes (4, C)."""
+    """The quadrature points of a chunk: F and A = ∂ξ/∂X (3, 3, 4, C), π and the volumes (4, C)."""
 
     F: np.ndarray
     A: np.ndarray
@@ -34,7 +35,7 @@ class Points(NamedTuple):
 
 
 def strained(seen: Connectivity, at: Local, chunk: slice) -> Points:
-    """The points of a chunk."""
+    """The quadrature points of a chunk."""
     F, A = np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk))
     measure = np.empty((4, seen.chunk))
     points.strain(at.X[chunk], at.u[chunk], TET_DN, TET_WEIGHT, F, A, measure)
@@ -42,12 +43,12 @@ def strained(seen: Connectivity, at: Local, chunk: slice) -> Points:
 
 
 def _at_points(hydrostatic: np.ndarray, count: int) -> np.ndarray:
-    """π (4, C) of corners (C, 4); zero without mixed elements, whose energy asks for none."""
+    """π at the points (4, C) from its values at the corners (C, 4); zero, and unused, without mixed elements."""
     return TET_CORNER_N @ hydrostatic.T if hydrostatic.shape[1] else np.zeros((4, count))
 
 
 def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarray, np.ndarray]:
-    """∫ψ over all elements, its derivatives by u (E, 10, 3) and by π (E, c)."""
+    """∫ψ over all elements, and its derivatives by u (E, 10, 3) and π (E, c)."""
     u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
     def work(chunk: slice) -> float:
@@ -62,7 +63,7 @@ def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarr
 
 
 def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[np.ndarray, np.ndarray]:
-    """How the derivatives by u and π change along a change of X, u and π."""
+    """Change of the derivatives by u and π along a change of X, u and π."""
     u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
     def work(chunk: slice) -> None:
@@ -81,7 +82,7 @@ def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[n
 def pullback(
     solid: Solid, seen: Connectivity, at: Local, w: np.ndarray, by_hydrostatic: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, by u, and by w (E, 10, 3) itself."""
+    """Derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, by u, and by the part w (E, 10, 3) that goes with u."""
     X, u, own = (np.empty(at.u.shape) for _ in range(3))
 
     def work(chunk: slice) -> None:
@@ -138,7 +139,7 @@ def _along(
 
 
 def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Room for δF, δA and tr(A δJ) of a chunk."""
+    """Empty arrays for δF, δA and tr(A δJ) of a chunk."""
     return np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk)), np.empty((4, seen.chunk))
 
 
@@ -146,7 +147,7 @@ T = TypeVar("T")
 
 
 def _each(seen: Connectivity, work: Callable[[slice], T]) -> list[T]:
-    """Work on every chunk, beside each other on as many cores as Numba is given; neither it nor JAX holds Python up."""
+    """Apply `work` to every chunk, on as many threads as Numba has: its kernels and JAX release the Python lock."""
     chunks = seen.chunks()
     if len(chunks) == 1 or numba.get_num_threads() == 1:
         return [work(chunk) for chunk in chunks]

@@ -75,7 +75,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
             relaxations = relaxations - 1 if size < RELAXED * previous and size > SMOOTH else 0
         if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-    return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+    return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
 def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):

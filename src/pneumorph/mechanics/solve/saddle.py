@@ -99,7 +99,7 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         direction, fresh = (correction, False) if kept else (None, True)
         if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-    return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+    return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
 def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: float, bound: float | None):
