@@ -317,7 +317,7 @@ def _symmetry(plan: _Plan, chambers: list[_Chamber], ripple: dict[str, Any] | No
 
 def _mesh_size(plan: _Plan, chambers: list[_Chamber]) -> float:
     volume = math.pi * (plan.radius**2 * plan.length - sum(c.radius**2 * (c.span[1] - c.span[0]) for c in chambers))
-    size = (6 * volume / plan.between(1200, 3000)) ** (1 / 3)
+    size = (6 * volume / plan.between(600, 1500)) ** (1 / 3)
     size = round(min(size, 1.5 * plan.wall, 1.5 * min(c.radius for c in chambers), 0.6 * plan.radius), 2)
     if 6 * volume / size**3 > MOST_ELEMENTS:
         raise _Again

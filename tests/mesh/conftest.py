@@ -8,7 +8,7 @@ import pytest
 
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.mesh import Morph, mesh_body
-from pneumorph.problem import BodySpec, ChamberSpec
+from pneumorph.problem import BodySpec, ChamberSpec, Ripple
 
 LENGTH = 40.0
 PERIOD = 10.0
@@ -98,3 +98,17 @@ def parallel() -> Body:
 @pytest.fixture(scope="session")
 def series() -> Body:
     return plain(("A", 4.0, (0.0, 0.0), (3.0, 18.5)), ("B", 4.0, (0.0, 0.0), (21.5, LENGTH - 3.0)))
+
+
+@pytest.fixture
+def ring() -> Body:
+    """Four chambers on a circle."""
+    ripple = Ripple.model_construct(amplitude=0.067, period=11.9)
+    places = {"A": (4.604281, 0.0), "B": (0.0, 4.604281), "C": (-4.604281, 0.0), "D": (0.0, -4.604281)}
+    chambers = tuple(
+        ChamberSpec.model_construct(name=name, radius=1.828, center=place, span=(2.2, 33.79), ends="flat")
+        for name, place in places.items()
+    )
+    return starting_body(
+        BodySpec.model_construct(length=35.99, radius=8.76, control_density=0.712, ripple=ripple, chamber=chambers)
+    )

@@ -59,6 +59,11 @@ def test_chambers(name: str, least: float, request: pytest.FixtureRequest) -> No
     check(body, mesh_body(body, 3.0), least)
 
 
+def test_many_points_on_one_sphere(ring: Body) -> None:
+    """Netgen took minutes for this regular body, and filled it with 12,918 elements."""
+    assert len(mesh_body(ring, 2.59).mesh.tets) < 5000
+
+
 @pytest.mark.parametrize("name", ["bellows", "thin_bellows"])
 def test_deep_folds(name: str, request: pytest.FixtureRequest) -> None:
     body = request.getfixturevalue(name)

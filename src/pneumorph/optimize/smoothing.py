@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, sparse
 
 from pneumorph.geometry.design_space import DesignSpace
 
@@ -30,13 +30,17 @@ class Smoothing:
         """S z (n,)."""
         shape = self.space.n_shape
         moved = self._nets((self.space.L @ z[:shape]).reshape(-1, 3))
-        return np.concatenate([(self.space.L.T @ moved.ravel()) / self.entries, z[shape:]])
+        return np.concatenate([(self._back @ moved.ravel()) / self.entries, z[shape:]])
 
     def transpose(self, g: np.ndarray) -> np.ndarray:
         """Sᵀ g (n,): the averaging matrices are symmetric."""
         shape = self.space.n_shape
         moved = self._nets((self.space.L @ (g[:shape] / self.entries)).reshape(-1, 3))
-        return np.concatenate([self.space.L.T @ moved.ravel(), g[shape:]])
+        return np.concatenate([self._back @ moved.ravel(), g[shape:]])
+
+    @cached_property
+    def _back(self) -> sparse.csr_array:
+        return sparse.csr_array(self.space.L.T)
 
     @cached_property
     def moduli(self) -> Smoothing:
@@ -47,8 +51,9 @@ class Smoothing:
         out = np.empty_like(points)
         body = self.space.reference
         for where, surface, along, around in zip(body.slices, body.surfaces, self.along, self.around, strict=True):
-            net = points[where].reshape(surface.net.shape)
-            out[where] = np.einsum("ri,ijc,qj->rqc", along, net, around, optimize=True).reshape(-1, 3)
+            rows, columns, _ = surface.net.shape
+            half = (along @ points[where].reshape(rows, -1)).reshape(rows, columns, 3)
+            out[where] = (around @ half).reshape(-1, 3)
         return out
 
 
