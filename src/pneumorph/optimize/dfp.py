@@ -31,7 +31,7 @@ CHANGE, MORE, FEWER = 0.2, 1.2, 0.9
 
 @dataclass(frozen=True, eq=False)
 class PaperStepper:
-    """Finds steps the paper's way.
+    """The paper's way of finding steps.
 
     Attributes
     ----------

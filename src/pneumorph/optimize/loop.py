@@ -1,6 +1,6 @@
 """The design loop (the paper's Algorithm 1).
 
-Derivatives, sub-problem, new shape within its limits, equilibrium, trust region, until no more is to be gained.
+Derivatives, sub-problem, new shape within its limits, equilibrium, trust region, until nothing more can be gained.
 """
 
 from __future__ import annotations
@@ -63,23 +63,23 @@ LARGEST, SMALLEST = 3.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
 
 AFRESH = 0.5
-"""Every design is tried with a trust region of at least this, in reference steps: what made the last one's small, say a
-limit that could not be kept, may not be in the way of the next."""
+"""Smallest trust region, in reference steps, that a new design starts with: what made the last one small, such as a
+limit that could not be kept, may not matter for the next."""
 
 OPTIMAL = 0.02
-"""The loop stops where the limits leave no more than this part of the gradient."""
+"""The loop stops when the limits leave no more than this fraction of the gradient."""
 
 PATIENCE, PROGRESS = 5, 0.005
-"""The loop stops, too, when this many designs together improve the objective by less than this fraction of it, or when
-the next one promises less than its share of that."""
+"""The loop also stops when this many designs together improve the objective by less than this fraction, or when the
+next one promises less than its share of that."""
 
 BEARABLE = 0.002
-"""A mesh whose worst element is better goes on where no new one can be made."""
+"""A mesh is kept if no new one can be made and its worst element is better than this."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Standing:
-    """Where the loop stands after an accepted design; `values` are the objectives so far."""
+    """State of the loop after an accepted design; `values` are the objectives so far."""
 
     iteration: int
     analysis: Analysis
@@ -94,7 +94,7 @@ class _Standing:
 
 
 class _Loop:
-    """What stays fixed through a run."""
+    """What stays the same during a run."""
 
     def __init__(self, problem: Problem):
         body = starting_body(problem.body)
@@ -116,13 +116,13 @@ class _Loop:
 
 
 def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Event]:
-    """Design a body for a problem: yields what happens, every accepted design with all that is known of it.
+    """Design a body for a problem; yields events, among them every accepted design.
 
     Every accepted design keeps every limit and is better than the one before.
 
     Parameters
     ----------
-    state : of the last `DesignAccepted`, to go on from there.
+    state : of a `DesignAccepted`, to resume from there.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
 
 
 def _start(loop: _Loop) -> tuple[Within, BroughtWithin | None]:
-    """The starting design, moved where it breaks a limit."""
+    """The starting design, moved to keep the limits if it breaks any."""
     asked = loop.space.start
     before = certify(loop.space.body(asked), loop.problem.limits)
     if before.satisfied():
@@ -220,7 +220,7 @@ def _standing(
     radius: float,
     values: tuple[float, ...],
 ) -> _Standing:
-    """Take the derivatives of a design that is accepted."""
+    """Evaluate the derivatives of an accepted design."""
     with clock.phase("gradient"):
         slopes = design_slopes(loop.problem, loop.space, disc, analysis)
     with clock.phase("subproblem"):
@@ -230,7 +230,7 @@ def _standing(
 
 
 def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str]:
-    """The next accepted design, or why there is none."""
+    """The next accepted design, or the reason why there is none."""
     reference = loop.problem.optimizer.step
     clock, radius, spent = Clock(), max(now.radius, AFRESH), 0
     memory = now.memory.seen(now.analysis.phi, now.slopes.rest)
@@ -295,9 +295,9 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A tried design; without an analysis, the reason why there is none.
+    """A trial design; where the analysis failed, the reason.
 
-    `before` is the objective of the design that the step was made from, on the trial's mesh.
+    `before` is the objective of the current design on the mesh of the trial.
     """
 
     disc: Discretisation
@@ -309,7 +309,7 @@ class _Trial:
 
 
 def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generator[Event, None, _Trial]:
-    """Analyse the design after a step, on a new mesh if the old one has become poor."""
+    """Analyse the design after a step, on a new mesh if the old one becomes poor."""
     problem, space, disc = loop.problem, loop.space, now.disc
     count = disc.factorisations
     points = space.control_points(phi)
@@ -342,14 +342,14 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
 
 
 def _before(loop: _Loop, now: _Standing, disc: Discretisation, trial: Analysis) -> float:
-    """The objective before a step on the mesh after it: meshes differ by as much as a small step gains."""
+    """The objective before a step, on the mesh after it: a new mesh changes it by as much as a small step gains."""
     starts = predicted(loop.space, disc, trial, now.analysis.phi)
     again = analyse(loop.problem, loop.space, disc, now.analysis.phi, starts)
     return now.analysis.value if isinstance(again, NoEquilibrium) else again.value
 
 
 def _quality(disc: Discretisation, points: np.ndarray) -> float:
-    """Of the worst element, where the mesh follows the control points."""
+    """Quality of the worst element of the mesh moved to these control points."""
     return float(scaled_jacobian(disc.morph.positions(points), disc.morph.mesh.tets).min())
 
 
@@ -361,7 +361,7 @@ def _stalled(values: tuple[float, ...]) -> bool:
 
 def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> DesignAccepted:
     entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, record)
-    # What weight alone does is shown of the first and of the last design.
+    # The sag under weight alone is shown for the first and the last design.
     sag = sag_of(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
     state = {
         "iteration": now.iteration,
