@@ -116,7 +116,7 @@ def prepare_simulation(
     pressures : {task: {chamber: MPa}}
         Of the chambers that are given none.
     given : {chamber: "60 kPa" or "0:60:5 kPa"}, see `legs_of`.
-    block : motions that the plate is held against, of `BLOCKS`.
+    block : motions of the plate that are blocked, of `BLOCKS`.
     one_by_one : sweep one chamber after the other.
 
     Raises

@@ -155,7 +155,7 @@ def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: Li
 
 
 def limits_by_variables(space: DesignSpace, jacobian: sparse.csr_array) -> sparse.csr_array:
-    """Derivatives (m, n) of limits by the design variables, from those by control points; by pressures they are zero."""
+    """Derivatives (m, n) of limits by the design variables, from those by control points; pressures have none."""
     by_shape = sparse.csr_array(jacobian @ space.L)
     return sparse.csr_array(
         (by_shape.data, by_shape.indices, by_shape.indptr), shape=(len(by_shape.indptr) - 1, space.n)

@@ -76,7 +76,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.
         new = found.places.pairs
         pairs = new if pairs is None else {name: joined(known, new[name]) for name, known in pairs.items()}
         for reading in found.violated():
-            # Added samples cannot repair what is certified beyond what is seen; from the second time on count all of it.
+            # Added samples cannot repair what is certified beyond what is seen; after the first try, count all of it.
             short = reading.excess() - (0.0 if attempt > 1 else reading.seen_excess())
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
