@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.analysis import analyse, discretise
-from pneumorph.geometry import Body, design_space, starting_body
+from pneumorph.geometry import Body, build_design_space, starting_body
 from pneumorph.objective import maximize
 from pneumorph.problem import Problem, loads
 from pneumorph.run import open_run
@@ -22,7 +22,7 @@ EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
 
 
 def row(problem: Problem, body: Body) -> None:
-    space = design_space(problem, body)
+    space = build_design_space(problem, body)
     disc = discretise(problem, body)
     analysis = analyse(problem, space, disc, space.start, tolerance=1e-9)
     task = problem.task[0]

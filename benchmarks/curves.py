@@ -43,16 +43,16 @@ def main(folder: str, picture: str, *names: str) -> None:
     for panel, name in zip(panels.flat, names, strict=False):
         free, blocked = (columns(Path(folder, f"{name}_{kind}.csv")) for kind in ("free", "blocked"))
         reaction = next(column for column in COLUMNS if column in blocked)
-        motion, moved, held = COLUMNS[reaction]
+        motion, moved, effort = COLUMNS[reaction]
         sign = np.sign(free[motion][-1])
         (line,) = panel.plot(free[PRESSURE], sign * free[motion], "o-", ms=3)
         beside = panel.twinx()
         beside.plot(blocked[PRESSURE], np.abs(blocked[reaction]), "s--", ms=3, color="C1")
         panel.set(title=name, xlabel="pressure, kPa")
         panel.set_ylabel(moved, color=line.get_color())
-        beside.set_ylabel(held, color="C1")
+        beside.set_ylabel(effort, color="C1")
         print(f"{name}: {sign * free[motion][-1]:.2f} {moved.split(', ')[1]} at {free[PRESSURE][-1]:g} kPa, "
-              f"{abs(blocked[reaction][-1]):.3g} {held.split(', ')[1]} at {blocked[PRESSURE][-1]:g} kPa")  # fmt: skip
+              f"{abs(blocked[reaction][-1]):.3g} {effort.split(', ')[1]} at {blocked[PRESSURE][-1]:g} kPa")  # fmt: skip
     for panel in panels.flat[len(names) :]:
         panel.set_visible(False)
     figure.tight_layout()

@@ -13,8 +13,8 @@ from statistics import median
 
 import numpy as np
 
-from pneumorph.analysis import analyse, design_gradient, discretisation, predicted, stable
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.analysis import analyse, build_discretisation, design_gradient, predicted, stable
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import mesh_body
 from pneumorph.problem import loads
@@ -24,7 +24,7 @@ EXAMPLE = (Path(__file__).parents[1] / "examples" / "bending.toml").read_text()
 
 def main(size: float) -> None:
     problem = loads(EXAMPLE)
-    space = design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.body))
     # Ripples on the side of +x, two periods of the example's own.
     points = space.control_points(space.start)
     angle = np.arctan2(points[:, 1], points[:, 0])
@@ -34,12 +34,12 @@ def main(size: float) -> None:
     phi = space.start + ripples
     body = space.body(phi)
 
-    told = {}
+    measured = {}
     for mirror in ("xz", None):
         seconds = {name: [] for name in ("mesh", "equilibrium", "gradient", "step")}
         for _ in range(4):  # the first time compiles
             began = time.perf_counter()
-            disc = discretisation(problem, mesh_body(body, size, mirror), body.control_points())
+            disc = build_discretisation(problem, mesh_body(body, size, mirror), body.control_points())
             seconds["mesh"].append(time.perf_counter() - began)
             began = time.perf_counter()
             found = analyse(problem, space, disc, phi)
@@ -59,9 +59,9 @@ def main(size: float) -> None:
             is_stable = stable(disc, found)
             once = time.perf_counter() - began
         medians = {name: median(times[1:]) for name, times in seconds.items()}
-        told[mirror] = disc.model, found.value, slope, medians
+        measured[mirror] = disc.model, found.value, slope, medians
 
-    (half, J, slope, ours), (whole, other, other_slope, theirs) = told["xz"], told[None]
+    (half, J, slope, ours), (whole, other, other_slope, theirs) = measured["xz"], measured[None]
     print(f"{'':24s} {'half':>10s} {'whole':>10s} {'half/whole':>10s}")
     for name in ("elements", "size"):
         mine, rest = getattr(half, name), getattr(whole, name)

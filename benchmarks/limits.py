@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.constraint import limits_of, report
+from pneumorph.constraint import build_limit_functions, certify
 from pneumorph.geometry import starting_body
 from pneumorph.problem import BodySpec, Limits
 
@@ -38,7 +38,7 @@ def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
         "chamber": [{"name": "A", "radius": "4 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "77 mm"]}],
     }
     body = starting_body(BodySpec.model_validate(table))
-    limits = limits_of(body, spec)
+    limits = build_limit_functions(body, spec)
     points = jnp.asarray(body.control_points())
     pairs = jax.device_put(limits.pairs(points))
 
@@ -51,7 +51,7 @@ def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
         sum(len(grid.q) * len(grid.r) for grid in limits.grids),
         milliseconds(lambda: jax.block_until_ready(value_and_gradient(points, pairs)), 30),
         milliseconds(lambda: limits.pairs(points), 3),
-        1e-3 * milliseconds(lambda: report(body, spec), 3),
+        1e-3 * milliseconds(lambda: certify(body, spec), 3),
     )
 
 

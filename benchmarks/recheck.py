@@ -239,7 +239,7 @@ def main(folder: Path) -> int:
             if claim is not None and (claim - found[key]) * SIGN[key] > allowed * abs(claim):
                 bad.append(key)
         worse += bool(bad)
-        print(f"{number:6d} " + " ".join(cells), f" worse than told: {', '.join(bad)}" if bad else "", flush=True)
+        print(f"{number:6d} " + " ".join(cells), f" worse than reported: {', '.join(bad)}" if bad else "", flush=True)
     print(f"{len(claims)} designs, {worse} of them worse than the history says")
     return int(worse > 0)
 

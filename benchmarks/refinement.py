@@ -11,9 +11,9 @@ import sys
 from pneumorph.analysis import Analysis, Discretisation, analyse, answers, carried_over, discretise
 from pneumorph.analysis.checkpoint import unpack
 from pneumorph.errors import MeshError
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium, State
-from pneumorph.output.words import motion_of
+from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem
 from pneumorph.problem.models import MeshSpec
 from pneumorph.run import open_run
@@ -29,7 +29,7 @@ def main() -> None:
     sizes = [float(size) for size in sys.argv[2:]] or [
         factor * run.problem.mesh.size for factor in (0.75, 0.85, 1.0, 1.25, 1.5)
     ]
-    own = design_space(run.problem, starting_body(run.problem.body))
+    own = build_design_space(run.problem, starting_body(run.problem.body))
     disc, found = unpack(run.problem, own, run.checkpoint()[1])
     print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  tasks")
     tell("own", disc, found, run.problem)
@@ -51,7 +51,7 @@ def main() -> None:
         problem = run.problem.model_copy(
             update={"mesh": MeshSpec.model_validate({"size": f"{size} mm"}), "task": tasks}
         )
-        space = design_space(problem, body)
+        space = build_design_space(problem, body)
         try:
             disc = discretise(problem, body)
         except MeshError as error:
@@ -71,8 +71,8 @@ def states_of(found: Analysis) -> dict[str, State]:
 
 
 def tell(size: str, disc: Discretisation, found: Analysis, problem: Problem) -> None:
-    told = answers(disc, found)
-    words = ", ".join(f"{task.name} {motion_of(task, told[task.name])}" for task in problem.task)
+    results = answers(disc, found)
+    words = ", ".join(f"{task.name} {motion_of(task, results[task.name])}" for task in problem.task)
     print(f"{size:>7s} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
 
 

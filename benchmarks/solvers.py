@@ -23,7 +23,7 @@ from statistics import median
 import numpy as np
 
 from pneumorph.geometry import starting_body
-from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber, solve
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, TRIANGLE_RULE, TetMesh
@@ -36,8 +36,8 @@ SHEAR, BULK = 0.49, 4.80
 
 def ours(mesh: TetMesh) -> dict:
     def whole():
-        built = model(mesh, rubber(SHEAR, BULK, 1.1e-9), plate=False)
-        at = configuration(built, mesh.points, loads(built, {"A": PRESSURE}))
+        built = build_model(mesh, neo_hookean_rubber(SHEAR, BULK, 1.1e-9), plate=False)
+        at = configure(built, mesh.points, build_loads(built, {"A": PRESSURE}))
         solver = Tangent(built)
         return built, at, solver, solve(at, solver, tolerance=TOLERANCE)
 
@@ -107,13 +107,13 @@ def felupe(mesh: TetMesh) -> dict:
         body = fem.SolidBody(umat=fem.NeoHooke(mu=SHEAR, bulk=BULK), field=field)
         pressure = fem.SolidBodyPressure(fem.FieldContainer([fem.Field(wall, dim=3)]), pressure=PRESSURE)
         base = np.isin(np.arange(len(mesh.points)), np.unique(mesh.faces["base"]))
-        held = {"base": fem.Boundary(field[0], mask=base)}
-        fixed, free = fem.dof.partition(field, held)
+        clamped = {"base": fem.Boundary(field[0], mask=base)}
+        fixed, free = fem.dof.partition(field, clamped)
         found = fem.newtonraphson(
             items=[body, pressure],
             dof0=fixed,
             dof1=free,
-            ext0=fem.dof.apply(field, held, fixed),
+            ext0=fem.dof.apply(field, clamped, fixed),
             solver=spsolve,
             tol=TOLERANCE,
             verbose=0,
@@ -153,8 +153,8 @@ def wall_region(fem, solid):
 
 
 def ccx(mesh: TetMesh) -> dict:
-    built = model(mesh, rubber(SHEAR, BULK, 1.1e-9), plate=False)
-    at = configuration(built, mesh.points, loads(built, {"A": PRESSURE}))
+    built = build_model(mesh, neo_hookean_rubber(SHEAR, BULK, 1.1e-9), plate=False)
+    at = configure(built, mesh.points, build_loads(built, {"A": PRESSURE}))
     os.environ |= {"OMP_NUM_THREADS": "2", "CCX_NPROC_STIFFNESS": "2", "CCX_NPROC_RESULTS": "2"}
     (u, _), seconds = timed(lambda: calculix.equilibrium(mesh, at, increment=1.0, tolerance=TOLERANCE))
     return {"seconds": seconds, "u": u, "note": "SPOOLES"}

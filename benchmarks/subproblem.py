@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.constraint import limits_of, report
-from pneumorph.constraint.sampled import sampled
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.constraint import build_limit_functions, certify
+from pneumorph.constraint.sampled import sample_limits
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.proxy import Proxy
-from pneumorph.optimize.smoothing import smoothing
-from pneumorph.optimize.subproblem import sequential_quadratic
+from pneumorph.optimize.smoothing import build_smoothing
+from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import loads
 
@@ -33,15 +33,15 @@ def main() -> None:
     for density in densities:
         problem = loads(EXAMPLE.replace('control_density = "0.6 /mm"', f'control_density = "{density} /mm"'))
         body = starting_body(problem.body)
-        space = design_space(problem, body)
-        smooth, limits = smoothing(space), sampled(body, problem.limits)
+        space = build_design_space(problem, body)
+        smooth, limits = build_smoothing(space), sample_limits(body, problem.limits)
         points = body.control_points()
         wave = np.cos(2 * np.pi * (points[:, 2] - 40) / 10)[:, None] * points * np.array([1.0, 1.0, 0.0])
         slope = -space.pullback(wave)
         proxy = Proxy(slope, np.zeros((0, space.n)))
-        every = limits_of(body, problem.limits, reach=1.0)
+        every = build_limit_functions(body, problem.limits, reach=1.0)
         for name, stepper in (
-            ("sqp", sequential_quadratic(space, smooth, limits)),
+            ("sqp", build_sequential_quadratic(space, smooth, limits)),
             ("dfp", PaperStepper(space, every, RADIUS, FIRST_ITERATIONS, np.zeros(0))),
         ):
             phi = space.start
@@ -56,10 +56,10 @@ def main() -> None:
                 gain = slope @ (phi - found.phi) / (RADIUS * np.abs(slope).sum())
                 phi, stepper = found.phi, stepper.after(step)
             once = time.perf_counter()
-            report(space.body(phi), problem.limits)
+            certify(space.body(phi), problem.limits)
             certified = time.perf_counter() - once
-            told = f"{stepped - began:7.2f} {ended - stepped:7.2f} {certified:11.2f} {gain:6.3f}"
-            print(f"{space.n:9d} {name:>6s} {told}", flush=True)
+            line = f"{stepped - began:7.2f} {ended - stepped:7.2f} {certified:11.2f} {gain:6.3f}"
+            print(f"{space.n:9d} {name:>6s} {line}", flush=True)
 
 
 if __name__ == "__main__":

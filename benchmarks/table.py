@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from statistics import median
 
-from pneumorph.output.words import duration, motion_of
+from pneumorph.output.format import format_duration, motion_of
 from pneumorph.run import open_run
 
 PAPER = {
@@ -56,7 +56,7 @@ def row(path: Path) -> str:
         path.name,
         f"{body.n_points} ({points})",
         f"{last.iteration} ({designs})",
-        f"{duration(seconds)} ({spent})",
+        f"{format_duration(seconds)} ({spent})",
         str(sum(line.factorisations for line in history)),
         f"{cost:.1f}",
         str(last.elements),

@@ -6,7 +6,7 @@
 Problems 0 to COUNT-1 of SEED (`random_problems.py`) are designed by the command `pneumorph design`, each in a process
 of its own and in a directory of its own; what has ended is not run again. With --source the command is that of another
 checkout. Every accepted design is then measured by the limit report of this one, whatever its run says of itself; with
---measure-again what has been measured before is measured anew. --table-only prints the tables of what is there. Seconds
+--measure-again this is repeated for designs measured before. --table-only prints the tables of what is there. Seconds
 include what is compiled on the way; keep PNEUMORPH_CACHE between the runs that are to be compared.
 
 The gain of a run is (J at the start − least J of a design that holds all limits) over the gain that the unconstrained
@@ -60,8 +60,8 @@ def prepare(seed: int, index: int, folder: Path) -> None:
     drawn = draw(seed, index)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "problem.toml").write_text(drawn.text, encoding="utf-8")
-    told = {key: value for key, value in asdict(drawn).items() if key != "text"}
-    write(folder / "drawn.json", {"seed": seed, "index": index, **told})
+    about = {key: value for key, value in asdict(drawn).items() if key != "text"}
+    write(folder / "drawn.json", {"seed": seed, "index": index, **about})
 
 
 def write(path: Path, content: Any) -> None:
@@ -143,7 +143,7 @@ def ending(folder: Path, status: int | None) -> dict[str, Any]:
     """The kind of a run's end, and its reason as one line."""
     errors = (folder / "errors.txt").read_text(encoding="utf-8", errors="replace").strip()
     lines = errors.splitlines() or [""]
-    told = [line.removeprefix("pneumorph: ") for line in lines if line.startswith("pneumorph: ")]
+    messages = [line.removeprefix("pneumorph: ") for line in lines if line.startswith("pneumorph: ")]
     result = read(folder / "run" / "result.json")
     if status is None:
         return {"end": "without end", "reason": f"stopped after {log_state(folder)}"}
@@ -151,10 +151,10 @@ def ending(folder: Path, status: int | None) -> dict[str, Any]:
         return {"end": "traceback", "reason": lines[-1]}
     if status == 0 and result is not None:
         return {"end": "completed", "reason": result["reason"]}
-    if status == 1 and told:
-        return {"end": "failed", "reason": told[-1]}
+    if status == 1 and messages:
+        return {"end": "failed", "reason": messages[-1]}
     if status == 2:
-        return {"end": "refused", "reason": (told or lines)[-1]}
+        return {"end": "refused", "reason": (messages or lines)[-1]}
     return {"end": "crashed", "reason": f"exit status {status}: {lines[-1]}"}
 
 
@@ -189,21 +189,21 @@ def predict(folder: Path) -> None:
     import numpy as np
 
     from pneumorph.analysis import analyse, design_gradient, discretise
-    from pneumorph.geometry import design_space, starting_body
+    from pneumorph.geometry import build_design_space, starting_body
     from pneumorph.mechanics import NoEquilibrium
-    from pneumorph.optimize.smoothing import smoothing
+    from pneumorph.optimize.smoothing import build_smoothing
     from pneumorph.problem import load
 
     problem = load(folder / "problem.toml")
     body = starting_body(problem.body)
-    space = design_space(problem, body)
+    space = build_design_space(problem, body)
     disc = discretise(problem, body)
     found = analyse(problem, space, disc, space.start)
     if isinstance(found, NoEquilibrium):
         write(folder / "prediction.json", {"gain": None, "reason": found.reason})
         return
     step, shape = problem.optimizer.step, space.n_shape
-    slope = smoothing(space).transpose(design_gradient(problem, space, disc, found))
+    slope = build_smoothing(space).transpose(design_gradient(problem, space, disc, found))
     room = np.where(slope > 0, space.start - space.lower, space.upper - space.start)[shape:] / step
     pressures = [[float(step * abs(a)), float(b)] for a, b in zip(slope[shape:], room, strict=True)]
     gain = float(step * np.abs(slope[:shape]).sum())
@@ -212,17 +212,17 @@ def predict(folder: Path) -> None:
 
 def measure_limits(folder: Path) -> None:
     """Write measured.json: by design whether all limits are held, and the excess of each."""
-    from pneumorph.constraint import report
+    from pneumorph.constraint import certify
     from pneumorph.run import open_run
 
     stored = open_run(folder / "run") if (folder / "run" / "problem.toml").exists() else None
     designs = []
     for line in history(folder):
-        found = report(stored.load_design(line["iteration"]).body(stored.problem), stored.problem.limits)
+        found = certify(stored.load_design(line["iteration"]).body(stored.problem), stored.problem.limits)
         designs.append(
             {
                 "iteration": line["iteration"],
-                "held": found.held(),
+                "held": found.satisfied(),
                 "violated": [reading.limit for reading in found.violated()],
                 "excess": {reading.limit: reading.excess() for reading in found.readings},
             }
@@ -277,7 +277,7 @@ def summary(folder: Path) -> dict[str, Any] | None:
         "seconds": [line["seconds"]["total"] for line in lines if line["iteration"] > 0],
         "same": [line["factorisations"] for line in lines if line["iteration"] > 0 and not line["remeshed"]],
         "anew": [line["factorisations"] for line in lines if line["iteration"] > 0 and line["remeshed"]],
-        "remeshes": words.count("meshed anew"),
+        "remeshes": len(re.findall("meshed anew|remeshed with", words)),
         "taken back": words.count("step taken back"),
         "mesh failures": sum(about_mesh(line) for line in words.splitlines() if "step taken back" in line)
         + (outcome["end"] == "failed" and about_mesh(outcome["reason"])),
@@ -324,7 +324,7 @@ def one_line(folder: Path) -> str:
 
 
 HEAD = ("", "runs", "ended", "starts", "designs", "held %", "ends held", "gained", "share %", "s/design", "fact.",
-        "fact. anew", "anew", "no mesh", "back")  # fmt: skip
+        "fact. new", "new", "no mesh", "back")  # fmt: skip
 
 
 def row(name: str, found: list[dict[str, Any]]) -> list[str]:
@@ -373,7 +373,7 @@ def tables(folders: list[Path]) -> None:
         "ended: with a reason of its own; starts: that hold all limits; designs: accepted after the start, and how\n"
         "many of them hold all limits; ends held: runs whose last design does; gained: runs with a design within its\n"
         "limits better than the start; share: median part of the promised gain; s/design, fact.: median seconds and\n"
-        "factorisations of a design, fact. anew: where the body was meshed anew; anew: new meshes; no mesh: steps\n"
+        "factorisations of a design, fact. new: where the body was remeshed; new: new meshes; no mesh: steps\n"
         "taken back for want of one; back: steps taken back in all\n"
     )
     table([row("all", found)])

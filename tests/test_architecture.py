@@ -77,7 +77,7 @@ def test_imports_run_one_way(path):
     package = path.relative_to(SOURCE).parts[0].removesuffix(".py")
     imported = packages_imported(path) - {package}
     if package == "__init__":
-        assert imported <= {"analysis", "constraint", "interface", "problem"}, "the face tells types, and loads nothing"
+        assert imported <= {"analysis", "constraint", "interface", "problem"}, "the face names types, and loads nothing"
         return
     if package == "errors":
         assert not imported, f"{package} stands above every package"

@@ -21,8 +21,8 @@ SLOW = {"Design", "Run", "Sweep", "check_gradient", "design", "designs", "open_r
 def loaded_by(code: str) -> set[str]:
     """Packages in a fresh process after some code."""
     code += "\nimport sys; print(*{name.split('.')[0] for name in sys.modules})"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True).stdout
-    return set(told.splitlines()[-1].split())
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True).stdout
+    return set(printed.splitlines()[-1].split())
 
 
 def test_importing_loads_nothing_else():
@@ -94,11 +94,11 @@ def examples_of(name: str) -> list[doctest.DocTest]:
 
 
 def run_examples(examples: list[doctest.DocTest]) -> None:
-    told: list[str] = []
+    printed: list[str] = []
     runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
     for example in examples:
-        runner.run(example, out=told.append)
-    assert runner.summarize(verbose=False).failed == 0, "".join(told)
+        runner.run(example, out=printed.append)
+    assert runner.summarize(verbose=False).failed == 0, "".join(printed)
 
 
 FUNCTIONS = [name for name in pm.__all__ if name[0].islower()] + ["Design", "Problem", "Run", "Sweep"]

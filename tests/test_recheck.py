@@ -11,7 +11,7 @@ from records import entry, one_element
 from tiny import tiny
 
 from pneumorph.analysis import to_json
-from pneumorph.constraint import report
+from pneumorph.constraint import certify
 from pneumorph.geometry import starting_body
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create
@@ -40,7 +40,7 @@ def stored(request, tmp_path_factory):
     body = starting_body(problem.body)
     path = tmp_path_factory.mktemp("recheck") / "run"
     run = create(path, problem)
-    line = entry(0, limits=report(body, problem.limits).values())
+    line = entry(0, limits=certify(body, problem.limits).values())
     names = [chamber.name for chamber in problem.body.chamber]
     run.record(line, StoredDesign.of(body, {"extend": dict.fromkeys(names, 0.06)}), one_element(), {})
     return path, line
@@ -60,15 +60,15 @@ def test_it_agrees_with_the_report(stored):
 def test_a_claim_that_is_too_good_is_noticed(stored, key, factor):
     path, line = stored
     history = path / "history.jsonl"
-    told = history.read_text()
+    written = history.read_text()
     spoiled = replace(line, limits={**line.limits, key: line.limits[key] * factor})
     history.write_text(json.dumps(to_json(spoiled)) + "\n")
     try:
         found = recheck(path)
     finally:
-        history.write_text(told)
+        history.write_text(written)
     assert found.returncode == 1
-    assert f"worse than told: {key}" in found.stdout
+    assert f"worse than reported: {key}" in found.stdout
 
 
 def test_what_is_no_run_is_told_in_one_line(tmp_path):

@@ -1,4 +1,4 @@
-"""The errors a person meets: each message is one readable line that names the key or file, what is wrong, the mend."""
+"""The errors that users see: each is one line that names the key or file, what is wrong, and how to fix it."""
 
 
 class PneumorphError(Exception):

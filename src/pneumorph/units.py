@@ -68,28 +68,28 @@ def parse(text: Any, kind: Kind) -> float:
     Raises
     ------
     ValueError
-        With a sentence that says what is wrong (no unit, no number, an unknown unit, another dimension) and the mend.
+        Says what is wrong (no unit, no number, an unknown unit, another dimension) and how to fix it.
     """
-    mend = f'write e.g. "{kind.example}"'
+    fix = f'write e.g. "{kind.example}"'
     text = text_of(text)
     if not isinstance(text, str):
         if isinstance(text, (int, float)) and not isinstance(text, bool):
-            raise ValueError(f"the number {text} has no unit; {mend}")
-        raise ValueError(f"{kind.name} with its unit is needed here; {mend}")
+            raise ValueError(f"the number {text} has no unit; {fix}")
+        raise ValueError(f"{kind.name} with its unit is needed here; {fix}")
     match = _QUANTITY.fullmatch(text)
     if match is None:
-        raise ValueError(f'"{text}" is not a number with a unit; {mend}')
+        raise ValueError(f'"{text}" is not a number with a unit; {fix}')
     number, unit = match.groups()
     if not unit:
-        raise ValueError(f'"{text}" has no unit; {mend}')
+        raise ValueError(f'"{text}" has no unit; {fix}')
     value = float(Decimal(number) * _factor(unit, kind))
     if not abs(value) <= LARGEST:
-        raise ValueError(f'"{text}" is too large; {mend}')
+        raise ValueError(f'"{text}" is too large; {fix}')
     return value
 
 
 def write(value: float, kind: Kind) -> str:
-    """The shortest text that `parse` reads back as exactly this value, in the unit that people use for its kind."""
+    """The shortest text that `parse` reads back as exactly this value, in the usual unit of its kind."""
     factor = _factor(kind.written, kind)
     exact = Decimal(value) / factor
     for digits in range(1, 29):
@@ -102,15 +102,15 @@ def write(value: float, kind: Kind) -> str:
 
 def _factor(unit: str, kind: Kind) -> Decimal:
     """How many inside units one `unit` is."""
-    mend = f'write e.g. "{kind.example}"'
+    fix = f'write e.g. "{kind.example}"'
     if _UNIT.fullmatch(unit) is None:
-        raise ValueError(f'"{unit}" is not a unit; {mend}')
+        raise ValueError(f'"{unit}" is not a unit; {fix}')
     try:
         parsed = _registry.parse_units(f"1{unit}" if unit.startswith("/") else unit)
     # What pint raises for text that is not a unit depends on where its tokenizer, parser or arithmetic trips.
     except (pint.PintError, TokenError, ArithmeticError, AssertionError, SyntaxError, TypeError, ValueError) as error:
-        raise ValueError(f'"{unit}" is not a unit known here; {mend}') from error
+        raise ValueError(f'"{unit}" is not a unit known here; {fix}') from error
     inside = _registry.parse_units(kind.inside)
     if parsed.dimensionality != inside.dimensionality:
-        raise ValueError(f'"{unit}" is not a unit of {kind.name}; {mend}')
+        raise ValueError(f'"{unit}" is not a unit of {kind.name}; {fix}')
     return _registry.Quantity(Decimal(1), parsed).to(inside).magnitude

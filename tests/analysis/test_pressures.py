@@ -1,4 +1,4 @@
-"""Pressures as people give them."""
+"""Pressures as users write them."""
 
 import pint
 import pytest

@@ -48,9 +48,9 @@ def test_the_first_runs_have_no_optimality():
 
 
 def test_what_is_not_finite_is_null():
-    told = to_json(entry(2, limits={"wall_mm": math.inf}, equivalents=math.nan, objective=np.float64(1.5)))
-    assert told["limits"] == {"wall_mm": None} and told["equivalents"] is None
-    assert json.loads(json.dumps(told, allow_nan=False))["objective"] == 1.5
+    written = to_json(entry(2, limits={"wall_mm": math.inf}, equivalents=math.nan, objective=np.float64(1.5)))
+    assert written["limits"] == {"wall_mm": None} and written["equivalents"] is None
+    assert json.loads(json.dumps(written, allow_nan=False))["objective"] == 1.5
 
 
 def test_entries_come_back():
@@ -73,20 +73,20 @@ def test_results_come_back():
 
 def test_a_step_without_equilibrium_is_null():
     missing = SweepStep("t", {"A": 0.1}, converged=False, reason="it balloons")
-    told = to_json(missing)
-    assert {key for key, value in told.items() if value is None} == {
+    written = to_json(missing)
+    assert {key for key, value in written.items() if value is None} == {
         "translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity", "stable",
     }  # fmt: skip
-    back = from_json(SweepStep, json.loads(json.dumps(told)))
+    back = from_json(SweepStep, json.loads(json.dumps(written)))
     assert (back.task, back.converged, back.reason) == ("t", False, "it balloons")
     assert math.isnan(back.max_stretch) and np.isnan(back.translation).all() and back.volumes == {}
 
 
 def test_a_step_comes_back():
     step = SweepStep("t", {"A": 0.1}, (0.0, 0.0, 1.0), (0.0, 0.1, 0.0), {"axial": 2.0}, {"A": 900.0}, 1.2, stable=True)
-    told = to_json(step)
-    assert "reason" not in told and told["converged"] is True
-    assert from_json(SweepStep, told) == step
+    written = to_json(step)
+    assert "reason" not in written and written["converged"] is True
+    assert from_json(SweepStep, written) == step
 
 
 def test_fields_come_back():

@@ -81,7 +81,7 @@ def test_a_blocked_plate(run, tiny, tmp_path):
 
 
 def test_a_step_without_equilibrium(run, tiny, tmp_path, monkeypatch):
-    """What was found before is written, the rest is told."""
+    """What was found before is written, the rest is reported."""
 
     def ballooning(path, tangent):
         first, *others = path

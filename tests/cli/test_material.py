@@ -10,15 +10,15 @@ from pneumorph.problem.material import library
 
 
 def test_list_names_every_elastomer_and_its_source(run):
-    told = run("material", "list")
-    assert told.exit_code == 0
+    result = run("material", "list")
+    assert result.exit_code == 0
     for name, elastomer in library().items():
-        assert name in told.stdout and elastomer["source"][:40] in told.stdout
+        assert name in result.stdout and elastomer["source"][:40] in result.stdout
 
 
 def test_show(run):
-    told = run("material", "show", "Elastosil M4601")
-    assert told.exit_code == 0 and "yeoh" in told.stdout and "κ/μ = 1000" in told.stdout
+    result = run("material", "show", "Elastosil M4601")
+    assert result.exit_code == 0 and "yeoh" in result.stdout and "κ/μ = 1000" in result.stdout
     wrong = run("material", "show", "Chewing gum")
     assert wrong.exit_code == 2 and "is not in the library" in wrong.stderr
 
@@ -29,9 +29,9 @@ def test_fit_writes_a_table_to_paste(run, tmp_path):
     stress = 1e3 * 2 * (0.11 + 2 * 0.02 * excess) * (stretch - stretch**-2)
     rows = "".join(f"{a},{b}\n" for a, b in zip(stretch - 1, stress, strict=True))
     (tmp_path / "test.csv").write_text(f"nominal strain, nominal stress (kPa)\n{rows}")
-    told = run("material", "fit", tmp_path / "test.csv", "--model", "yeoh", "--out", tmp_path / "out")
-    assert told.exit_code == 0, told.output
-    assert "R² 1.00000" in told.stdout and "stable up to 3" in told.stdout
+    result = run("material", "fit", tmp_path / "test.csv", "--model", "yeoh", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "R² 1.00000" in result.stdout and "stable up to 3" in result.stdout
     table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
     assert table["model"] == "yeoh" and table["bulk_modulus"] == "220 MPa" and table["valid_stretch"] == 3.0
     assert [float(c.split()[0]) for c in table["coefficients"]] == pytest.approx([0.11, 0.02], rel=1e-4)
@@ -48,8 +48,8 @@ def test_fit_writes_a_table_to_paste(run, tmp_path):
     ],
 )
 def test_refusals(run, tmp_path, arguments, words):
-    told = run("material", "fit", tmp_path / arguments[0], *arguments[1:])
-    assert told.exit_code == 2 and told.stderr.count("\n") == 1 and words in told.stderr
+    result = run("material", "fit", tmp_path / arguments[0], *arguments[1:])
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and words in result.stderr
 
 
 def test_a_stretch_beyond_the_rubber_s_range_is_said(run, tiny):
@@ -59,9 +59,9 @@ def test_a_stretch_beyond_the_rubber_s_range_is_said(run, tiny):
     )
     tiny.write_text(text)
     report = tiny.with_suffix(".json")
-    told = run("simulate", tiny, "--json", report)
-    assert told.exit_code == 0 and "beyond the range the rubber's parameters hold for" in told.stdout
+    result = run("simulate", tiny, "--json", report)
+    assert result.exit_code == 0 and "beyond the range the rubber's parameters hold for" in result.stdout
     assert json.loads(report.read_text())["steps"][0]["beyond_validity"] is True
     tiny.write_text(text.replace("1.01", "3.0"))
-    told = run("simulate", tiny, "--json", report)
-    assert "beyond" not in told.stdout and json.loads(report.read_text())["steps"][0]["beyond_validity"] is False
+    result = run("simulate", tiny, "--json", report)
+    assert "beyond" not in result.stdout and json.loads(report.read_text())["steps"][0]["beyond_validity"] is False

@@ -12,7 +12,7 @@ from pneumorph.constraint.extent import beyond, radius, rims
 from pneumorph.constraint.frame import frame
 from pneumorph.constraint.sampling import grid
 from pneumorph.constraint.surface import measures
-from pneumorph.constraint.taylor import Taylor, model
+from pneumorph.constraint.taylor import Taylor, taylor
 from pneumorph.geometry import TubeSurface, starting_body
 from pneumorph.problem import BodySpec
 
@@ -93,7 +93,7 @@ def test_models_are_of_third_order():
     for level in range(5):
         half = np.full((1, 2), 0.5 * 0.5**level)
         local = recentred(polynomials[None], Cells(np.zeros(1, dtype=int), np.full((1, 2), 0.4), half))
-        a, b = model(local[:, 0]), model(local[:, 1])
+        a, b = taylor(local[:, 0]), taylor(local[:, 1])
         widths.append(float((a * b * b.inverse() * a.inverse() - a * b).rest[0]))
     rates = np.log2(np.array(widths[:-1]) / widths[1:])
     assert rates[-1] == pytest.approx(3.0, abs=0.15)

@@ -3,12 +3,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.constraint import limits_of, report
+from pneumorph.constraint import build_limit_functions, certify
 
 
 def two_walls(make_body, table, **other):
     body = make_body()
-    return body, limits_of(body, table(wall=5.0, **other))
+    return body, build_limit_functions(body, table(wall=5.0, **other))
 
 
 def test_shapes_never_change(make_body, table, waved):
@@ -27,7 +27,7 @@ def test_shapes_never_change(make_body, table, waved):
     assert shapes[0] == shapes[1] == shapes[2]
     assert len(traced) == 1
     assert set(shapes[0]) == {"wall", "ends", "fold", "rim", "curvature", "skew", "stretch", "area", "envelope"}
-    assert "envelope" not in limits_of(body, table(envelope=None)).values(points, limits.pairs(points))
+    assert "envelope" not in build_limit_functions(body, table(envelope=None)).values(points, limits.pairs(points))
 
 
 def test_concentric_cylinders_and_end_walls(make_body, table):
@@ -43,7 +43,7 @@ def test_concentric_cylinders_and_end_walls(make_body, table):
 
 def test_eccentric_chamber_and_corner_of_its_disc(make_body, table):
     body = make_body(chambers=((3.0, (2.0, 1.0), (3.0, 21.0), "flat"),))
-    limits = limits_of(body, table(wall=4.0))
+    limits = build_limit_functions(body, table(wall=4.0))
     points = body.control_points()
     pairs = limits.pairs(points)
     x = np.asarray(limits._positions([field.x for field in limits._fields(points)]))
@@ -60,7 +60,7 @@ def test_eccentric_chamber_and_corner_of_its_disc(make_body, table):
 def test_chambers_in_series_are_kept_apart_by_their_discs(make_body, table):
     flat = ((4.0, (0.0, 0.0), (3.0, 11.0), "flat"), (4.0, (0.0, 0.0), (13.5, 21.0), "flat"))
     body = make_body(chambers=flat)
-    limits = limits_of(body, table(wall=2.5))
+    limits = build_limit_functions(body, table(wall=2.5))
     points = body.control_points()
     values = limits.values(points, limits.pairs(points))
     between = values["wall"][-limits._first[2] + limits._first[1] :]
@@ -104,9 +104,9 @@ def test_distances_follow_motion_until_partners_are_found_anew(make_body, table,
     assert not limits.moved(start + direction, pairs)
     assert limits.moved(start + 1.3 * direction, pairs)
     moved = start + direction
-    held, fresh = (np.asarray(limits.values(moved, found)["wall"]) for found in (pairs, limits.pairs(moved)))
+    kept, fresh = (np.asarray(limits.values(moved, found)["wall"]) for found in (pairs, limits.pairs(moved)))
     active = np.asarray(pairs.wall.active)
-    assert np.abs(5.0 * (held - fresh))[active].max() < 0.04
+    assert np.abs(5.0 * (kept - fresh))[active].max() < 0.04
 
 
 def bellows(make_body, gap):
@@ -133,7 +133,7 @@ def bellows(make_body, gap):
 @pytest.mark.parametrize("gap", [0.8, 1.2])
 def test_fold_of_a_bellows(make_body, table, gap):
     body, points = bellows(make_body, gap)
-    limits = limits_of(body, table())
+    limits = build_limit_functions(body, table())
     values = limits.values(points, limits.pairs(points))
     surface = body.with_control_points(points).exterior
     profile = surface.sample([0.0], np.linspace(0, 1, 4001))[:, 0]
@@ -155,7 +155,7 @@ def test_paper_arguments(make_body, table):
 
 def test_no_nan_where_surfaces_touch_or_fold(make_body, table):
     body = make_body()
-    limits = limits_of(body, table())
+    limits = build_limit_functions(body, table())
     total = jax.jit(
         jax.value_and_grad(lambda points, pairs: sum(c.sum() for c in limits.values(points, pairs).values()))
     )
@@ -169,7 +169,7 @@ def test_no_nan_where_surfaces_touch_or_fold(make_body, table):
 @pytest.mark.parametrize(("slope", "excess"), [(0.7, 0.0), (0.3, 0.4)])
 def test_a_chamber_may_not_lie_flat_on_its_own_end(make_body, table, slope, excess):
     body = make_body()
-    limits = limits_of(body, table())
+    limits = build_limit_functions(body, table())
     points = body.control_points()
     net = points[body.slices[1]].reshape(body.chambers[0].net.shape)
     along = 18.0 * body.chambers[0].basis_r.greville
@@ -178,7 +178,7 @@ def test_a_chamber_may_not_lie_flat_on_its_own_end(make_body, table, slope, exce
     net[row, :, 2] = 3.0 + slope * along[row, None]
     net[row, :, :2] *= (1.0 - 0.08 * along[row])[:, None, None]
     rim = float(limits.values(points, limits.pairs(points))["rim"].max())
-    reading = report(body.with_control_points(points), table())["fold"]
+    reading = certify(body.with_control_points(points), table())["fold"]
     if excess:
         assert rim == pytest.approx(excess, abs=0.02)
         assert (reading.seen, reading.surface) == (pytest.approx(0.6, abs=0.02), "A")

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.constraint import report
+from pneumorph.constraint import certify
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import KINDS, sampled
+from pneumorph.constraint.sampled import KINDS, sample_limits
 from pneumorph.constraint.shape_rows import _gradient
 
 CHAMBERS = {
@@ -21,7 +21,7 @@ def test_rows_are_first_derivatives(make_body, table, waved, chambers):
     body = make_body(length=30.0, chambers=CHAMBERS[chambers])
     points = waved(body, 3, wave=0.6, noise=0.1)
     body = body.with_control_points(points)
-    limits = sampled(body, table(envelope=8.5))
+    limits = sample_limits(body, table(envelope=8.5))
     here = linearised(limits, body, 2.0, -0.9)
     # Smooth motions keep the same samples the worst of their cells nearly everywhere.
     way = 0.02 * np.sin(points[:, [1, 2, 0]] / 2.5) * np.where(points[:, 2:] % 30.0 < 1e-9, 0.0, 1.0)
@@ -49,11 +49,11 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
     body = make_body(length=30.0, chambers=CHAMBERS["flat"])
     body = body.with_control_points(waved(body, 1, wave=1.2))
     spec = table(envelope=9.0)
-    rows, found = linearised(sampled(body, spec), body, 5.0, -0.99), report(body, spec)
+    rows, found = linearised(sample_limits(body, spec), body, 5.0, -0.99), certify(body, spec)
     for kind, sense in (("wall", -1.0), ("curvature", 1.0), ("stretch", 1.0), ("fold", -1.0)):
         reading = found[kind]
         worst = reading.bound * (1.0 + sense * float(rows.value[rows.kind == KINDS.index(kind)].max()))
-        if kind == "fold":  # far from its bound it is not told exactly, only surely
+        if kind == "fold":  # far from its bound there is a safe value, not the exact one
             assert worst > reading.value
         else:
             assert worst == pytest.approx(reading.seen, rel=0.01), kind
@@ -62,7 +62,7 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
 def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, waved):
     body = make_body(length=30.0, chambers=CHAMBERS["flat"])
     body = body.with_control_points(waved(body, 1, wave=1.2))
-    limits = sampled(body, table().model_copy(update={"curvature": 0.05}))
+    limits = sample_limits(body, table().model_copy(update={"curvature": 0.05}))
     places = linearised(limits, body, 0.0, -0.5).places
     count = {name: len(found.q) for name, found in places.items()}
     assert count["curvature"] > 5
@@ -76,7 +76,7 @@ def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, 
 
 def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
     body = make_body(length=30.0, chambers=((4.0, (0.0, 0.0), (3.0, 27.0), "flat"),))
-    limits = sampled(body, table())
+    limits = sample_limits(body, table())
     points = body.control_points()
     middle = np.abs(points[:, 2] - 15.0) < 5.0
     inner = np.arange(len(points)) >= body.slices[1].start
@@ -87,7 +87,7 @@ def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
 
 def test_measures_at_places_are_those_of_any_point_of_the_surface(make_body, table, waved):
     body = make_body(length=30.0, chambers=((3.0, (0.5, 0.0), (3.0, 27.0), "pole"),))
-    limits = sampled(body, table())
+    limits = sample_limits(body, table())
     net = body.chambers[0].net.copy()
     net[2:-2] += np.random.default_rng(1).normal(scale=0.05, size=net[2:-2].shape)
     surface = replace(body.chambers[0], net=net)

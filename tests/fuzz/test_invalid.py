@@ -32,7 +32,7 @@ def promise_broken(result):
         return f"it ended with {type(result.exception).__name__}: {result.exception}"
     one_line = result.stderr.startswith("pneumorph: ") and result.stderr.count("\n") == 1
     if not one_line or "Traceback" in result.output:
-        return "it is not told in one line"
+        return "it is not reported in one line"
     if result.exit_code != 2 and SOUND not in result.stderr:
         return f"it ended with exit status {result.exit_code}"
     return ""

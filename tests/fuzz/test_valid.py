@@ -1,4 +1,4 @@
-"""Any sound problem is simulated, or told in one line to have no equilibrium or mesh; in bounded time, without NaN."""
+"""Any sound problem is simulated, or one line says that it has no equilibrium or mesh; in bounded time, without NaN."""
 
 import json
 import math
@@ -71,8 +71,8 @@ def promise_broken(result, steps, equilibria):
     if result.exit_code not in (0, 1):
         return f"a sound problem ended with exit status {result.exit_code}"
     if result.exit_code == 1:
-        told = result.stderr.startswith("pneumorph: ") and result.stderr.count("\n") == 1
-        return "" if told and "nan" not in result.stderr.lower() else "the failure is not told in one line"
+        reported = result.stderr.startswith("pneumorph: ") and result.stderr.count("\n") == 1
+        return "" if reported and "nan" not in result.stderr.lower() else "the failure is not reported in one line"
     found = equilibria[-1]
     if not isinstance(found, Equilibrium) or not found.residual < 1e-8:
         return f"its state is no equilibrium (residual {getattr(found, 'residual', None)})"
@@ -80,14 +80,14 @@ def promise_broken(result, steps, equilibria):
         return "a number is not finite"
     (step,) = steps
     if step["stable"] and not found.stable:
-        return "its state is not stable, and that is not told"
+        return "its state is not stable, and that is not reported"
     if step["max_stretch"] < 1.0 - 1e-6:
         return f"its largest stretch is {step['max_stretch']}"
     return ""
 
 
 def test_valid_problems(tally, command, equilibria, tmp_path):
-    """A failure is not shrunk, that would be hundreds of simulations; all are counted and told with their files.
+    """A failure is not shrunk, that would be hundreds of simulations; all are counted and reported with their files.
 
     Examples cost seconds, so there are fewer than of other properties: in an ordinary run a handful, always the same.
     """
@@ -118,7 +118,7 @@ def test_valid_problems(tally, command, equilibria, tmp_path):
             broken = broken or f"it took {seconds:.0f} s"
         verdict = {0: "converged", 1: "failed" if steps else "not meshed", 2: "refused"}[result.exit_code]
         if result.exit_code == 0 and not steps[0]["stable"]:
-            verdict = "converged, told to be not stable"
+            verdict = "converged, reported as not stable"
         reason = result.stderr.strip().removeprefix("pneumorph: ")
         tally.add(Outcome(verdict, reason, seconds, text, broken))
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.problem import Problem
 
 
@@ -20,7 +20,7 @@ def space(spec):
             ],
         }
     )
-    return design_space(problem, starting_body(body))
+    return build_design_space(problem, starting_body(body))
 
 
 def test_start_is_the_reference_body(space):

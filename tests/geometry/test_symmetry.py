@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import adjusted_columns, design_space, starting_body
+from pneumorph.geometry import adjusted_columns, build_design_space, starting_body
 from pneumorph.problem import Problem
 from pneumorph.problem.models import Symmetry
 from pneumorph.problem.symmetry import columns_multiple, operations
@@ -62,7 +62,7 @@ def test_every_design_is_exactly_symmetric(symmetry, chambers, order):
     asked = problem(symmetry, chambers)
     group = operations(asked.body.symmetry)
     assert len(group) == order
-    space = design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.body))
     phi = space.start + 0.3 * np.random.default_rng(0).normal(size=space.n)
     body = space.body(phi)
     centre = np.array([0.0, 0.0, 20.0])
@@ -75,8 +75,8 @@ def test_every_design_is_exactly_symmetric(symmetry, chambers, order):
 @pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES)
 def test_nothing_symmetric_is_left_out(symmetry, chambers, order):
     asked = problem(symmetry, chambers)
-    space = design_space(asked, starting_body(asked.body))
-    plain = design_space(problem({}, chambers), starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.body))
+    plain = build_design_space(problem({}, chambers), starting_body(asked.body))
     np.testing.assert_allclose(space.control_points(space.start), plain.control_points(plain.start), atol=1e-9)
     # The group's mean over an orbit of any change is symmetric; so the independent entries are its rank.
     assert space.n_shape >= plain.n_shape / order - 1e-9
@@ -92,7 +92,7 @@ def test_nothing_symmetric_is_left_out(symmetry, chambers, order):
 @pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES)
 def test_pullback_is_the_exact_transpose(symmetry, chambers, order):
     asked = problem(symmetry, chambers)
-    space = design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.body))
     rng = np.random.default_rng(1)
     dphi, dP = rng.normal(size=space.n), rng.normal(size=(space.reference.n_points, 3))
     moved = space.control_points(space.start + dphi) - space.control_points(space.start)
@@ -103,7 +103,7 @@ def test_a_helix_keeps_rotation_and_half_turn():
     asked = problem({"rotation": 3, "half_turn": "x"}, lobes=3)
     group = operations(asked.body.symmetry)
     assert len(group) == 6
-    space = design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.body))
     body = space.body(space.start)
     np.testing.assert_allclose(body.control_points(), starting_body(asked.body).control_points(), atol=1e-9)
     radius = np.hypot(*np.moveaxis(body.exterior.sample(np.arange(48) / 48, [0.5])[0, :, :2], -1, 0))
@@ -164,7 +164,7 @@ def rippled(*lobes, amplitude="0.1 mm"):
 def test_helices_of_chambers_wind_the_other_way_across_a_mirror():
     asked = problem(BOTH, rippled(2, -2, 2, -2, amplitude="0.3 mm"), radius=10.0)
     body = starting_body(asked.body)
-    space = design_space(asked, body)
+    space = build_design_space(asked, body)
     np.testing.assert_allclose(space.control_points(space.start), body.control_points(), atol=1e-9)
     # They are helices: at one height the radius goes up and down twice on the way round.
     a, b = (chamber.sample(np.arange(48) / 48, [0.4])[0] for chamber in body.chambers[:2])

@@ -11,7 +11,7 @@ from tiny import tiny
 import pneumorph as pm
 from pneumorph.analysis import analyse, discretise, fields_of
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import design_space
+from pneumorph.geometry import build_design_space
 from pneumorph.interface import design as module
 from pneumorph.interface import sweep as sweeps
 from pneumorph.problem import loads
@@ -36,7 +36,7 @@ def test_fields_are_computed_where_none_are_stored(start):
 
 def test_stored_fields_are_not_computed_again(start, monkeypatch):
     problem = start.problem
-    space = design_space(problem, start.body)
+    space = build_design_space(problem, start.body)
     disc = discretise(problem, start.body)
     stored = fields_of(disc, analyse(problem, space, disc, space.start))
     again = pm.Design(problem, start.body, start.pressures, stored=stored)

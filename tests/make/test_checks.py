@@ -21,10 +21,10 @@ def test_everything_of_a_body(body, tmp_path):
     cores = [f"chamber_{chamber.name}.step" for chamber in body.chambers]
     assert [path.name for path in made.files] == ["body.step", *cores, "body.3mf", "body.stl", "checks.json"]
     assert all(path.stat().st_size for path in made.files)
-    told = json.loads(made.files[-1].read_text())["checks"]
-    assert {check["file"] for check in told} == {"body.step", *cores, "body.3mf", "body.stl"}
-    assert all(check["passed"] and check["value"] <= check["limit"] for check in told)
-    volumes = [check["value"] for check in told if "relative" in check["what"]]
+    written = json.loads(made.files[-1].read_text())["checks"]
+    assert {check["file"] for check in written} == {"body.step", *cores, "body.3mf", "body.stl"}
+    assert all(check["passed"] and check["value"] <= check["limit"] for check in written)
+    volumes = [check["value"] for check in written if "relative" in check["what"]]
     assert max(volumes) < 1e-8
     again = make.make(body, tmp_path / "deep" / "folder", chord=0.05)
     assert again.files == made.files

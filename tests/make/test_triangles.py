@@ -32,7 +32,7 @@ def test_closed_and_oriented(body):
 
 @pytest.mark.parametrize("chord", [0.2, 0.05, 0.01])
 def test_the_chord_error_is_kept(bodies, chord):
-    """On a round tube it is told by the middles of edges and triangles; and not kept much better than asked for."""
+    """On a round tube it is measured at the middles of edges and triangles; and not kept much better than asked for."""
     exterior = bodies("plain").exterior
     part = make.triangles([exterior], chord)
     corners = part.points[part.corners]

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber, solve
 from pneumorph.verify.solids import octant, tube, with_lids
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 
 
 def inflate(mesh, supports, pressure, plate=False):
-    built = model(mesh, RUBBER, plate=plate, supports=supports)
-    found = solve(configuration(built, mesh.points, loads(built, {"A": pressure})), Tangent(built))
+    built = build_model(mesh, RUBBER, plate=plate, supports=supports)
+    found = solve(configure(built, mesh.points, build_loads(built, {"A": pressure})), Tangent(built))
     assert found.residual <= 1e-9
     assert found.stable
     return found
@@ -48,10 +48,10 @@ def test_plane_strain_tube(counts, error):
 
 def test_a_bar_on_a_small_dead_force_stretches_as_young_says():
     mesh = tube(4, 8, 60, (1, 8, 12))
-    built = model(mesh, RUBBER)
+    built = build_model(mesh, RUBBER)
     force = 1e-4
     wrench = np.array([0, 0, force, 0, 0, 0])
-    found = solve(configuration(built, mesh.points, loads(built, {}, wrench=wrench)), Tangent(built))
+    found = solve(configure(built, mesh.points, build_loads(built, {}, wrench=wrench)), Tangent(built))
     young = 9 * 4.80 * 0.49 / (3 * 4.80 + 0.49)
     expected = force * 60 / (young * np.pi * (8**2 - 4**2))
     # The clamped ends hinder the contraction, over about a diameter each.
@@ -60,11 +60,11 @@ def test_a_bar_on_a_small_dead_force_stretches_as_young_says():
 
 def test_a_slender_tube_under_a_small_moment_bends_and_twists_as_beams_do():
     mesh = tube(4, 5, 100, (1, 12, 20))
-    built = model(mesh, RUBBER)
+    built = build_model(mesh, RUBBER)
     moment = 1e-3
     young = 9 * 4.80 * 0.49 / (3 * 4.80 + 0.49)
     second = np.pi / 4 * (5**4 - 4**4)
     wrench = np.array([0, 0, 0, 0, moment, moment])
-    found = solve(configuration(built, mesh.points, loads(built, {}, wrench=wrench)), Tangent(built))
+    found = solve(configure(built, mesh.points, build_loads(built, {}, wrench=wrench)), Tangent(built))
     assert found.plate[4] == pytest.approx(moment * 100 / (young * second), rel=0.03)
     assert found.plate[5] == pytest.approx(moment * 100 / (0.49 * 2 * second), rel=0.01)

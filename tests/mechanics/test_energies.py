@@ -34,7 +34,7 @@ STATES = {
 names = pytest.mark.parametrize("name", MODELS)
 
 
-def density(name):
+def energy_density(name):
     """ψ(F) with its bulk part."""
     parameters = jnp.array([*MODELS[name][0], BULK])
     return lambda F: complete(getattr(energies, name))(F, parameters)
@@ -66,7 +66,7 @@ def difference(name, stretches, a, b):
 @pytest.mark.parametrize("stretches", [(2.0, 2.0**-0.5, 2.0**-0.5), (1.5, 1.5, 1.5**-2), (1.8, 1.0, 1 / 1.8)])
 def test_uniaxial_equibiaxial_and_planar_stress(name, stretches):
     F = jnp.diag(jnp.array(stretches))
-    kirchhoff = np.asarray(jax.grad(density(name))(F)) @ np.asarray(F).T
+    kirchhoff = np.asarray(jax.grad(energy_density(name))(F)) @ np.asarray(F).T
     assert np.abs(kirchhoff - np.diag(np.diag(kirchhoff))).max() < 1e-12
     for a, b in ((0, 2), (1, 2)):
         expected = difference(name, stretches, a, b)
@@ -89,7 +89,7 @@ def test_turning_before_or_after_changes_nothing(name, entries, axis):
     F = np.eye(3) + np.reshape(entries, (3, 3)) / 2
     spin = np.cross(np.eye(3), axis)
     R = np.asarray(jax.scipy.linalg.expm(jnp.array(spin)))
-    psi = density(name)
+    psi = energy_density(name)
     here = float(psi(jnp.array(F)))
     assert float(psi(jnp.array(R @ F))) == pytest.approx(here, rel=1e-9, abs=1e-12)
     assert float(psi(jnp.array(F @ R))) == pytest.approx(here, rel=1e-9, abs=1e-12)
@@ -107,13 +107,13 @@ def test_initial_shear_modulus(name):
 @names
 @pytest.mark.parametrize("state", STATES)
 def test_second_derivative_is_symmetric_and_the_first_one_s(name, state):
-    F, stress = jnp.array(STATES[state]), jax.grad(density(name))
+    F, stress = jnp.array(STATES[state]), jax.grad(energy_density(name))
     tangent = np.asarray(jax.jacfwd(stress)(F)).reshape(9, 9)
     assert np.isfinite(tangent).all()
     assert np.abs(tangent - tangent.T).max() < 1e-12 * np.abs(tangent).max()
     direction = np.random.default_rng(0).standard_normal((3, 3))
     expected = (tangent @ direction.ravel()).reshape(3, 3)
-    psi = density(name)
+    psi = energy_density(name)
 
     def remainders(h):
         there = F + h * direction
@@ -128,9 +128,9 @@ def test_second_derivative_is_symmetric_and_the_first_one_s(name, state):
 @names
 def test_points_do_not_see_each_other(name):
     F = np.eye(3)[:, :, None, None] + 0.2 * np.random.default_rng(1).standard_normal((3, 3, 2, 4))
-    together = np.asarray(density(name)(jnp.array(F)))
+    together = np.asarray(energy_density(name)(jnp.array(F)))
     assert together.shape == (2, 4)
-    assert together[1, 2] == pytest.approx(float(density(name)(jnp.array(F[:, :, 1, 2]))), rel=1e-13)
+    assert together[1, 2] == pytest.approx(float(energy_density(name)(jnp.array(F[:, :, 1, 2]))), rel=1e-13)
 
 
 @names
@@ -138,12 +138,12 @@ def test_points_do_not_see_each_other(name):
     "F", [np.diag([9.0, 5.0, 0.01]), -np.eye(3), np.diag([1.0, 1.0, -0.3]), np.diag([1.0, 1.0, 0.0])]
 )
 def test_no_state_gives_nan(name, F):
-    value, slope = jax.value_and_grad(density(name))(jnp.array(F))
+    value, slope = jax.value_and_grad(energy_density(name))(jnp.array(F))
     assert np.isfinite(value) and np.isfinite(slope).all()
 
 
 def test_gent_goes_on_smoothly_where_its_logarithm_ends():
-    psi = density("gent")
+    psi = energy_density("gent")
     first = 3 + energies.GENT_END * 30
     end = brentq(lambda s: s**2 + 2 / s - first, 2, 8)
     bar = jax.jit(lambda s: psi(jnp.diag(jnp.stack([s, s**-0.5, s**-0.5]))))

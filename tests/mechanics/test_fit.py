@@ -91,8 +91,8 @@ def test_a_stable_fit_ranks_above_a_closer_one_that_is_not():
 
 @pytest.mark.parametrize("name", library())
 def test_the_library_has_sources_and_is_stable_where_it_is_valid(name):
-    told, rubber = library()[name], elastomer(name)
-    assert len(told["source"]) > 20
+    table, rubber = library()[name], elastomer(name)
+    assert len(table["source"]) > 20
     assert 9 < rubber.bulk_modulus / rubber.shear_modulus < 1100
     reach = rubber.valid_stretch or 3.0
     for mode in DIRECTIONS:

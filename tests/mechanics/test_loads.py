@@ -3,64 +3,73 @@
 import numpy as np
 import pytest
 
-from pneumorph.mechanics import Equilibrium, Tangent, configuration, loads, loads_of, model, rubber, solve
+from pneumorph.mechanics import (
+    Equilibrium,
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    loads_of,
+    neo_hookean_rubber,
+    solve,
+)
 from pneumorph.mechanics.assembly.plate import COMPONENTS
 from pneumorph.mechanics.solve.balance import evaluate
 from pneumorph.problem import load
 from pneumorph.verify.solids import tube
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 EVERYTHING = {"acceleration": np.array([9810.0, -4000.0, 2000.0]), "wrench": np.array([0.02, 0.01, 0.1, 0.2, 0.4, 0.5])}
 
 
 @pytest.fixture(scope="module")
 def built():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    return mesh, model(mesh, RUBBER)
+    return mesh, build_model(mesh, RUBBER)
 
 
-def settled(built, spring=None, held=None, wrench=EVERYTHING["wrench"]):
+def equilibrium(built, spring=None, blocked=None, wrench=EVERYTHING["wrench"]):
     mesh, body = built
-    acting = loads(body, {"A": 0.05}, EVERYTHING["acceleration"], spring=spring, wrench=wrench)
-    found = solve(configuration(body, mesh.points, acting, held), Tangent(body))
+    acting = build_loads(body, {"A": 0.05}, EVERYTHING["acceleration"], spring=spring, wrench=wrench)
+    found = solve(configure(body, mesh.points, acting, blocked), Tangent(body))
     assert isinstance(found, Equilibrium)
     return found
 
 
 @pytest.mark.parametrize("component", range(6), ids=COMPONENTS)
 def test_a_stiff_spring_carries_what_a_block_carries(built, component):
-    held = np.arange(6) == component
-    blocked = settled(built, held=held)
+    chosen = np.arange(6) == component
+    blocked = equilibrium(built, blocked=chosen)
     assert blocked.plate[component] == 0.0
-    assert np.all(blocked.reaction[~held] == 0)
+    assert np.all(blocked.reaction[~chosen] == 0)
     stiffness = 1e7
-    sprung = settled(built, spring=np.where(held, stiffness, 0.0))
+    sprung = equilibrium(built, spring=np.where(chosen, stiffness, 0.0))
     assert stiffness * sprung.plate[component] == pytest.approx(blocked.reaction[component], rel=1e-4, abs=1e-7)
     # A weak one takes just what its motion asks of it, in the balance of that component.
-    free = settled(built)
+    free = equilibrium(built)
     weak = 0.02 * abs(blocked.reaction[component] / free.plate[component])
-    given = settled(built, spring=np.where(held, weak, 0.0))
+    given = equilibrium(built, spring=np.where(chosen, weak, 0.0))
     assert abs(given.plate[component]) < abs(free.plate[component])
-    pushed = EVERYTHING["wrench"] - np.where(held, weak * given.plate[component], 0.0)
-    assert settled(built, wrench=pushed).plate == pytest.approx(given.plate, rel=1e-6, abs=1e-9)
+    pushed = EVERYTHING["wrench"] - np.where(chosen, weak * given.plate[component], 0.0)
+    assert equilibrium(built, wrench=pushed).plate == pytest.approx(given.plate, rel=1e-6, abs=1e-9)
 
 
 def test_dead_loads_of_the_size_of_the_reactions_hold_the_plate(built):
-    blocked = settled(built, held=np.ones(6, bool))
+    blocked = equilibrium(built, blocked=np.ones(6, bool))
     assert np.all(blocked.plate == 0)
     assert np.all(np.abs(blocked.reaction) > 1e-4)
-    pushed = settled(built, wrench=EVERYTHING["wrench"] - blocked.reaction)
+    pushed = equilibrium(built, wrench=EVERYTHING["wrench"] - blocked.reaction)
     assert np.abs(pushed.plate).max() < 1e-6
 
 
 def test_an_inflated_body_weighs_what_it_weighed_at_rest(built):
     mesh, _ = built
-    body = model(mesh, RUBBER, plate=False)
-    found = solve(configuration(body, mesh.points, loads(body, {"A": 0.08})), Tangent(body))
+    body = build_model(mesh, RUBBER, plate=False)
+    found = solve(configure(body, mesh.points, build_loads(body, {"A": 0.08})), Tangent(body))
     assert isinstance(found, Equilibrium)
     acceleration = np.array([1000.0, -2000.0, 9810.0])
     heavy, light = (
-        evaluate(configuration(body, mesh.points, loads(body, {"A": 0.08}, g)), found.state)[1][:-6].reshape(-1, 3)
+        evaluate(configure(body, mesh.points, build_loads(body, {"A": 0.08}, g)), found.state)[1][:-6].reshape(-1, 3)
         for g in (acceleration, np.zeros(3))
     )
     weight = RUBBER.density * acceleration * mesh.volume()
@@ -69,7 +78,7 @@ def test_an_inflated_body_weighs_what_it_weighed_at_rest(built):
 
 def test_a_hanging_bar_and_a_beam_under_their_small_weight():
     mesh = tube(4, 5, 100, (1, 12, 20))
-    body = model(mesh, RUBBER)
+    body = build_model(mesh, RUBBER)
     young = 9 * 4.80 * 0.49 / (3 * 4.80 + 0.49)
     area, second = np.pi * (5**2 - 4**2), np.pi / 4 * (5**4 - 4**4)
     g = 1.0
@@ -77,8 +86,8 @@ def test_a_hanging_bar_and_a_beam_under_their_small_weight():
         ([0, 0, 1.0], 2, RUBBER.density * g * 100**2 / (2 * young)),
         ([0, -1.0, 0], 1, -RUBBER.density * g * area * 100**4 / (8 * young * second)),
     ):
-        acting = loads(body, {}, g * np.array(direction))
-        found = solve(configuration(body, mesh.points, acting), Tangent(body))
+        acting = build_loads(body, {}, g * np.array(direction))
+        found = solve(configure(body, mesh.points, acting), Tangent(body))
         assert isinstance(found, Equilibrium)
         assert found.plate[axis] == pytest.approx(expected, rel=0.04)
 

@@ -4,15 +4,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
-    configuration,
-    loads,
+    build_loads,
+    build_model,
+    configure,
     mirror_of,
-    model,
-    rubber,
+    neo_hookean_rubber,
     solve,
     whole_of,
 )
@@ -23,8 +23,8 @@ from pneumorph.problem import Problem
 from pneumorph.sensitivity import boundary_gradient, gradient
 from pneumorph.verify.solids import block
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
-SILICONE = rubber(0.49, 4.9e3, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
+SILICONE = neo_hookean_rubber(0.49, 4.9e3, 1.1e-9)
 NORMAL = {"xz": 1, "yz": 0}
 
 
@@ -45,7 +45,7 @@ def problem(mirror=("xz",), centres=((0, 0),), radius=4.0, motion="extension", *
 
 def half_mesh(asked: Problem) -> TetMesh:
     """Half of a symmetric body that is no tube of revolution."""
-    space = design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.body))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     return mesh_body(space.body(phi), 6.0, mirror_of(asked)).mesh
 
@@ -73,13 +73,13 @@ CASES = [
 def case(request):
     mirror, centres, radius, plate, mixed = request.param
     mesh = half_mesh(problem((mirror,), centres, radius))
-    half = model(mesh, SILICONE if mixed else RUBBER, plate, mixed=mixed)
+    half = build_model(mesh, SILICONE if mixed else RUBBER, plate, mixed=mixed)
     along, axis = 1 - NORMAL[mirror], NORMAL[mirror]
     weight, wrench = np.zeros(3), np.zeros(6)
     weight[along], wrench[along], wrench[3 + axis] = 9810.0, 0.1, 3.0
     carried = {"spring": np.array([0.3, 0.2, 0.5, 10, 20, 5]), "wrench": wrench} if plate else {}
-    acting = loads(half, dict.fromkeys(half.chambers, 0.05), weight, **carried)
-    at, tangent = configuration(half, mesh.points, acting), Tangent(half)
+    acting = build_loads(half, dict.fromkeys(half.chambers, 0.05), weight, **carried)
+    at, tangent = configure(half, mesh.points, acting), Tangent(half)
     found = solve(at, tangent, tolerance=1e-11)
     assert not isinstance(found, NoEquilibrium), found
     whole = whole_of(half, mesh)
@@ -130,9 +130,9 @@ def test_gradients_are_those_of_the_whole(case):
 
 def test_blocked_it_pushes_like_the_whole():
     mesh = half_mesh(problem())
-    half = model(mesh, RUBBER)
+    half = build_model(mesh, RUBBER)
     blocked = np.array([1, 1, 1, 1, 1, 1], bool)
-    at = configuration(half, mesh.points, loads(half, {"A": 0.05}), blocked)
+    at = configure(half, mesh.points, build_loads(half, {"A": 0.05}), blocked)
     whole = whole_of(half, mesh)
     mine, other = solve(at, Tangent(half)), solve(whole.configuration(at), whole.tangent)
     assert not isinstance(mine, NoEquilibrium) and not isinstance(other, NoEquilibrium)
@@ -144,14 +144,14 @@ def test_what_half_a_body_cannot_see():
     """A strip pressed along its length buckles out of the mirror plane, and only the whole one knows."""
     on = {"base": lambda r: r[:, 2] == 0, "tip": lambda r: r[:, 2] == 1, "mirror xz": lambda r: r[:, 1] == 0}
     mesh = block((2, 1, 10), lambda r: (r - [0.5, 0, 0]) * [6, 1.5, 40], on)
-    half = model(mesh, RUBBER)
+    half = build_model(mesh, RUBBER)
     whole = whole_of(half, mesh)
     assert np.ptp(whole.image.mesh.points, axis=0) == pytest.approx([6, 3, 40])
     # Euler's load of a strip clamped at its base: π² E I / (4 L²) with E I of about 1.4 MPa · 13.5 mm⁴.
     euler = np.pi**2 * 1.4 * 13.5 / (4 * 40**2)
     pivots = []
     for force in (0.5 * euler, 2 * euler):
-        at = configuration(half, mesh.points, loads(half, {}, wrench=np.array([0, 0, -force, 0, 0, 0])))
+        at = configure(half, mesh.points, build_loads(half, {}, wrench=np.array([0, 0, -force, 0, 0, 0])))
         found = solve(at, Tangent(half))
         assert not isinstance(found, NoEquilibrium) and found.stable
         pivots.append(whole.negative_pivots(at, found.state))

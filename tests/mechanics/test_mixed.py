@@ -5,7 +5,16 @@ import pytest
 from scipy import sparse
 from scipy.special import ellipe, ellipk
 
-from pneumorph.mechanics import Equilibrium, Tangent, configuration, loads, model, rest, rubber, solve
+from pneumorph.mechanics import (
+    Equilibrium,
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    neo_hookean_rubber,
+    rest,
+    solve,
+)
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.linear import SuperLU
@@ -19,12 +28,12 @@ SHEAR = 0.49
 
 def of_ratio(ratio):
     """A rubber whose bulk modulus is so many times its shear modulus."""
-    return rubber(SHEAR, ratio * SHEAR, 1.1e-9)
+    return neo_hookean_rubber(SHEAR, ratio * SHEAR, 1.1e-9)
 
 
 def inflated(mesh, supports, pressure, ratio, mixed=True):
-    built = model(mesh, of_ratio(ratio), plate=False, supports=supports, mixed=mixed)
-    found = solve(configuration(built, mesh.points, loads(built, {"A": pressure})), Tangent(built))
+    built = build_model(mesh, of_ratio(ratio), plate=False, supports=supports, mixed=mixed)
+    found = solve(configure(built, mesh.points, build_loads(built, {"A": pressure})), Tangent(built))
     assert isinstance(found, Equilibrium)
     assert found.residual <= 1e-9
     assert found.stable
@@ -73,7 +82,7 @@ def test_a_compressible_sphere_is_the_same_to_both_elements():
 
 
 def test_the_rubber_decides_from_its_moduli():
-    assert not asks_for_mixed(rubber(0.49, 4.80, 1.1e-9))
+    assert not asks_for_mixed(neo_hookean_rubber(0.49, 4.80, 1.1e-9))
     assert asks_for_mixed(of_ratio(MIXED_FROM))
 
 
@@ -81,8 +90,8 @@ def test_the_rubber_decides_from_its_moduli():
 def loaded():
     """A short tube of mixed elements under everything at once, at a state that is no equilibrium."""
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, of_ratio(1e5), mixed=True)
-    acting = loads(
+    built = build_model(mesh, of_ratio(1e5), mixed=True)
+    acting = build_loads(
         built,
         {"A": 0.04},
         acceleration=np.array([9810.0, 0, 0]),
@@ -90,7 +99,7 @@ def loaded():
         wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
     )
     vector = 0.05 * np.random.default_rng(0).standard_normal(built.size)
-    return built, configuration(built, mesh.points, acting), np.where(built.fixed, 0.0, vector)
+    return built, configure(built, mesh.points, acting), np.where(built.fixed, 0.0, vector)
 
 
 def full_matrix(built, data):
@@ -106,31 +115,31 @@ def test_tangent_is_the_derivative_of_the_residual(loaded):
     product = kernels.tangent_product(built.potential, at.X, built.state(vector), at.loads, built.state(direction))
     expected = np.where(built.fixed, 0.0, built.vector(product))
     assert np.abs(by_matrix - expected).max() < 1e-10 * np.abs(expected).max()
-    assert np.abs(expected[built.pressure_unknowns]).max() > 0
+    assert np.abs(expected[built.hydrostatic_unknowns]).max() > 0
 
 
 def test_state_and_vector_are_the_same(loaded):
     built, _, vector = loaded
     assert np.array_equal(built.vector(built.state(vector)), vector)
-    assert built.size == 3 * len(built.off_tip) + built.pressures + 6
+    assert built.size == 3 * len(built.off_tip) + built.hydrostatics + 6
 
 
-def test_pivots_beyond_the_pressures_count_the_unstable_motions(loaded):
+def test_pivots_beyond_the_hydrostatic_ones_count_the_unstable_motions(loaded):
     built, at, _ = loaded
     data = tangent(built, at.X, rest(built), at.loads, at.blocked)
     # Three motions are made to gain energy.
     data[built.diagonal[[100, 200, built.size - 4]]] -= 1e3
     K = full_matrix(built, data).toarray()
-    pressures = np.zeros(built.size, bool)
-    pressures[built.pressure_unknowns] = True
-    B, M = K[~pressures][:, pressures], K[pressures][:, pressures]
-    condensed = K[~pressures][:, ~pressures] - B @ np.linalg.solve(M, B.T)
+    hydrostatic = np.zeros(built.size, bool)
+    hydrostatic[built.hydrostatic_unknowns] = True
+    B, M = K[~hydrostatic][:, hydrostatic], K[hydrostatic][:, hydrostatic]
+    condensed = K[~hydrostatic][:, ~hydrostatic] - B @ np.linalg.solve(M, B.T)
     best, plain = Tangent(built), SuperLU(built.sparsity.indptr, built.sparsity.indices)
     best._refactorise(data, Origin(at, rest(built), 0.0))
     plain.refactorise(data)
     assert np.count_nonzero(np.linalg.eigvalsh(condensed) < 0) == 3
     assert best.negative_pivots == 3
-    assert plain.negative_pivots - built.pressures == 3
+    assert plain.negative_pivots - built.hydrostatics == 3
     rhs = np.random.default_rng(0).standard_normal(built.size)
     for x in (best.precondition(rhs), plain.solve(rhs)):
         assert np.linalg.norm(K @ x - rhs) < 1e-10 * np.linalg.norm(rhs)
@@ -140,11 +149,11 @@ def test_newton_needs_few_factorisations_whatever_the_bulk_modulus():
     mesh = tube(4, 8, 20, (1, 8, 4))
     counts = []
     for ratio in (10, 1e5):
-        built = model(mesh, of_ratio(ratio), mixed=True)
+        built = build_model(mesh, of_ratio(ratio), mixed=True)
         solver = Tangent(built)
-        found = solve(configuration(built, mesh.points, loads(built, {"A": 0.08})), solver)
+        found = solve(configure(built, mesh.points, build_loads(built, {"A": 0.08})), solver)
         counts.append(found.factorisations)
-        again = solve(configuration(built, mesh.points, loads(built, {"A": 0.081})), solver, found.state)
+        again = solve(configure(built, mesh.points, build_loads(built, {"A": 0.081})), solver, found.state)
         assert again.factorisations <= 2
     assert max(counts) <= 8
 
@@ -152,14 +161,14 @@ def test_newton_needs_few_factorisations_whatever_the_bulk_modulus():
 def test_a_column_buckles_as_the_elastica_does():
     length, ratio = 90.0, 1e4
     mesh = tube(2, 3, length, (1, 8, 12))
-    built = model(mesh, of_ratio(ratio), mixed=True)
+    built = build_model(mesh, of_ratio(ratio), mixed=True)
     young, second = 9 * ratio * SHEAR / (3 * ratio + 1), np.pi / 4 * (3**4 - 2**4)
     # A clamped column whose tip turns by α: k = sin α/2, P = EI (K(k)/L)², height L (2E/K − 1).
     turn = np.radians(110)
     m = np.sin(turn / 2) ** 2
     force = young * second * (ellipk(m) / length) ** 2
     wrench = np.array([0, 0, -force, 0, 0, 0])
-    found = solve(configuration(built, mesh.points, loads(built, {}, wrench=wrench)), Tangent(built))
+    found = solve(configure(built, mesh.points, build_loads(built, {}, wrench=wrench)), Tangent(built))
     assert isinstance(found, Equilibrium)
     assert found.stable
     assert np.linalg.norm(found.plate[3:5]) == pytest.approx(turn, rel=0.02)

@@ -3,18 +3,28 @@
 import numpy as np
 import pytest
 
-from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rest, rubber, solve
+from pneumorph.mechanics import (
+    Equilibrium,
+    NoEquilibrium,
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    neo_hookean_rubber,
+    rest,
+    solve,
+)
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.linear import SuperLU
 from pneumorph.verify.solids import tube
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 
 
 def test_a_ballooning_tube_is_told_in_a_sentence():
     mesh = tube(11, 13, 40, (1, 12, 6))
-    built = model(mesh, RUBBER)
-    found = solve(configuration(built, mesh.points, loads(built, {"A": 0.3})), Tangent(built))
+    built = build_model(mesh, RUBBER)
+    found = solve(configure(built, mesh.points, build_loads(built, {"A": 0.3})), Tangent(built))
     assert isinstance(found, NoEquilibrium)
     assert "no equilibrium found near A = " in found.reason
     assert "kPa" in found.reason
@@ -25,8 +35,8 @@ def test_a_ballooning_tube_is_told_in_a_sentence():
 
 def test_a_start_turned_inside_out_is_answered_from_rest():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
-    at = configuration(built, mesh.points, loads(built, {"A": 0.03}))
+    built = build_model(mesh, RUBBER)
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.03}))
     wild = built.state(np.where(built.fixed, 0.0, 30 * np.random.default_rng(0).standard_normal(built.size)))
     found, plain = solve(at, Tangent(built), wild), solve(at, Tangent(built))
     assert np.abs(found.u - plain.u).max() < 1e-7
@@ -34,19 +44,19 @@ def test_a_start_turned_inside_out_is_answered_from_rest():
 
 def test_warm_starts_are_cheap():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built, solver = model(mesh, RUBBER), None
+    built, solver = build_model(mesh, RUBBER), None
     solver = Tangent(built)
-    first = solve(configuration(built, mesh.points, loads(built, {"A": 0.05})), solver)
-    again = solve(configuration(built, mesh.points, loads(built, {"A": 0.05})), solver, first.state)
+    first = solve(configure(built, mesh.points, build_loads(built, {"A": 0.05})), solver)
+    again = solve(configure(built, mesh.points, build_loads(built, {"A": 0.05})), solver, first.state)
     assert again.factorisations == 1
-    near = solve(configuration(built, mesh.points, loads(built, {"A": 0.051})), solver, first.state)
+    near = solve(configure(built, mesh.points, build_loads(built, {"A": 0.051})), solver, first.state)
     assert near.factorisations <= 3
 
 
 def test_a_step_that_fails_goes_on_from_the_equilibrium_before():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
-    low, high = (configuration(built, mesh.points, loads(built, {"A": p})) for p in (0.03, 0.05))
+    built = build_model(mesh, RUBBER)
+    low, high = (configure(built, mesh.points, build_loads(built, {"A": p})) for p in (0.03, 0.05))
     solver = Tangent(built)
     before = solve(low, solver)
     wild = built.state(np.where(built.fixed, 0.0, 30 * np.random.default_rng(0).standard_normal(built.size)))
@@ -59,16 +69,16 @@ def test_a_step_that_fails_goes_on_from_the_equilibrium_before():
 def test_the_answer_is_factorised_once():
     """A load so small that the tangent at rest leads there: one factorisation at rest, one at the answer."""
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
+    built = build_model(mesh, RUBBER)
     for more in ({}, {"acceleration": np.array([0.0, 10.0, 0.0])}):
-        found = solve(configuration(built, mesh.points, loads(built, {"A": 1e-5}, **more)), Tangent(built))
+        found = solve(configure(built, mesh.points, build_loads(built, {"A": 1e-5}, **more)), Tangent(built))
         assert found.factorisations == 2 + len(more)
 
 
 def test_superlu_serves_where_there_is_no_mkl():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
-    at = configuration(built, mesh.points, loads(built, {"A": 0.05}))
+    built = build_model(mesh, RUBBER)
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.05}))
     data = tangent(built, at.X, rest(built), at.loads, at.blocked)
     plain = SuperLU(built.sparsity.indptr, built.sparsity.indices)
     plain.refactorise(data)
@@ -85,10 +95,10 @@ def test_superlu_serves_where_there_is_no_mkl():
 
 def test_a_tangent_of_the_free_plate_serves_the_blocked_one():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
-    solver, inflated = Tangent(built), loads(built, {"A": 0.05})
-    blocked = configuration(built, mesh.points, inflated, np.arange(6) == 2)
-    solve(configuration(built, mesh.points, inflated), solver)
+    built = build_model(mesh, RUBBER)
+    solver, inflated = Tangent(built), build_loads(built, {"A": 0.05})
+    blocked = configure(built, mesh.points, inflated, np.arange(6) == 2)
+    solve(configure(built, mesh.points, inflated), solver)
     found, fresh = solve(blocked, solver), solve(blocked, Tangent(built))
     assert found.plate[2] == 0.0
     assert found.reaction[2] == pytest.approx(fresh.reaction[2], rel=1e-6)

@@ -8,12 +8,12 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     Path,
     Tangent,
-    configuration,
-    explained,
+    build_loads,
+    build_model,
+    configure,
+    diagnose,
     follow,
-    loads,
-    model,
-    rubber,
+    neo_hookean_rubber,
     solve,
 )
 from pneumorph.mechanics.assembly import potential as kernels
@@ -26,10 +26,14 @@ SHEAR = 0.49
 @pytest.mark.parametrize(("outer", "limit", "stretch"), [(20.0, 0.816424, 1.82815), (12.0, 0.225138, 1.47016)])
 def test_an_incompressible_sphere_through_its_limit_point(outer, limit, stretch):
     mesh = octant(10, outer, (2, 4, 4))
-    built = model(
-        mesh, rubber(SHEAR, 1e5 * SHEAR, 1.1e-9), plate=False, supports=np.abs(mesh.points) < 1e-9, mixed=True
+    built = build_model(
+        mesh,
+        neo_hookean_rubber(SHEAR, 1e5 * SHEAR, 1.1e-9),
+        plate=False,
+        supports=np.abs(mesh.points) < 1e-9,
+        mixed=True,
     )
-    at = configuration(built, mesh.points, loads(built, {"A": 0.5 * SHEAR}))
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.5 * SHEAR}))
     rest = np.pi / 6 * 10**3
     path = follow(at, Tangent(built), volume=15 * rest)
     assert isinstance(path, Path)
@@ -51,8 +55,8 @@ def test_an_incompressible_sphere_through_its_limit_point(outer, limit, stretch)
 def balloon():
     """A thin tube with clamped ends, and the path of its inflation to six times its volume."""
     mesh = tube(11, 13, 40, (1, 12, 4))
-    built = model(mesh, rubber(SHEAR, 4.80, 1.1e-9))
-    at = configuration(built, mesh.points, loads(built, {"A": 0.3}))
+    built = build_model(mesh, neo_hookean_rubber(SHEAR, 4.80, 1.1e-9))
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.3}))
     path = follow(at, Tangent(built), volume=6 * 40 * np.pi * 11**2)
     assert isinstance(path, Path)
     return built, at, path
@@ -88,20 +92,20 @@ def test_below_the_limit_there_is_a_stable_state_and_above_a_sentence(balloon):
     built, at, path = balloon
     (limit,) = path.limits
     near = at.loads._replace(pressure=0.97 * limit.load * at.loads.pressure)
-    below = solve(configuration(built, np.asarray(at.X)[: built.nodes], near), Tangent(built))
+    below = solve(configure(built, np.asarray(at.X)[: built.nodes], near), Tangent(built))
     assert isinstance(below, Equilibrium)
     assert below.stable
     solver = Tangent(built)
-    above = explained(at, solver, NoEquilibrium("none", 0.0, None))
+    above = diagnose(at, solver, NoEquilibrium("none", 0.0, None))
     assert isinstance(above, NoEquilibrium)
-    told = (
+    sentence = (
         f"300 kPa has no stable state near: pressure reaches its limit at {1e3 * limit.pressures['A']:.4g} kPa (volume"
     )
-    assert above.reason.startswith(told)
+    assert above.reason.startswith(sentence)
     assert above.fraction == pytest.approx(limit.load, rel=1e-4)
     # Where a stable state was only missed, it is found after all.
-    rescued = explained(
-        configuration(built, np.asarray(at.X)[: built.nodes], near), solver, NoEquilibrium("missed", 0.0, None)
+    rescued = diagnose(
+        configure(built, np.asarray(at.X)[: built.nodes], near), solver, NoEquilibrium("missed", 0.0, None)
     )
     assert isinstance(rescued, Equilibrium)
     assert rescued.volumes["A"] == pytest.approx(below.volumes["A"], rel=1e-6)
@@ -113,6 +117,6 @@ def test_a_path_is_bounded(balloon):
     assert isinstance(short, Path)
     assert len(short.points) == 3
     assert short.reason == "3 points were asked for at most"
-    nothing = follow(configuration(built, np.asarray(at.X)[: built.nodes], loads(built, {})), Tangent(built))
+    nothing = follow(configure(built, np.asarray(at.X)[: built.nodes], build_loads(built, {})), Tangent(built))
     assert isinstance(nothing, NoEquilibrium)
     assert "no chamber has a pressure" in nothing.reason

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from pneumorph.mechanics import Tangent, configuration, loads, model, rest, rubber, solve
+from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber, rest, solve
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.kinematics import State
@@ -16,15 +16,15 @@ from pneumorph.mechanics.assembly.plate import rotation, rotation_vector
 from pneumorph.mechanics.assembly.sums import summed, volumes
 from pneumorph.verify.solids import tube, with_lids
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 
 
 @pytest.fixture(scope="module")
 def loaded():
     """A short tube under everything at once, at a state that is no equilibrium."""
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
-    acting = loads(
+    built = build_model(mesh, RUBBER)
+    acting = build_loads(
         built,
         {"A": 0.04},
         acceleration=np.array([9810.0, 0, 0]),
@@ -32,7 +32,7 @@ def loaded():
         wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
     )
     vector = 0.05 * np.random.default_rng(0).standard_normal(built.size)
-    return built, configuration(built, mesh.points, acting), np.where(built.fixed, 0.0, vector)
+    return built, configure(built, mesh.points, acting), np.where(built.fixed, 0.0, vector)
 
 
 def test_tangent_is_the_derivative_of_the_residual(loaded):
@@ -57,10 +57,10 @@ def test_tangent_is_the_derivative_of_the_residual(loaded):
 
 def test_a_rigid_motion_costs_nothing():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER, plate=False)
+    built = build_model(mesh, RUBBER, plate=False)
     turn = np.asarray(rotation(jnp.array([0.4, -1.1, 2.0])))
     u = mesh.points @ turn.T + np.array([3.0, -2.0, 5.0]) - mesh.points
-    at = configuration(built, mesh.points, loads(built, {}))
+    at = configure(built, mesh.points, build_loads(built, {}))
     state = State(u, np.zeros(6))
     value, residual = kernels.value_and_residual(built.potential, at.X, state, at.loads)
     assert abs(value) < 1e-9
@@ -70,7 +70,7 @@ def test_a_rigid_motion_costs_nothing():
 
 def test_chamber_volume_of_a_deformed_bore():
     mesh, _ = with_lids(tube(4, 8, 20, (1, 16, 4)), 20)
-    built = model(mesh, RUBBER, plate=False)
+    built = build_model(mesh, RUBBER, plate=False)
     stretched = mesh.points * np.array([1.1, 1.1, 1.3]) + np.array([5.0, -3.0, 7.0])
     volume = summed(volumes, built.cavities, mesh.points, stretched - mesh.points)[0]
     assert float(volume) == pytest.approx(np.pi * 4.4**2 * 26, rel=1e-3)
@@ -78,16 +78,16 @@ def test_chamber_volume_of_a_deformed_bore():
 
 def test_work_of_the_pressure_becomes_stored_energy():
     mesh = tube(4, 6, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
+    built = build_model(mesh, RUBBER)
     solver, state = Tangent(built), rest(built)
     pressures = np.linspace(0, 0.05, 21)
     volumes, energies = [], []
     for pressure in pressures:
-        at = configuration(built, mesh.points, loads(built, {"A": pressure}))
+        at = configure(built, mesh.points, build_loads(built, {"A": pressure}))
         found = solve(at, solver, state)
         state = found.state
         volumes.append(found.volumes["A"])
-        free = configuration(built, mesh.points, loads(built, {}))
+        free = configure(built, mesh.points, build_loads(built, {}))
         energies.append(float(kernels.total(built.potential, free.X, state, free.loads)))
     work = np.trapezoid(pressures, volumes)
     assert energies[-1] - energies[0] == pytest.approx(work, rel=1e-3)
@@ -95,14 +95,14 @@ def test_work_of_the_pressure_becomes_stored_energy():
 
 def test_spring_and_force_balance_on_the_plate():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
-    held = np.array([False, False, True, False, False, False])
-    acting = loads(built, {"A": 0.05})
-    blocked = solve(configuration(built, mesh.points, acting, held), Tangent(built))
+    built = build_model(mesh, RUBBER)
+    axial = np.array([False, False, True, False, False, False])
+    acting = build_loads(built, {"A": 0.05})
+    blocked = solve(configure(built, mesh.points, acting, axial), Tangent(built))
     assert blocked.plate[2] == 0.0
     # Pushing back with what the block carried leaves the plate where the block held it.
     wrench = np.array([0, 0, -blocked.reaction[2], 0, 0, 0])
-    pushed = solve(configuration(built, mesh.points, loads(built, {"A": 0.05}, wrench=wrench)), Tangent(built))
+    pushed = solve(configure(built, mesh.points, build_loads(built, {"A": 0.05}, wrench=wrench)), Tangent(built))
     assert abs(pushed.plate[2]) < 1e-7
 
 
@@ -124,10 +124,10 @@ def test_rotation_is_smooth_at_rest():
 
 def test_a_guided_plate_moves_along_the_axis_alone():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
+    built = build_model(mesh, RUBBER)
     guided = np.array([True, True, False, True, True, False])
-    pulled = loads(built, {"A": 0.05}, wrench=np.array([0.3, 0, 0, 0, 2.0, 1.0]))
-    found = solve(configuration(built, mesh.points, pulled, guided), Tangent(built))
+    pulled = build_loads(built, {"A": 0.05}, wrench=np.array([0.3, 0, 0, 0, 2.0, 1.0]))
+    found = solve(configure(built, mesh.points, pulled, guided), Tangent(built))
     assert np.all(found.plate[guided] == 0)
     assert found.plate[5] > 0
     assert found.reaction[0] == pytest.approx(0.3, abs=0.02)

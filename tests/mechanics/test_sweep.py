@@ -33,7 +33,7 @@ def starts(monkeypatch):
         return SimpleNamespace(state=State(jnp.zeros((1, 3)), jnp.full(6, pressure)))
 
     monkeypatch.setattr(module, "solve", solve)
-    monkeypatch.setattr(module, "explained", lambda at, tangent, failure: failure)
+    monkeypatch.setattr(module, "diagnose", lambda at, tangent, failure: failure)
     return tried
 
 

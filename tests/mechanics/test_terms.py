@@ -10,7 +10,7 @@ import pytest
 from jax.tree_util import register_dataclass
 from scipy import sparse
 
-from pneumorph.mechanics import Model, Rubber, Tangent, configuration, loads, model, rubber
+from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.model import with_terms
@@ -18,8 +18,11 @@ from pneumorph.mechanics.assembly.terms import ElementEnergy, Plate, Pressure, S
 from pneumorph.mechanics.material import energies
 from pneumorph.verify.solids import tube
 
-SOFT, STIFF = rubber(0.49, 4.80, 1.1e-9), rubber(1.3, 9.0, 1.4e-9)
-NEARLY_INCOMPRESSIBLE = {"inner": rubber(0.49, 490.0, 1.1e-9), "outer": rubber(1.3, 520.0, 1.4e-9)}
+SOFT, STIFF = neo_hookean_rubber(0.49, 4.80, 1.1e-9), neo_hookean_rubber(1.3, 9.0, 1.4e-9)
+NEARLY_INCOMPRESSIBLE = {
+    "inner": neo_hookean_rubber(0.49, 490.0, 1.1e-9),
+    "outer": neo_hookean_rubber(1.3, 520.0, 1.4e-9),
+}
 OGDEN = Rubber(energies.ogden, (0.3, 1.7, 0.2, -2.3, 4.8), 1.1e-9)
 
 
@@ -54,7 +57,7 @@ FREE = np.zeros(MESH.points.shape, bool)
 
 def built(rubbers, mixed=False, kinds=(Solid, Weight, Pressure, Plate), more=(), plate=True) -> Model:
     """A tube without supports whose potential has terms of these kinds alone, and more."""
-    whole = model(MESH, rubbers, supports=FREE, mixed=mixed, plate=plate)
+    whole = build_model(MESH, rubbers, supports=FREE, mixed=mixed, plate=plate)
     chosen = [term for term in whole.terms if isinstance(term.energy, kinds)]
     return with_terms(whole, [*chosen, *more])
 
@@ -80,14 +83,14 @@ class Place:
     def __init__(self, of: Model):
         random = np.random.default_rng(0)
         self.model = of
-        self.loads = loads(
+        self.loads = build_loads(
             of,
             {"A": 0.04},
             acceleration=np.array([9810.0, -4000.0, 2000.0]),
             spring=np.array([0.1, 0.2, 0.5, 3, 20, 7]),
             wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
         )
-        self.at = configuration(of, MESH.points, self.loads)
+        self.at = configure(of, MESH.points, self.loads)
         self.vector = 0.05 * random.standard_normal(of.size)
         self.change, self.adjoint = random.standard_normal((2, of.size))
         self.dX = random.standard_normal(MESH.points.shape)
@@ -170,11 +173,11 @@ def test_the_fast_way_of_the_solid_is_the_general_one(name):
 def test_more_elements_than_a_chunk_holds(rubber, mixed):
     """Whatever the solid's fast way gives, the general one gives too, over several chunks and their padding."""
     mesh = tube(4, 8, 8, (2, 12, 8))
-    fast = model(mesh, rubber, mixed=mixed)
+    fast = build_model(mesh, rubber, mixed=mixed)
     assert len(fast.tets.chunks()) == 2
     slow = with_terms(fast, [Term(seen, Hidden(energy)) for seen, energy in fast.terms])
     random = np.random.default_rng(0)
-    acting = loads(fast, {"A": 0.04}, acceleration=np.array([9810.0, 0, 0]))
+    acting = build_loads(fast, {"A": 0.04}, acceleration=np.array([9810.0, 0, 0]))
     vector, change = 0.05 * random.standard_normal(fast.size), random.standard_normal(fast.size)
     dX = random.standard_normal(mesh.points.shape)
     state, along = fast.state(vector), fast.state(change)
@@ -202,7 +205,7 @@ class Hidden:
 
 
 def test_a_term_may_see_other_unknowns_from_one_solve_to_the_next():
-    """As contact does: the sparsity and the symbolic analysis are made anew, state and unknowns stay."""
+    """As contact does: the sparsity and the symbolic analysis are made again, state and unknowns stay."""
     before = built(SOFT, more=[bonds([[0, 90]])])
     after = with_terms(before, [*before.terms[:-1], bonds([[3, 50], [11, 100], [0, 60]])])
     assert after.size == before.size
@@ -218,7 +221,7 @@ def test_a_term_may_see_other_unknowns_from_one_solve_to_the_next():
 
 def test_regions_must_share_the_elements_among_them():
     with pytest.raises(ValueError, match="inner, outer"):
-        model(MESH, {"inner": SOFT})
+        build_model(MESH, {"inner": SOFT})
     twice = replace(MESH, regions=MESH.regions | {"outer": np.arange(len(MESH.tets))})
     with pytest.raises(ValueError, match="in no other"):
-        model(twice, TWO)
+        build_model(twice, TWO)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body, enclosed_volume, starting_body
-from pneumorph.geometry.design_space import design_space
+from pneumorph.geometry.design_space import build_design_space
 from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfolded
 from pneumorph.mesh.plane import triangulate
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TetMesh
@@ -47,7 +47,7 @@ CASES = {
 @pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
 def case(request: pytest.FixtureRequest):
     asked, names = request.param
-    space = design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.body))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     body, mirror = space.body(phi), asked.body.symmetry.mirror[0]
     return body, mirror, names, mesh_body(body, 4.0, mirror), space, phi

@@ -85,7 +85,7 @@ def test_a_run_has_the_code_in_its_problem(written, tmp_path):
         ("def cost(f):\n    return f.translation > 0\n", "function", "of shape (3,) and kind bool"),
         ("def cost(f):\n    return 1\n", "function", "let it return one real number"),
         ("def cost(f):\n    return None\n", "code", "ValueError"),
-        ("def cost(f):\n    return\n", "code", "mend the function there"),
+        ("def cost(f):\n    return\n", "code", "fix the function there"),
         ("def cost(f):\n    x = 1.0\n\n    return x * f.speed[2]\n", "code", "AttributeError in line 4"),
         ('def cost(f):\n    return f.volume["B"]\n', "code", "KeyError in line 2"),
         ("def cost(f):\n    return f.section_rotation @ f.translation[:2]\n", "code", "TypeError in line 2"),

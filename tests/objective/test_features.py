@@ -5,24 +5,24 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pneumorph.mechanics import model, rubber
+from pneumorph.mechanics import build_model, neo_hookean_rubber
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.plate import rotation
-from pneumorph.objective import features, maximize
+from pneumorph.objective import maximize, measure_features
 from pneumorph.objective.target import MOTIONS
 from pneumorph.verify.solids import tube
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 
 
 @pytest.mark.parametrize("theta", [[0.0, 0.0, 0.0], [1e-5, 0, 0], [0.3, -0.2, 0.9], [0, 2.9, 0]])
 def test_a_free_tip_reports_its_rigid_motion(theta):
     mesh = tube(4, 8, 20, (1, 12, 4))
-    built = model(mesh, RUBBER, plate=False)
+    built = build_model(mesh, RUBBER, plate=False)
     turn = np.asarray(rotation(jnp.array(theta)))
     centre, shift = np.array([0, 0, 20.0]), np.array([1.0, 2.0, -3.0])
     u = (mesh.points - centre) @ turn.T + centre + shift - mesh.points
-    found = features(built, mesh.points, State(u, np.zeros(6)))
+    found = measure_features(built, mesh.points, State(u, np.zeros(6)))
     assert np.abs(np.asarray(found.translation) - shift).max() < 1e-9
     assert np.abs(np.asarray(found.rotation) - theta).max() < 1e-9
 
@@ -31,7 +31,7 @@ def test_a_free_tip_reports_its_rigid_motion(theta):
 def test_a_free_tip_bends_and_twists_beyond_half_a_turn(axis, degrees):
     """Nodes are moved onto an arc of a circle, or turned in proportion to their height."""
     mesh, length, angle = tube(4, 8, 80, (1, 12, 40)), 80.0, np.radians(degrees)
-    built = model(mesh, RUBBER, plate=False)
+    built = build_model(mesh, RUBBER, plate=False)
     x = []
     for point in mesh.points:
         part = angle * point[2] / length
@@ -41,19 +41,19 @@ def test_a_free_tip_bends_and_twists_beyond_half_a_turn(axis, degrees):
             across = np.cross(np.eye(3)[axis], [0.0, 0.0, 1.0])
             line = length / angle * (np.sin(part) * np.array([0.0, 0.0, 1.0]) + (1 - np.cos(part)) * across)
         x.append(line + turn @ [point[0], point[1], 0.0])
-    found = features(built, mesh.points, State(np.array(x) - mesh.points, np.zeros(6)))
+    found = measure_features(built, mesh.points, State(np.array(x) - mesh.points, np.zeros(6)))
     expected = angle * np.eye(3)[axis]
     np.testing.assert_allclose(np.asarray(found.rotation), expected, atol=2e-3)
 
 
 def test_a_plate_is_read_off_beyond_a_full_turn():
     mesh = tube(4, 8, 20, (1, 8, 4))
-    built = model(mesh, RUBBER)
+    built = build_model(mesh, RUBBER)
     plate = jnp.array([1.0, 2, 3, 0, 0, 6.0])  # 344°
-    found = features(built, mesh.points, State(np.zeros_like(mesh.points), plate))
+    found = measure_features(built, mesh.points, State(np.zeros_like(mesh.points), plate))
     assert float(maximize("twist").value(found)) == -6.0
     assert float(maximize("-extension").value(found)) == 3.0
-    bent = features(
+    bent = measure_features(
         built,
         mesh.points,
         State(np.zeros_like(mesh.points), plate[jnp.array([0, 1, 2, 3, 5, 4])]),

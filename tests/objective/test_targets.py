@@ -7,22 +7,22 @@ from scipy.spatial.transform import Rotation
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics import model, rubber
+from pneumorph.mechanics import build_model, neo_hookean_rubber
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.objective import Features, equidistant, features, match, objectives, reach
+from pneumorph.objective import Features, equidistant, match, measure_features, objectives, reach
 from pneumorph.problem import Reach, loads
 from pneumorph.verify.solids import tube
 
 LENGTH, COUNT = 40.0, 5
 SLABS = equidistant(COUNT, LENGTH)
 MESH = tube(4, 8, LENGTH, (1, 12, 10))
-MODEL = model(MESH, rubber(0.49, 4.80, 1.1e-9), plate=False)
+MODEL = build_model(MESH, neo_hookean_rubber(0.49, 4.80, 1.1e-9), plate=False)
 
 
 def sections(moved):
     """Centres and rotations of the sections of the tube whose nodes have gone to these places."""
     state = State(moved - MESH.points, np.zeros(6))
-    found = features(MODEL, MESH.points, state, SLABS)
+    found = measure_features(MODEL, MESH.points, state, SLABS)
     return np.array(found.section_position), np.array(found.section_rotation)
 
 
@@ -80,7 +80,7 @@ def test_a_stretch_turns_nothing():
 NONE = (np.zeros((0, 3)), np.zeros((0, 3, 3)))
 
 
-def told(position, rotation, translation=(0, 0, 0), vector=(0, 0, 0)):
+def features(position, rotation, translation=(0, 0, 0), vector=(0, 0, 0)):
     moved, turned, places, turns = (jnp.array(part, float) for part in (translation, vector, position, rotation))
     return Features(moved, turned, {"A": jnp.array(100.0)}, places, turns)
 
@@ -88,7 +88,7 @@ def told(position, rotation, translation=(0, 0, 0), vector=(0, 0, 0)):
 def test_a_shape_that_matches_itself():
     position, rotation = sections(on_arc(MESH.points, 0.04))
     found = match(SLABS, position, rotation, 2.0, 0.3)
-    own = told(position, rotation)
+    own = features(position, rotation)
     assert float(found.value(own)) == pytest.approx(0.0, abs=1e-20)
     assert {name: float(error(own)) for name, error in found.errors.items()} == pytest.approx(
         {"orientation_rad": 0.0, "position_mm": 0.0}, abs=1e-9
@@ -101,7 +101,7 @@ def test_a_shape_off_its_target():
     upright = np.broadcast_to(np.eye(3), (COUNT, 3, 3))
     bent = Rotation.from_rotvec(np.outer(np.arange(1, COUNT + 1), [0.0, angle, 0.0])).as_matrix()
     found = match(SLABS, straight, upright, 2.0, 0.3)
-    off = told(straight + far, bent)
+    off = features(straight + far, bent)
     # Every section is off by the angle relative to the one before, the first to the base; (10) counts it twice.
     assert float(found.value(off)) == pytest.approx(2.0 * 2 * COUNT * angle**2 + 0.3 * COUNT * 9.0, rel=1e-10)
     assert float(found.errors["orientation_rad"](off)) == pytest.approx(angle)
@@ -109,7 +109,7 @@ def test_a_shape_off_its_target():
     # A fault in one section alone is one in its step and in the next.
     one = np.array(upright)
     one[2] = Rotation.from_rotvec([angle, 0.0, 0.0]).as_matrix()
-    assert float(match(SLABS, None, upright).value(told(straight, one))) == pytest.approx(4 * angle**2, rel=1e-10)
+    assert float(match(SLABS, None, upright).value(features(straight, one))) == pytest.approx(4 * angle**2, rel=1e-10)
 
 
 def test_orientations_of_the_file_are_matched():
@@ -119,8 +119,8 @@ def test_orientations_of_the_file_are_matched():
     turns = Rotation.from_euler("y", [[20], [50]], degrees=True).as_matrix()
     assert found.slabs.middle.tolist() == [6.0, 18.0] and found.slabs.half == 6.0
     assert set(found.errors) == {"orientation_rad"}
-    assert float(found.value(told(np.zeros((2, 3)), turns))) == pytest.approx(0.0, abs=1e-20)
-    still = told(np.zeros((2, 3)), np.broadcast_to(np.eye(3), (2, 3, 3)))
+    assert float(found.value(features(np.zeros((2, 3)), turns))) == pytest.approx(0.0, abs=1e-20)
+    still = features(np.zeros((2, 3)), np.broadcast_to(np.eye(3), (2, 3, 3)))
     assert float(found.value(still)) == pytest.approx(2 * np.radians(20) ** 2 + 2 * np.radians(30) ** 2)
 
 
@@ -135,9 +135,9 @@ def test_the_plate_reaches_a_place_and_an_orientation():
         }
     )
     found = reach(asked, 80.0)
-    there = told(*NONE, [10, 0, -10], np.radians([0, 40, 0]))
+    there = features(*NONE, [10, 0, -10], np.radians([0, 40, 0]))
     assert float(found.value(there)) == pytest.approx(0.0, abs=1e-20)
-    off = told(*NONE, [13, 4, -10], np.radians([0, 10, 0]))
+    off = features(*NONE, [13, 4, -10], np.radians([0, 10, 0]))
     assert float(found.value(off)) == pytest.approx(0.5 * 25 + 3.0 * 2 * np.radians(30) ** 2)
     assert float(found.errors["position_mm"](off)) == pytest.approx(5.0)
     assert float(found.errors["orientation_rad"](off)) == pytest.approx(np.radians(30))
@@ -146,11 +146,11 @@ def test_the_plate_reaches_a_place_and_an_orientation():
 def test_the_plate_reaches_one_of_them_alone():
     only = Reach.model_validate({"kind": "reach", "position": ["0 mm", "3 mm", "80 mm"]})
     found = reach(only, 80.0)
-    turned = told(*NONE, [0, 0, 0], [0.5, 0, 0])
+    turned = features(*NONE, [0, 0, 0], [0.5, 0, 0])
     assert float(found.value(turned)) == pytest.approx(0.01 * 9) and set(found.errors) == {"position_mm"}
     only = Reach.model_validate({"kind": "reach", "rotation": ["0 deg", "0 deg", "90 deg"]})
     found = reach(only, 80.0)
-    far = told(*NONE, [9, 9, 9], [0, 0, 0])
+    far = features(*NONE, [9, 9, 9], [0, 0, 0])
     assert float(found.value(far)) == pytest.approx(np.pi**2 / 2) and set(found.errors) == {"orientation_rad"}
 
 

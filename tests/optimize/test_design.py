@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pneumorph.analysis import to_json
-from pneumorph.constraint import report
+from pneumorph.constraint import certify
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.optimize import DesignAccepted, Finished, MeshKept, Started, design
 from pneumorph.problem import loads
@@ -65,7 +65,7 @@ def test_extension_grows_threefold_in_three_designs(three):
     last = events[-1]
     assert isinstance(last, Finished)
     assert last.held
-    assert report(designs[-1].body, problem.limits).held()
+    assert certify(designs[-1].body, problem.limits).satisfied()
 
 
 def test_the_history_line_is_as_documented(three):
@@ -107,7 +107,7 @@ def test_a_run_of_an_earlier_version_goes_on(three):
     state = dict(accepted(events)[2].state)
     old = {name: value for name, value in state.items() if name != "prices" and not name.startswith("curvature_")}
     assert isinstance(next(design(problem, old)), Started)
-    with pytest.raises(ComputationError, match="begin anew in another directory"):
+    with pytest.raises(ComputationError, match="begin again in another directory"):
         next(design(problem, old | {"phi": old["phi"][:-1]}))
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.analysis import Analysis, analyse, design_gradient, discretisation, discretise
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.analysis import Analysis, analyse, build_discretisation, design_gradient, discretise
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import mesh_body
 from pneumorph.optimize import DesignAccepted, Finished, Started, design
@@ -68,7 +68,7 @@ def test_a_stopped_run_goes_on(problem, events):
 
 
 def test_the_gradient_is_right_and_that_of_the_whole_body(problem):
-    space = design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.body))
     # A bulge on the side of +x, so that the body bends.
     start = space.control_points(space.start)
     angle, height = np.arctan2(start[:, 1], start[:, 0]), start[:, 2] / 24
@@ -80,7 +80,7 @@ def test_the_gradient_is_right_and_that_of_the_whole_body(problem):
     phi = space.start + 0.5 * along / np.abs(along).max()
     body = space.body(phi)
     half = discretise(problem, body)
-    whole = discretisation(problem, mesh_body(body, problem.mesh.size), body.control_points())
+    whole = build_discretisation(problem, mesh_body(body, problem.mesh.size), body.control_points())
     assert half.model.mirror == "xz" and whole.model.mirror is None
     found = [solved(problem, space, disc, phi) for disc in (half, whole)]
     slopes = [design_gradient(problem, space, disc, one) for disc, one in zip((half, whole), found, strict=True)]

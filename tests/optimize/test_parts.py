@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from pneumorph.constraint import limits_of, report
+from pneumorph.constraint import build_limit_functions, certify
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import KINDS, sampled
+from pneumorph.constraint.sampled import KINDS, sample_limits
 from pneumorph.geometry.body import starting_body
-from pneumorph.geometry.design_space import design_space
+from pneumorph.geometry.design_space import build_design_space
 from pneumorph.optimize import design
 from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.curvature import no_curvature, unpack_curvature
@@ -18,8 +18,8 @@ from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper, minimise_dfp,
 from pneumorph.optimize.events import BroughtWithin
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
-from pneumorph.optimize.smoothing import smoothing
-from pneumorph.optimize.subproblem import limits_by_variables, sequential_quadratic
+from pneumorph.optimize.smoothing import build_smoothing
+from pneumorph.optimize.subproblem import build_sequential_quadratic, limits_by_variables
 from pneumorph.optimize.within import Within, least_motion, within
 from pneumorph.problem import loads
 
@@ -48,8 +48,8 @@ envelope = { radius = "12 mm" }
 def stage():
     problem = loads(FILE)
     body = starting_body(problem.body)
-    space = design_space(problem, body)
-    return problem, body, space, smoothing(space)
+    space = build_design_space(problem, body)
+    return problem, body, space, build_smoothing(space)
 
 
 @settings(max_examples=20)
@@ -64,8 +64,8 @@ def test_smoothing_keeps_the_box_and_has_its_transpose(stage, seed):
 
 def test_the_moduli_of_a_smoothing_are_above_it():
     problem = loads(FILE.replace("control_density", 'symmetry = { half_turn = "x", rotation = 3 }\ncontrol_density'))
-    space = design_space(problem, starting_body(problem.body))
-    smooth = smoothing(space)
+    space = build_design_space(problem, starting_body(problem.body))
+    smooth = build_smoothing(space)
     assert space.L.min() < 0
     rng = np.random.default_rng(0)
     for z in rng.standard_normal((5, space.n)):
@@ -125,9 +125,9 @@ def test_dfp_solves_a_quadratic(seed):
 @pytest.mark.parametrize("paper", [False, True])
 def test_a_step_gains_and_stays_in_the_trust_region(stage, paper):
     problem, body, space, smooth = stage
-    stepper = sequential_quadratic(space, smooth, sampled(body, problem.limits))
+    stepper = build_sequential_quadratic(space, smooth, sample_limits(body, problem.limits))
     if paper:
-        every = limits_of(body, problem.limits, reach=1.0)
+        every = build_limit_functions(body, problem.limits, reach=1.0)
         stepper = PaperStepper(space, every, 0.2, FIRST_ITERATIONS, np.zeros(0))
     outward = body.control_points() * np.array([1.0, 1.0, 0.0])
     slope = -space.pullback(outward, {"extend": {"A": 1.0}})
@@ -147,7 +147,7 @@ def linear(slope):
 
 def test_a_step_stops_where_the_objective_bends(stage):
     problem, body, space, smooth = stage
-    stepper = sequential_quadratic(space, smooth, sampled(body, problem.limits))
+    stepper = build_sequential_quadratic(space, smooth, sample_limits(body, problem.limits))
     slope = np.random.default_rng(0).standard_normal(space.n)
     far = stepper.step(space.start, linear(slope), 0.2).change
     # The gradient turns round at the end of the step: the objective's minimum lies half way along it.
@@ -184,16 +184,16 @@ def test_the_least_motion_meets_what_was_broken_and_no_more(stage):
 
 def test_a_design_beyond_its_limits_is_brought_within(stage):
     problem, body, space, smooth = stage
-    limits = sampled(body, problem.limits)
+    limits = sample_limits(body, problem.limits)
     points = body.control_points()
     bulge = (points * [1.0, 1.0, 0.0]) * np.exp(-(((points[:, 2] - 15.0) / 4.0) ** 2))[:, None]
     phi = space.start + np.concatenate([(space.L.T @ (0.6 * bulge).ravel()) / smooth.entries, [0.0]])
-    broken = {reading.limit for reading in report(space.body(phi), problem.limits).violated()}
+    broken = {reading.limit for reading in certify(space.body(phi), problem.limits).violated()}
     assert {"wall", "envelope"} & broken
     found = within(space, smooth, limits, phi)
     assert isinstance(found, Within)
-    assert found.report.held()
-    assert report(space.body(found.phi), problem.limits).held()
+    assert found.report.satisfied()
+    assert certify(space.body(found.phi), problem.limits).satisfied()
     assert np.abs(found.phi - phi).max() < 3.0
 
 
@@ -216,18 +216,18 @@ def test_a_start_beyond_its_limits_is_brought_within_first(old, new, limit):
 def test_limits_that_cannot_be_met_together_are_told(stage):
     problem, body, space, smooth = stage
     tight = problem.limits.model_copy(update={"wall": 6.5, "curvature": 0.035})
-    found = within(space, smooth, sampled(body, tight), space.start)
+    found = within(space, smooth, sample_limits(body, tight), space.start)
     assert not isinstance(found, Within)
     assert found.violated()
 
 
 def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage):
     problem, body, space, smooth = stage
-    limits = sampled(body, problem.limits)
+    limits = sample_limits(body, problem.limits)
     inward = space.pullback(body.control_points() * [1.0, 1.0, 0.0])
     assert optimality(space, smooth, limits, space.start, inward) == 1.0
     # Walls exactly at their limit: an objective that wants them thinner everywhere has nothing to gain.
-    thick = sampled(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
+    thick = sample_limits(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
     rows = linearised(thick, body, 0.01, -0.01)
     price = np.where(rows.kind == KINDS.index("wall"), 1.0, 0.0)
     resisted = -limits_by_variables(space, rows.jacobian).T @ price

@@ -8,7 +8,7 @@ import pytest
 
 from pneumorph.analysis import analyse, answers, design_gradient, design_slopes, discretise, predicted
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.objective import Objective
 from pneumorph.problem import loads
@@ -61,7 +61,7 @@ size = "6 mm"
 @pytest.fixture(scope="module")
 def case():
     problem = loads(FILE)
-    space = design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.body))
     disc = discretise(problem, space.reference)
     phi = space.start + 0.1 * np.random.default_rng(0).uniform(-1, 1, space.n)
     return problem, space, disc, phi, solved(problem, space, disc, phi)
@@ -132,7 +132,7 @@ def test_an_objective_without_value_or_derivative_is_an_error(case):
     def judged_by(value):
         return replace(disc, objectives=disc.objectives | {"reach": Objective(value)})
 
-    with pytest.raises(ComputationError, match="the objective of task reach is nan here; mend its function"):
+    with pytest.raises(ComputationError, match="the objective of task reach is nan here; fix its function"):
         solved(problem, space, judged_by(lambda f: jnp.log(-1.0 - f.volume["A"])), phi, at)
     root = judged_by(lambda f: jnp.linalg.norm(0.0 * f.translation))
     with pytest.raises(ComputationError, match="the objective of task reach has no derivative here"):

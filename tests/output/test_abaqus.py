@@ -5,7 +5,17 @@ import pytest
 from installed import needs
 
 from pneumorph.geometry import starting_body
-from pneumorph.mechanics import Tangent, configuration, loads, loads_of, model, model_of, rubber, solve, whole_of
+from pneumorph.mechanics import (
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    loads_of,
+    model_of,
+    neo_hookean_rubber,
+    solve,
+    whole_of,
+)
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_FACES
 from pneumorph.output.abaqus import FACES, abaqus_input, element_faces, plate_nodes
@@ -13,22 +23,22 @@ from pneumorph.verify import calculix
 from pneumorph.verify.actuator import linear_actuator
 from pneumorph.verify.solids import tube, with_lids
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 
 
 @pytest.fixture(scope="module")
 def loaded():
     # A closed chamber: on an open one −pV also pulls at the rims, which tractions do not.
     mesh = mesh_body(starting_body(linear_actuator().body), 8.0).mesh
-    built = model(mesh, RUBBER)
-    acting = loads(
+    built = build_model(mesh, RUBBER)
+    acting = build_loads(
         built,
         {"A": 0.04},
         acceleration=np.array([9810.0, 0, 0]),
         spring=np.array([0, 0, 0.5, 0, 20, 0]),
         wrench=np.array([0.01, 0, 0.1, 0, 0.3, 0.5]),
     )
-    return mesh, configuration(built, mesh.points, acting)
+    return mesh, configure(built, mesh.points, acting)
 
 
 def blocks(text):
@@ -103,7 +113,7 @@ def test_calculix_gives_the_same_answer(loaded):
 def test_calculix_blocks_components(loaded):
     needs(calculix.program)
     mesh, at = loaded
-    blocked = configuration(at.model, mesh.points, at.loads, np.isin(range(6), (2, 4)))
+    blocked = configure(at.model, mesh.points, at.loads, np.isin(range(6), (2, 4)))
     u, plate = calculix.equilibrium(mesh, blocked)
     found = solve(blocked, Tangent(at.model))
     assert plate[2] == plate[4] == 0.0
@@ -115,7 +125,7 @@ def test_half_a_body_is_written_whole():
     problem = linear_actuator().with_changes({"body.symmetry.mirror": ["xz"], "end_effector.spring.axial": "0.5 N/mm"})
     mesh = mesh_body(starting_body(problem.body), 8.0, "xz").mesh
     half = model_of(problem, mesh)
-    at = configuration(half, mesh.points, loads_of(problem, half, {"A": 0.04}))
+    at = configure(half, mesh.points, loads_of(problem, half, {"A": 0.04}))
     found = blocks(abaqus_input(mesh, at))
     whole = whole_of(half, mesh).image.mesh
     assert len(found["*ELEMENT, TYPE=C3D10, ELSET=BODY"]) == 2 * len(mesh.tets) == len(whole.tets)

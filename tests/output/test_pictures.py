@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation
 from tiny import tiny
 
 from pneumorph.analysis import analyse, discretise, fields_of, nodal_stretch
-from pneumorph.geometry import design_space, starting_body
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.output import history, pictures, render, run_pictures
+from pneumorph.output.format import format_duration, format_pressures, motion_of
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
 from pneumorph.output.shape import achieved_course, target_course
 from pneumorph.output.view import Job, Shape, View
-from pneumorph.output.words import duration, motion_of, pressures
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create
 
@@ -48,7 +48,7 @@ def history_entry(iteration, **changes):
 def finished(problem, body, tmp_path_factory):
     """A run of two designs that are alike."""
     run = create(tmp_path_factory.mktemp("finished"), problem)
-    space = design_space(problem, body)
+    space = build_design_space(problem, body)
     disc = discretise(problem, body)
     fields = fields_of(disc, analyse(problem, space, disc, space.start))
     for iteration in (0, 1):
@@ -98,8 +98,8 @@ def task_text(name, objective, pressure="60 kPa"):
 
 def arm(*tasks):
     """The tiny problem with other tasks."""
-    head, foot = tiny().split("[[task]]")[0], tiny()[tiny().index("[mesh]") :]
-    return loads(head + "".join(tasks) + foot)
+    head, tail = tiny().split("[[task]]")[0], tiny()[tiny().index("[mesh]") :]
+    return loads(head + "".join(tasks) + tail)
 
 
 def answer(sections, error, turn=0.0):
@@ -124,9 +124,9 @@ def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monk
         )
     ):
         run = create(tmp_path / str(number), asked)
-        told = {"curve": 4, "turns": 2, "volume": 0}
+        answers = {"curve": 4, "turns": 2, "volume": 0}
         for iteration in (0, 1):
-            tasks = {task.name: answer(told[task.name], 0.4 - 0.3 * iteration) for task in asked.task}
+            tasks = {task.name: answer(answers[task.name], 0.4 - 0.3 * iteration) for task in asked.task}
             pressures = {name: {"A": 0.03} for name in tasks}
             run.record(history_entry(iteration, tasks=tasks), StoredDesign.of(body, pressures), one_element(), {})
         drawn = run_pictures(run)
@@ -167,7 +167,7 @@ def test_three_units_have_three_scales():
     assert [scale.get_ylabel() for scale in scales] == ["mm", "degrees", "objective"]
     assert scales[1].get_ylim()[0] == 0.0
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
-        "out: extension (mm)", "turns: error of the sections (°)", "volume: objective", "meshed anew",
+        "out: extension (mm)", "turns: error of the sections (°)", "volume: objective", "remeshed",
     ]  # fmt: skip
     assert axes.get_title() == "what the tasks come to"
 
@@ -205,7 +205,7 @@ def test_the_profile_of_a_tube(body):
 def test_words(problem):
     motion = motion_of(problem.task[0], task_result(rotation=(0.0, -np.pi / 6, 0.0)))
     assert str(motion) == "30.00°" and motion.word == "−bending about y"
-    assert pressures({"A": 0.06}) == "60 kPa"
-    assert pressures({"A": 0.06, "B": 0.0}) == "A 60, B 0 kPa"
-    assert [duration(s) for s in (5.2, 185, 3720)] == ["5 s", "3:05 min", "1:02 h"]
+    assert format_pressures({"A": 0.06}) == "60 kPa"
+    assert format_pressures({"A": 0.06, "B": 0.0}) == "A 60, B 0 kPa"
+    assert [format_duration(s) for s in (5.2, 185, 3720)] == ["5 s", "3:05 min", "1:02 h"]
     json.dumps(motion)

@@ -1,4 +1,4 @@
-"""Wrong problem files: each gets one line that names the key, what is wrong, and the mend."""
+"""Wrong problem files: each gets one line that names the key, what is wrong, and how to fix it."""
 
 import pytest
 from hypothesis import given
@@ -63,7 +63,7 @@ def curve(*points: str, more: str = "") -> str:
 
 SOUND = ("0 0 0", "0 0 30", "20 0 50", "30 0 80")
 
-# What to put in place of what, the key that the answer has to name, and a word of the reason or the mend.
+# What to put in place of what, the key that the answer has to name, and a word of the reason or the fix.
 BULK = 'bulk_modulus = "5 MPa"\ndensity = "1 g/cm^3"'
 MOONEY = f'model = "mooney-rivlin"\nc10 = "0.1 MPa"\nc01 = "0.02 MPa"\n{BULK}'
 
@@ -279,7 +279,7 @@ def refusal(text: str) -> str:
 @pytest.mark.parametrize(
     ("old", "new", "key", "reason"), WRONG, ids=[f"{key}-{i}" for i, (*_, key, _) in enumerate(WRONG)]
 )
-def test_one_line_names_the_key_and_the_mend(old, new, key, reason):
+def test_one_line_names_the_key_and_the_fix(old, new, key, reason):
     assert old in GOOD
     message = refusal(GOOD.replace(old, new, 1))
     assert "\n" not in message

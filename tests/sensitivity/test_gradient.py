@@ -4,13 +4,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.mechanics import Tangent, configuration, loads, model, rubber, solve
+from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber, solve
 from pneumorph.objective import Objective, equidistant, match
 from pneumorph.sensitivity import boundary_gradient, gradient, residual_jacobian, taylor_test
 from pneumorph.verify.solids import tube
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
-SILICONE = rubber(0.49, 4.9e3, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
+SILICONE = neo_hookean_rubber(0.49, 4.9e3, 1.1e-9)
 
 
 def everything(f):
@@ -34,7 +34,7 @@ class Case:
 
     def __init__(self, counts, plate=True, mixed=False):
         self.mesh = tube(4, 8, 30, counts)
-        self.model = model(self.mesh, SILICONE if mixed else RUBBER, plate=plate, mixed=mixed)
+        self.model = build_model(self.mesh, SILICONE if mixed else RUBBER, plate=plate, mixed=mixed)
         x, y, z = self.mesh.points.T
         self.motion = np.column_stack(
             [
@@ -48,8 +48,8 @@ class Case:
     def solve(self, step=0.0, pressure=0.05):
         points = self.mesh.points + step * self.motion
         carried = {"spring": np.array([0, 0, 0.5, 0, 20, 0]), "wrench": np.array([0.05, 0, 0, 0, 0, 3.0])}
-        acting = loads(self.model, {"A": pressure}, np.array([9810.0, 0, 0]), **(carried if self.plate else {}))
-        at, solver = configuration(self.model, points, acting), Tangent(self.model)
+        acting = build_loads(self.model, {"A": pressure}, np.array([9810.0, 0, 0]), **(carried if self.plate else {}))
+        at, solver = configure(self.model, points, acting), Tangent(self.model)
         return at, solver, solve(at, solver)
 
     def value(self, step=0.0, pressure=0.05):

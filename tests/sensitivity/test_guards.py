@@ -3,22 +3,32 @@
 import numpy as np
 import pytest
 
-from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, predict, rubber, solve
+from pneumorph.mechanics import (
+    Equilibrium,
+    NoEquilibrium,
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    neo_hookean_rubber,
+    predict,
+    solve,
+)
 from pneumorph.mechanics.assembly.tangent import Origin
 from pneumorph.objective import Objective, equidistant, match
 from pneumorph.sensitivity import gradient, residual_jacobian
 from pneumorph.verify.solids import tube
 
 MESH = tube(11, 13, 40, (1, 12, 6))
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 MOTION = 0.05 * np.column_stack([MESH.points[:, :2] / 13, np.zeros(len(MESH.points))])
 
 
 @pytest.fixture(scope="module")
 def design():
     """A tube at an equilibrium, with the linear solver as it leaves it."""
-    built = model(MESH, RUBBER)
-    at, solver = configuration(built, MESH.points, loads(built, {"A": 0.03})), Tangent(built)
+    built = build_model(MESH, RUBBER)
+    at, solver = configure(built, MESH.points, build_loads(built, {"A": 0.03})), Tangent(built)
     found = solve(at, solver)
     assert isinstance(found, Equilibrium)
     return at, solver, found
@@ -27,14 +37,14 @@ def design():
 def rejected_trial(at, solver, found):
     """A design whose chamber balloons."""
     built = at.model
-    trial = configuration(built, MESH.points + MOTION, loads(built, {"A": 0.3}))
+    trial = configure(built, MESH.points + MOTION, build_loads(built, {"A": 0.3}))
     assert isinstance(solve(trial, solver, found.state), NoEquilibrium)
 
 
 def raised(at, solver, found):
     """A factorisation whose diagonal was raised, at a state in the midst of a descent."""
     rough = 0.5 * np.random.default_rng(0).standard_normal(at.model.size)
-    assert solver.factorise_convex(at, at.model.state(np.where(at.held, 0.0, rough))) > 0
+    assert solver.factorise_convex(at, at.model.state(np.where(at.constrained, 0.0, rough))) > 0
     assert solver.origin.shift > 0
 
 
@@ -70,7 +80,7 @@ def test_nothing_that_was_factorised_since_gets_into_the_answer(design, upset):
 def test_a_prediction_after_a_rejected_trial_is_as_near_as_one_before(design):
     at, solver, found = design
     rejected_trial(at, solver, found)
-    there = configuration(at.model, MESH.points + MOTION, loads(at.model, {"A": 0.031}))
+    there = configure(at.model, MESH.points + MOTION, build_loads(at.model, {"A": 0.031}))
     state = predict(at, solver, found.state, MOTION, np.array([0.001]))
     exact = solve(there, Tangent(at.model), state)
     moved = np.abs(exact.u - found.u).max()

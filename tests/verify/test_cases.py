@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics import rubber
+from pneumorph.mechanics import neo_hookean_rubber
 from pneumorph.verify import beams, cases, element, homogeneous, inflation, radial, work
 from pneumorph.verify.verdict import absolute, at_least, relative
 
@@ -41,7 +41,7 @@ def test_a_long_case_passes(case):
 
 
 def test_a_wrong_rubber_fails():
-    solid = rubber(0.49, 4.80, 1.1e-9)
+    solid = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
     wrong = homogeneous.tension(solid, homogeneous.neo_hookean(0.4901), homogeneous.UNIAXIAL, (1.5,))
     assert not any(verdict.passed for verdict in wrong)
 
@@ -70,4 +70,4 @@ def test_names_are_different_and_sources_named():
 
 def test_the_radial_solver_says_where_there_is_no_state():
     with pytest.raises(ComputationError, match="radial boundary-value problem at 5 MPa"):
-        radial.inflated(rubber(0.49, 4.80, 1.1e-9), 10, 11, 5.0, radial.SPHERE)(np.array(10.0))
+        radial.inflated(neo_hookean_rubber(0.49, 4.80, 1.1e-9), 10, 11, 5.0, radial.SPHERE)(np.array(10.0))

@@ -1,11 +1,11 @@
-"""One design analysed: its mesh, the equilibria of its tasks, the gradient, and what is told and stored of them."""
+"""One design analysed: its mesh, the equilibria of its tasks, the gradient, and the results as reported and stored."""
 
 from pneumorph.analysis.analyse import (
     Analysis,
     Discretisation,
     analyse,
+    build_discretisation,
     carried_over,
-    discretisation,
     discretise,
     predicted,
     stable,
@@ -14,7 +14,7 @@ from pneumorph.analysis.answers import answers
 from pneumorph.analysis.fields import Fields, fields_of, nodal_stress, nodal_stretch, sag_of, unpack_fields
 from pneumorph.analysis.gradient import GradientCheck, Probe, gradient_check, probe
 from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
-from pneumorph.analysis.simulate import Curve, Simulation, simulation
+from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import Slopes, design_gradient, design_slopes
 
 __all__ = [
@@ -33,10 +33,10 @@ __all__ = [
     "TaskResult",
     "analyse",
     "answers",
+    "build_discretisation",
     "carried_over",
     "design_gradient",
     "design_slopes",
-    "discretisation",
     "discretise",
     "fields_of",
     "from_json",
@@ -44,9 +44,9 @@ __all__ = [
     "nodal_stress",
     "nodal_stretch",
     "predicted",
+    "prepare_simulation",
     "probe",
     "sag_of",
-    "simulation",
     "stable",
     "to_json",
     "unpack_fields",

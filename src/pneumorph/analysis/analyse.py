@@ -17,10 +17,10 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     State,
     Tangent,
-    configuration,
+    configure,
+    diagnose,
     displacement,
-    explained,
-    held_of,
+    guided_of,
     loads_of,
     mirror_of,
     model_of,
@@ -83,11 +83,11 @@ class Analysis:
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body, or the half of it that tells all, and make it ready for analysis."""
-    return discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
+    """Mesh a body, or half of it where a mirror plane allows that, and make it ready for analysis."""
+    return build_discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
 
 
-def discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
+def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
     """Make a mesh of the body with the given control points ready for analysis."""
     model = model_of(problem, morph.mesh)
     tangents = {task.name: Tangent(model) for task in problem.task}
@@ -118,17 +118,17 @@ def analyse(
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        at = configuration(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), held_of(problem))
+        at = configure(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), guided_of(problem))
         start = starts[task.name] if starts else None
         found = solve(at, disc.tangents[task.name], start, tolerance)
         if explain and isinstance(found, NoEquilibrium):
-            found = explained(at, disc.tangents[task.name], found)
+            found = diagnose(at, disc.tangents[task.name], found)
         if isinstance(found, NoEquilibrium):
             return found
         configurations[task.name], equilibria[task.name] = at, found
         values[task.name] = disc.objectives[task.name].at(disc.model, at.X, found.state)
         if not np.isfinite(values[task.name]):
-            raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; mend its function")
+            raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
     value = sum(task.weight * values[task.name] for task in problem.task)
     return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
 
@@ -166,7 +166,7 @@ def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Di
         if not model.mixed:
             carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate)
             continue
-        pressure = linear(mesh, np.asarray(state.pressure)[: old.model.nodes])
-        moved = transfer(mesh, np.column_stack([u, pressure]), new.morph.mesh.points)
+        hydrostatic = linear(mesh, np.asarray(state.hydrostatic)[: old.model.nodes])
+        moved = transfer(mesh, np.column_stack([u, hydrostatic]), new.morph.mesh.points)
         carried[name] = State(moved[:, :3], state.plate, moved[:, 3])
     return carried

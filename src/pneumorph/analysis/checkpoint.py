@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, discretisation
+from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
 from pneumorph.errors import ComputationError
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mesh.morph import morph
+from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 
@@ -40,7 +40,7 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
     if len(arrays["phi"]) != space.n:
         raise ComputationError(
             f"the run was made with {len(arrays['phi'])} design variables, this version has {space.n} for its problem; "
-            "begin anew in another directory"
+            "begin again in another directory"
         )
     points = arrays["mesh_points"]
     faces = {name.removeprefix("face "): value for name, value in arrays.items() if name.startswith("face ")}
@@ -50,7 +50,7 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
         shape=(len(arrays["mesh_B_indptr"]) - 1, len(points)),
     )
     straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces)
-    disc = discretisation(problem, morph(straight, B, points, float(arrays["mesh_size"]), param), points)
+    disc = build_discretisation(problem, build_morph(straight, B, points, float(arrays["mesh_size"]), param), points)
     starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
     analysis = analyse(problem, space, disc, arrays["phi"], starts)
     if isinstance(analysis, NoEquilibrium):

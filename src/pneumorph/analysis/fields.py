@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
-from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configuration, held_of, loads_of, solve
+from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
 from pneumorph.mesh import TetMesh, unfolded
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
@@ -78,7 +78,7 @@ def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.nda
     effector = problem.end_effector
     if problem.gravity is None and not any((*effector.force, *effector.moment)):
         return None
-    at = configuration(disc.model, analysis.X, loads_of(problem, disc.model, {}), held_of(problem))
+    at = configure(disc.model, analysis.X, loads_of(problem, disc.model, {}), guided_of(problem))
     # A solver of its own: those of the tasks keep the factorisations that the next design begins with.
     found = solve(at, Tangent(disc.model))
     return found.u if isinstance(found, Equilibrium) else None

@@ -10,7 +10,7 @@ import numpy as np
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, discretise
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, DesignSpace, design_space
+from pneumorph.geometry import Body, DesignSpace, build_design_space
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium
 from pneumorph.problem import Pressure, Problem
 from pneumorph.sensitivity import TaylorTest, taylor_test
@@ -54,9 +54,9 @@ class GradientCheck:
         return all(map(self.is_right, self.tests))
 
     def __str__(self) -> str:
-        return "\n".join(map(self.told, self.tests))
+        return "\n".join(map(self.line, self.tests))
 
-    def told(self, name: str) -> str:
+    def line(self, name: str) -> str:
         """What came of one test, as a line."""
         if self.is_exact(name):
             return f"{name}: right, with no remainder to speak of"
@@ -84,7 +84,7 @@ def probe(problem: Problem, body: Body) -> Probe:
     ComputationError
         When it cannot be meshed or has no equilibrium.
     """
-    space = design_space(_with_free_pressures(problem), body)
+    space = build_design_space(_with_free_pressures(problem), body)
     disc = discretise(problem, body)
     return Probe(problem, body, space, disc, _analysed(problem, space, disc, space.start))
 

@@ -1,4 +1,4 @@
-"""Pressures as people give them: "60 kPa" holds a chamber's pressure, "0:60:5 kPa" sweeps it."""
+"""Pressures as users write them: "60 kPa" holds a chamber's pressure, "0:60:5 kPa" sweeps it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pneumorph import units
 from pneumorph.errors import ProblemError
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
-_MEND = "write A=60kPa to hold it or A=0:60:5kPa to sweep it"
+_FIX = "write A=60kPa to hold it or A=0:60:5kPa to sweep it"
 MOST_STEPS = 10_000
 
 
@@ -42,7 +42,7 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
     ProblemError
         For what is no pressure, an unknown chamber, or sweeps of different lengths.
     """
-    held: dict[str, float] = {}
+    constant: dict[str, float] = {}
     swept: dict[str, np.ndarray] = {}
     for name, asked in given.items():
         if name not in chambers:
@@ -51,13 +51,13 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
             )
         values = _read(name, asked)
         if len(values) == 1:
-            held[name] = float(values[0])
+            constant[name] = float(values[0])
         else:
             swept[name] = values
     if one_by_one:
         if not swept:
-            raise ProblemError(f"one by one: no chamber is swept; {_MEND}")
-        waiting = held | {name: float(values[0]) for name, values in swept.items()}
+            raise ProblemError(f"one by one: no chamber is swept; {_FIX}")
+        waiting = constant | {name: float(values[0]) for name, values in swept.items()}
         return [Leg((name,), [waiting | {name: float(value)} for value in values]) for name, values in swept.items()]
     lengths = {name: len(values) for name, values in swept.items()}
     if len(set(lengths.values())) > 1:
@@ -67,7 +67,7 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
             "give them the same number, or sweep them one by one"
         )
     steps = next(iter(lengths.values()), 1)
-    path = [held | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
+    path = [constant | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
     return [Leg(tuple(swept), path)]
 
 
@@ -76,7 +76,7 @@ def _read(name: str, asked: Any) -> np.ndarray:
     text = units.text_of(asked)
     match = _SHAPE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise ProblemError(f"pressure {name}={asked}: is not a chamber with its pressure; {_MEND}")
+        raise ProblemError(f"pressure {name}={asked}: is not a chamber with its pressure; {_FIX}")
     numbers, unit = match.groups()
     try:
         values = [units.parse(f"{number} {unit or ''}", units.PRESSURE) for number in numbers.split(":")]
@@ -86,7 +86,7 @@ def _read(name: str, asked: Any) -> np.ndarray:
         return np.array(values)
     start, stop, step = values
     if step == 0 or (stop - start) / step < 0:
-        raise ProblemError(f"pressure {name}={asked}: steps of this size do not lead from start to stop; {_MEND}")
+        raise ProblemError(f"pressure {name}={asked}: steps of this size do not lead from start to stop; {_FIX}")
     count = (stop - start) / step
     if count > MOST_STEPS:
         raise ProblemError(f"pressure {name}={asked}: has more than {MOST_STEPS} steps; take larger ones")

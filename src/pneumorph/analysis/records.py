@@ -109,7 +109,7 @@ class HistoryEntry:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a task came to in the unit that people use for it: "mm", "°", or "" for a plain objective."""
+    """What a task achieves, in its usual unit: "mm", "°", or "" for a plain objective."""
 
     value: float
     unit: str

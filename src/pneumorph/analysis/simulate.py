@@ -21,8 +21,8 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
     Whole,
-    configuration,
-    held_of,
+    configure,
+    guided_of,
     loads_of,
     mirror_of,
     model_of,
@@ -30,7 +30,7 @@ from pneumorph.mechanics import (
     whole_of,
 )
 from pneumorph.mesh import TetMesh, mesh_body
-from pneumorph.objective import features
+from pneumorph.objective import measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.components import COMPONENT_OF, component_of
 
@@ -93,14 +93,14 @@ class Simulation:
                 curves.append(Curve(task, leg.swept, []))
                 along = [{**own, **given} for given in leg.path]
                 loads = [loads_of(self.problem, self.model, each) for each in along]
-                path = [configuration(self.model, self.mesh.points, each, self.blocked) for each in loads]
+                path = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
                 for pressures, at, found in zip(along, path, sweep(path, tangent), strict=True):
                     step = _step(task, pressures, at, found, whole)
                     curves[-1].steps.append(step)
                     yield step
 
 
-def simulation(
+def prepare_simulation(
     problem: Problem,
     body: Body,
     pressures: Mapping[str, Mapping[str, float]],
@@ -108,7 +108,7 @@ def simulation(
     block: Iterable[str] = (),
     one_by_one: bool = False,
 ) -> Simulation:
-    """Mesh a body, or the half of it that tells all, for sweeps.
+    """Mesh a body, or half of it where a mirror plane allows that, for sweeps.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def simulation(
     pressures : {task: {chamber: MPa}}
         Of the chambers that are given none.
     given : {chamber: "60 kPa" or "0:60:5 kPa"}, see `legs_of`.
-    block : motions that the plate is held against, of `BLOCKS`.
+    block : motions of the plate that are blocked, of `BLOCKS`.
     one_by_one : sweep one chamber after the other.
 
     Raises
@@ -139,8 +139,8 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
     for name in names:
         if name not in BLOCKS:
             raise ProblemError(f'block: "{name}" is not known here; take one of {", ".join(BLOCKS)}')
-    held = {component for name in names for component in BLOCKS[name]}
-    return np.array([component in held for component in COMPONENTS]) | held_of(problem)
+    blocked = {component for name in names for component in BLOCKS[name]}
+    return np.array([component in blocked for component in COMPONENTS]) | guided_of(problem)
 
 
 def _step(
@@ -148,7 +148,7 @@ def _step(
 ) -> SweepStep:
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
-    motion = features(at.model, at.X, found.state)
+    motion = measure_features(at.model, at.X, found.state)
     return SweepStep(
         task=task,
         pressures=pressures,

@@ -8,14 +8,13 @@ from rich.console import Console
 from rich.text import Text
 
 from pneumorph.analysis import Probe, answers, gradient_check, probe
-from pneumorph.constraint import report
+from pneumorph.constraint import certify
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.output.words import analysed, motion_of
-from pneumorph.output.words import pressures as in_words
+from pneumorph.output.format import format_pressures, mirror_note, motion_of
 from pneumorph.problem import load
 
 
@@ -38,14 +37,14 @@ def check(problem: Path) -> None:
     found = answers(at.disc, at.analysis)
     for task in asked.task:
         motion = motion_of(task, found[task.name])
-        say(f"task      {task.name}: {motion.word} {motion} at {in_words(at.analysis.pressures[task.name])}")
-    limits = report(design.body, asked.limits)
+        say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
+    limits = certify(design.body, asked.limits)
     for reading in limits.readings:
         # Sure for every point of the surfaces, and what the worst point that was seen has.
         say(f"limit     {reading}, seen {reading.seen:.3g}", "red" if reading in limits.violated() else "")
     tested = gradient_check(at)
     for name in tested.tests:
-        say(f"gradient  {tested.told(name)}", "" if tested.is_right(name) else "red")
+        say(f"gradient  {tested.line(name)}", "" if tested.is_right(name) else "red")
     if not tested.passed:
         raise ComputationError("the gradient is not right to second order; try a finer mesh")
     say("The problem is sound and its gradient is exact.")
@@ -53,16 +52,16 @@ def check(problem: Path) -> None:
 
 def _description(at: Probe) -> list[str]:
     problem, space = at.problem, at.space
-    told, model = problem.model_dump(), at.disc.model
-    body, rubber, springs = told["body"], told["material"], told["end_effector"]["spring"]
+    table, model = problem.model_dump(), at.disc.model
+    body, rubber, springs = table["body"], table["material"], table["end_effector"]["spring"]
     chambers = "; ".join(
         f"{chamber['name']}, radius {chamber['radius']}, z from {chamber['span'][0]} to {chamber['span'][1]}"
         for chamber in body["chamber"]
     )
     effector = problem.end_effector
-    held = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
-    pulled = [f"{key} {told['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
-    gravity = told.get("gravity")
+    springs_shown = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
+    pulled = [f"{key} {table['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
+    gravity = table.get("gravity")
     valid = model.rubber.valid_stretch
     reach = "valid for stretches not stated" if valid is None else f"valid to a stretch of {valid:.3g}"
     chosen = ""
@@ -74,9 +73,9 @@ def _description(at: Probe) -> list[str]:
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} of the shape, {free} of the pressures",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
-        + analysed(model.mirror),
+        + mirror_note(model.mirror),
         f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
         f"bulk modulus {rubber['bulk_modulus']}, {reach}",
-        f"tip       {', '.join([effector.kind, *held, *pulled])}",
+        f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",
         "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
     ]

@@ -38,7 +38,7 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="shift_x|shift_y|axial|bending_x|bending_y|torsion|extension|twist|all",
-            help="Hold the plate against a motion, and tell the force or torque on what holds it; repeatable.",
+            help="Block a motion of the plate, and report the force or torque on the block; repeatable.",
         ),
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the steps to this file.")] = None,

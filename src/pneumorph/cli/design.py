@@ -13,7 +13,7 @@ from pneumorph.interface.runs import Run, begin
 from pneumorph.mechanics import rubber_of
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output import run_pictures
-from pneumorph.output.words import duration, motion_of, validity
+from pneumorph.output.format import format_duration, motion_of, validity_warning
 from pneumorph.problem import load
 
 
@@ -56,11 +56,11 @@ def _conclude(run: Run, screen: Screen, reason: str) -> None:
         for task in run.problem.task
         for motion in [motion_of(task, history[-1].tasks[task.name])]
     )
-    spent = duration(result.seconds["total"])
+    spent = format_duration(result.seconds["total"])
     screen.say(f"{result.iterations} designs in {spent}: {motions}; the loop ended because {reason}.")
     rubber = rubber_of(run.problem.material)
     for name, found in history[-1].tasks.items():
-        if sentence := validity(rubber, found.max_stretch):
+        if sentence := validity_warning(rubber, found.max_stretch):
             screen.say(f"Task {name}: {sentence}.")
 
 

@@ -15,7 +15,7 @@ from pneumorph.interface.runs import open_run
 
 
 def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
-    """Write the files of a design, and tell what their checks found."""
+    """Write the files of a design, and report what their checks found."""
     began = time.perf_counter()
     allowed = _chord(chord)
     body = open_run(run).design(design).body

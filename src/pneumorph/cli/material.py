@@ -44,15 +44,15 @@ def show(name: str) -> None:
 
 def _tell(console: Console, name: str) -> None:
     elastomer = _reader.validate_python({"name": name})
-    told, rubber = elastomer.model_dump(exclude_none=True), rubber_of(elastomer)
-    own = ", ".join(f"{key} {_in_words(value)}" for key, value in told.items() if key not in COMMON)
+    table, rubber = elastomer.model_dump(exclude_none=True), rubber_of(elastomer)
+    own = ", ".join(f"{key} {_in_words(value)}" for key, value in table.items() if key not in COMMON)
     reach = f"up to {rubber.valid_stretch:.3g}" if rubber.valid_stretch else "not stated"
     lines = {
-        "model": f"{told['model']}, {own}",
-        "moduli": f"shear {rubber.shear_modulus:.4g} MPa, bulk {told['bulk_modulus']}, κ/μ = "
-        f"{rubber.bulk_modulus / rubber.shear_modulus:.4g}; density {told['density']}",
+        "model": f"{table['model']}, {own}",
+        "moduli": f"shear {rubber.shear_modulus:.4g} MPa, bulk {table['bulk_modulus']}, κ/μ = "
+        f"{rubber.bulk_modulus / rubber.shear_modulus:.4g}; density {table['density']}",
         "stretch": reach,
-        "source": told["source"],
+        "source": table["source"],
         "assumed": library()[name].get("assumed", "nothing"),
     }
     console.print(Text(name, style="bold"))

@@ -24,7 +24,7 @@ from pneumorph.optimize import (
     Remeshed,
     Started,
 )
-from pneumorph.output.words import analysed, duration, motion_of
+from pneumorph.output.format import format_duration, mirror_note, motion_of
 from pneumorph.problem import Problem
 
 PHASES = {"geometry": "mesh", "equilibrium": "equilibrium", "gradient": "gradient", "subproblem": "sub-problem"}
@@ -58,7 +58,7 @@ class Screen:
         table = Table.grid(padding=(0, 1))
         for _ in range(3):
             table.add_column(no_wrap=True)
-        elapsed = duration(time.perf_counter() - self._began)
+        elapsed = format_duration(time.perf_counter() - self._began)
         table.add_row(self._spinner, Text(elapsed, style="dim"), self._state)
         return table
 
@@ -76,7 +76,7 @@ class Screen:
                 self.row(event.entry)
                 self._stand(event)
             case Remeshed():
-                self._note(f"design {event.iteration}: meshed anew with {event.elements} elements, {event.reason}")
+                self._note(f"design {event.iteration}: remeshed with {event.elements} elements, {event.reason}")
             case MeshKept():
                 self._note(
                     f"design {event.iteration}: the old mesh goes on with elements of quality {event.quality:.2g}, "
@@ -103,7 +103,7 @@ class Screen:
     def _started(self, event: Started) -> None:
         self.say(
             f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
-            + analysed(event.mirror)
+            + mirror_note(event.mirror)
         )
         heading = Text(style="bold")
         for title, width in self._columns:
@@ -123,7 +123,7 @@ class Screen:
         self._state = Text(f"design {event.iteration + 1} of {self._total}")
         if self._recent:
             left = (self._total - event.iteration) * sum(self._recent) / len(self._recent)
-            self._state.append(f" · {duration(left)} to go")
+            self._state.append(f" · {format_duration(left)} to go")
         spent = sum(self._phases.values()) or 1.0
         split = ", ".join(f"{word} {100 * self._phases[phase] / spent:.0f} %" for phase, word in PHASES.items())
         self._state.append(f" · {split}")

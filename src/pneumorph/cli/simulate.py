@@ -20,8 +20,7 @@ from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.output.words import analysed
-from pneumorph.output.words import pressures as in_words
+from pneumorph.output.format import format_pressures, mirror_note
 from pneumorph.problem import load
 from pneumorph.run import atomic
 
@@ -45,7 +44,7 @@ def simulate(
     if files["--png"] is not None and not simulation.legs[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model, console = simulation.model, Console()
-    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{analysed(model.mirror)}"
+    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{mirror_note(model.mirror)}"
     console.print(Text(size), soft_wrap=True)
     curves: list[Curve] = []
     stopped = False
@@ -109,7 +108,7 @@ def _progress(console: Console, total: int) -> Progress:
 
 
 def _row(step: SweepStep) -> Text:
-    head = f"{step.task}, {in_words(step.pressures)}: "
+    head = f"{step.task}, {format_pressures(step.pressures)}: "
     if not step.converged:
         return Text(head + step.reason, style="red")
     x, y, z = step.translation

@@ -11,8 +11,8 @@ from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.errors import ComputationError
+from pneumorph.output.format import format_duration, motion_of
 from pneumorph.output.render import NoPicture
-from pneumorph.output.words import duration, motion_of
 from pneumorph.study import Study, load_study, write_sheet, write_summary
 from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
@@ -48,8 +48,8 @@ def study(source: Path, out: Path | None, cluster: str | None, workers: int | No
     except NoPicture as error:
         console.print(Text(f"the sheet could not be drawn: {error}"), soft_wrap=True)
     if failed:
-        told = "; ".join(f"{end.name}: {end.reason}" for end in failed)
-        raise ComputationError(f"{len(failed)} of {len(members)} members failed: {told}")
+        reasons = "; ".join(f"{end.name}: {end.reason}" for end in failed)
+        raise ComputationError(f"{len(failed)} of {len(members)} members failed: {reasons}")
 
 
 class Board:
@@ -83,6 +83,6 @@ class Board:
                 continue
             motions = ", ".join(str(motion_of(task, entry.tasks[task.name])) for task in member.problem.task)
             held = Text("held") if entry.held else Text("broken", style="red")
-            spent = duration(self._seconds[member.name])
+            spent = format_duration(self._seconds[member.name])
             table.add_row(member.name, str(entry.iteration), motions, held, spent, Text(state, style=style))
         return table

@@ -70,11 +70,11 @@ def descend(a, b, here, box_a, box_b, size, neighbourhood):
         away = distance(a, b, trial, box_a, box_b, size, neighbourhood)
         if away < best:
             fresh = True
-            settled = best - away < 1e-7 * best
+            converged = best - away < 1e-7 * best
             best = away
             here[:] = trial
             damping *= 0.1
-            if settled:
+            if converged:
                 break
         else:
             damping, fresh = 8.0 * damping, False

@@ -1,8 +1,8 @@
 """Distances between surfaces and within one (the paper's (23)): who is near whom, found by a spatial index.
 
-A sample's partner is a *foot*: the closest point of the other surface itself, not its closest sample, which would
-overrate a wall of 2 mm by up to 0.05 mm. The foot is found from the second-order expansion at the closest sample and
-then held as a fixed combination of four samples plus a fixed rest, so that distances are smooth in the control points
+A sample's partner is the closest point of the other surface itself, not its closest sample, which would overrate a
+wall of 2 mm by up to 0.05 mm. The closest point is found from the second-order expansion at the closest sample and
+then kept as a fixed combination of four samples plus a fixed rest, so that distances are smooth in the control points
 and exact where they were found.
 """
 
@@ -23,10 +23,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
-class Feet(NamedTuple):
+class ClosestPoints(NamedTuple):
     """Partners of n samples, in arrays of fixed shape.
 
-    The foot of sample i is Σ_k weight[i, k]·X[partner[i, k]] + rest[i] with X the positions of all samples.
+    The closest point to sample i is Σ_k weight[i, k]·X[partner[i, k]] + rest[i] with X the positions of all samples.
     """
 
     partner: Ints  # (n, 4)
@@ -35,13 +35,13 @@ class Feet(NamedTuple):
     active: NDArray[np.bool_]  # (n,): false where no partner is within reach
 
 
-def distances(X: Array, source: Ints, feet: Feet) -> Array:
-    """Distances (n,) in mm of the samples X[source] to their feet; only meaningful where the feet are active.
+def distances(X: Array, source: Ints, partners: ClosestPoints) -> Array:
+    """Distances (n,) in mm of the samples X[source] to their closest points; only meaningful where these are active.
 
     X is (n_samples, 3). Differentiable, also at distance zero.
     """
-    foot = jnp.einsum("nk,nkc->nc", feet.weight, X[feet.partner]) + feet.rest
-    return jnp.sqrt(jnp.sum((X[source] - foot) ** 2, axis=1) + 1e-12)
+    closest = jnp.einsum("nk,nkc->nc", partners.weight, X[partners.partner]) + partners.rest
+    return jnp.sqrt(jnp.sum((X[source] - closest) ** 2, axis=1) + 1e-12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +106,13 @@ class Target:
         Returns
         -------
         distance : (n,) array
-        foot : (n, 3) array
+        closest : (n, 3) array
         offset : (n, 2) array
-            Where the foot is from the sample, in mm of the two parameters; zero where the sample itself is closest.
+            From the sample to the closest point, in mm along q and r; zero where the sample itself is closest.
         """
         x, q, r, qq, qr, rr = (field[near] for field in self.fields)
         row = near // self.columns
-        # A foot in the farther half of a cell belongs to the neighbouring sample, hence three quarters are room enough.
+        # A point in the farther half of a cell belongs to the neighbouring sample, so three quarters are room enough.
         low, high = -0.75 * self.behind[row], 0.75 * self.ahead[row]
         a, b = np.zeros(len(near)), np.zeros(len(near))
         gap = x - points
@@ -133,11 +133,13 @@ class Target:
             determinant = aa * bb - ab**2
             a = np.clip(a - (bb * slope_a - ab * slope_b) / determinant, -0.75 * self.across, 0.75 * self.across)
             b = np.clip(b - (aa * slope_b - ab * slope_a) / determinant, low, high)
-        foot = x + a[:, None] * (q + 0.5 * a[:, None] * qq + b[:, None] * qr) + b[:, None] * (r + 0.5 * b[:, None] * rr)
-        distance, at_sample = np.linalg.norm(foot - points, axis=1), np.linalg.norm(gap, axis=1)
+        closest = (
+            x + a[:, None] * (q + 0.5 * a[:, None] * qq + b[:, None] * qr) + b[:, None] * (r + 0.5 * b[:, None] * rr)
+        )
+        distance, at_sample = np.linalg.norm(closest - points, axis=1), np.linalg.norm(gap, axis=1)
         keep = ~(distance < at_sample)
-        foot[keep], a[keep], b[keep] = x[keep], 0.0, 0.0
-        return np.minimum(distance, at_sample), foot, np.stack([a, b], axis=1)
+        closest[keep], a[keep], b[keep] = x[keep], 0.0, 0.0
+        return np.minimum(distance, at_sample), closest, np.stack([a, b], axis=1)
 
     def corners(self, near: Ints, offset: Floats) -> tuple[Ints, Floats]:
         """The four samples around places given by a sample and an offset (n, 2) in mm, and their weights: (n, 4)."""
@@ -186,43 +188,45 @@ def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bo
     return within, np.where(within, near, 0)
 
 
-def wall_feet(points: Floats, target: Target, bound: float, first: int) -> Feet:
-    """Feet of points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
-    # The nearest sample is farther than the foot, by less than a cell's diagonal.
+def wall_closest(points: Floats, target: Target, bound: float, first: int) -> ClosestPoints:
+    """Closest points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
+    # The nearest sample is farther than the closest point, by less than a cell's diagonal.
     within, near = nearest(points, target, bound + 1.0)
     some = np.flatnonzero(within)
-    distance, foot, offset = target.closest(points[some], near[some])
+    distance, closest, offset = target.closest(points[some], near[some])
     active = distance <= bound
     some = some[active]
-    return _feet(len(points), target, first, some, near[some], offset[active], foot[active])
+    return _closest_points(len(points), target, first, some, near[some], offset[active], closest[active])
 
 
-def fold_feet(tube: Target, neighbourhood: float, bound: float, first: int) -> Feet:
-    """Feet of every other sample of a tube on itself outside the neighbourhood; active within `bound` mm."""
+def fold_closest(tube: Target, neighbourhood: float, bound: float, first: int) -> ClosestPoints:
+    """Closest points to every other sample of a tube on itself outside the neighbourhood; active within `bound` mm."""
     source = every_other(tube.grid)
     fold = nearest_fold(tube, neighbourhood, bound + 0.5, source)
     some = np.flatnonzero(np.isfinite(fold.distance))
     near, offset, facing = fold.near[some], fold.offset[some], fold.facing[some]
-    points, foot = tube.x[source[some]], tube.between(near, offset)
-    _, foot[facing], offset[facing] = tube.closest(points[facing], near[facing])
-    active = np.linalg.norm(foot - points, axis=1) <= bound
-    return _feet(len(source), tube, first, some[active], near[active], offset[active], foot[active])
+    points, closest = tube.x[source[some]], tube.between(near, offset)
+    _, closest[facing], offset[facing] = tube.closest(points[facing], near[facing])
+    active = np.linalg.norm(closest - points, axis=1) <= bound
+    return _closest_points(len(source), tube, first, some[active], near[active], offset[active], closest[active])
 
 
-def joined(feet: list[Feet]) -> Feet:
-    """Several sets of feet, one after the other."""
-    return Feet(*(np.concatenate(parts) for parts in zip(*feet, strict=True)))
+def joined(sets: list[ClosestPoints]) -> ClosestPoints:
+    """Several sets of closest points, one after the other."""
+    return ClosestPoints(*(np.concatenate(parts) for parts in zip(*sets, strict=True)))
 
 
-def _feet(n: int, target: Target, first: int, some: Ints, near: Ints, offset: Floats, foot: Floats) -> Feet:
-    """Feet of n samples, of which `some` have one."""
+def _closest_points(
+    n: int, target: Target, first: int, some: Ints, near: Ints, offset: Floats, closest: Floats
+) -> ClosestPoints:
+    """The closest points of n samples, of which `some` have one."""
     index, weight, rest = np.full((n, 4), first, dtype=np.int32), np.zeros((n, 4)), np.zeros((n, 3))
     corner, weight[some] = target.corners(near, offset)
     index[some] = corner + first
-    rest[some] = foot - target.between(near, offset)
+    rest[some] = closest - target.between(near, offset)
     active = np.zeros(n, dtype=bool)
     active[some] = True
-    return Feet(index, weight, rest, active)
+    return ClosestPoints(index, weight, rest, active)
 
 
 # Weight in mm of the normals when opposite walls are looked for, and how far they may be from opposite.

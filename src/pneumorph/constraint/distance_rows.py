@@ -16,8 +16,8 @@ from pneumorph.constraint.sampled import (
     DIGITS,
     FINE,
     KINDS,
+    LimitSamples,
     Part,
-    Sampled,
     cell_of,
     worst_of_cells,
     worst_samples,
@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
-def distances(limits: Sampled, body: Body, reach: float) -> Iterator[Part]:
+def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[Part]:
     fields = [_fields(surface, samples) for surface, samples in zip(body.surfaces, limits.coarse, strict=True)]
     closed = [
         target(field, samples, discs=samples.cavity) for field, samples in zip(fields, limits.coarse, strict=True)
@@ -56,11 +56,13 @@ def _fields(surface: TubeSurface, samples: Grid) -> Fields:
     return Fields(*(along[dr] @ around[dq] for dq, dr in orders))
 
 
-def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple[int, Target], reach: float) -> Part:
+def _walls(
+    limits: LimitSamples, body: Body, asking: tuple[int, Target], asked: tuple[int, Target], reach: float
+) -> Part:
     """Distances from one surface to another, both with their end discs where they are chambers."""
     (a, here), (b, there) = asking, asked
     bound = limits.spec.wall + reach
-    # The nearest sample is farther than the foot, by less than a cell's diagonal.
+    # The nearest sample is farther than the closest point, by less than a cell's diagonal.
     within, near = nearest(here.x, there, bound + 0.5 * float(np.hypot(there.across, there.grid.step[1])))
     some = np.flatnonzero(within)
     distance, _, offset = there.closest(here.x[some], near[some])
@@ -77,18 +79,18 @@ def _walls(limits: Sampled, body: Body, asking: tuple[int, Target], asked: tuple
 
 
 def _closest_nearby(here: Target, some: Ints, there: Target, near: Ints, offset: Floats) -> tuple[Floats, Floats]:
-    """Offsets (m, 2) of places around samples, and of their feet: surfaces come closest between samples."""
+    """Offsets (m, 2) of places around samples and of their closest points: surfaces are nearest between samples."""
     row = some // here.columns
     best = np.linalg.norm(here.x[some] - _expanded(there, near, offset), axis=1)
-    aside, foot = np.zeros((len(some), 2)), offset.copy()
+    aside, closest = np.zeros((len(some), 2)), offset.copy()
     for across in NEARBY:
         for along in NEARBY:
             step = np.where(along < 0, here.behind[row], here.ahead[row])
             away = np.stack([np.full(len(some), across * here.across), along * step], axis=1)
             distance, _, place = there.closest(_expanded(here, some, away), near)
             closer = distance < best - 10.0**-DIGITS
-            best[closer], aside[closer], foot[closer] = distance[closer], away[closer], place[closer]
-    return aside, foot
+            best[closer], aside[closer], closest[closer] = distance[closer], away[closer], place[closer]
+    return aside, closest
 
 
 def _expanded(surface: Target, sample: Ints, offset: Floats) -> Floats:
@@ -98,7 +100,7 @@ def _expanded(surface: Target, sample: Ints, offset: Floats) -> Floats:
     return x + a * (q + 0.5 * a * qq + b * qr) + b * (r + 0.5 * b * rr)
 
 
-def _folds(limits: Sampled, body: Body, number: int, tube: Target, reach: float) -> Part:
+def _folds(limits: LimitSamples, body: Body, number: int, tube: Target, reach: float) -> Part:
     """Distances within one surface, outside the neighbourhood."""
     spec = limits.spec.fold
     # Walls farther apart than the neighbourhood are no folds.
@@ -128,7 +130,7 @@ class _Place(NamedTuple):
 
 
 def _between(
-    limits: Sampled,
+    limits: LimitSamples,
     body: Body,
     kind: str,
     one: _Place,
@@ -137,7 +139,7 @@ def _between(
     bound: float,
     outward: Floats | None = None,
 ) -> Part:
-    """Rows of distances between places, which at feet depend on the surfaces alone and not on where the feet are.
+    """Rows of distances between places; at closest points these do not change with the offsets, to first order.
 
     With normals of the other surface into its void, a place that has passed through it has a negative distance.
     """
@@ -200,7 +202,7 @@ def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = N
     return first + np.concatenate([numbers, end_row], axis=1), np.concatenate([s[:, None] * weights, centre], axis=1)
 
 
-def gaps(limits: Sampled, body: Body, name: str, found: Pairs) -> Part:
+def gaps(limits: LimitSamples, body: Body, name: str, found: Pairs) -> Part:
     """Distances between pairs of places that a certificate has found too close."""
     bound = limits.spec.wall if name == "wall" else limits.spec.fold.distance
     points = body.control_points()
@@ -233,7 +235,7 @@ def _joined(parts: list[Part], kind: int) -> Part:
     )
 
 
-def _cell(limits: Sampled, number: int, surface: Target, sample: Ints) -> Ints:
+def _cell(limits: LimitSamples, number: int, surface: Target, sample: Ints) -> Ints:
     """Cells of samples; those on an end disc belong to the cells at its rim."""
     row, column = np.divmod(sample, surface.columns)
     row = np.clip(row - surface.rings, 0, len(surface.grid.r) - 1)
@@ -241,7 +243,7 @@ def _cell(limits: Sampled, number: int, surface: Target, sample: Ints) -> Ints:
     return np.minimum(row // COARSE[1], along - 1) * around + column // COARSE[0]
 
 
-def _heights(limits: Sampled, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float) -> Part:
+def _heights(limits: LimitSamples, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float) -> Part:
     """Rows of limits c (rows, columns) on the height z, with dc/dz (rows, 1)."""
     samples, surface = limits.coarse[number], body.surfaces[number]
     row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach * float(np.abs(slope).max()))
@@ -259,7 +261,7 @@ EDGE = 1e-3
 """Part of a knot span at which the slope of a wall on its very rim is read off."""
 
 
-def _rims(limits: Sampled, body: Body, number: int, reach: float) -> Iterator[Part]:
+def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterator[Part]:
     """A tube beside the planes of its own flat ends, its rims included; see `sampling.rim_share`."""
     samples, spec, surface = limits.fine[number], limits.spec.fold, body.surfaces[number]
     edge = EDGE / limits.spans[number][1]
@@ -282,7 +284,7 @@ def _rims(limits: Sampled, body: Body, number: int, reach: float) -> Iterator[Pa
         )
 
 
-def _ends(limits: Sampled, body: Body, number: int, field: Fields, reach: float) -> Iterator[Part]:
+def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: float) -> Iterator[Part]:
     """Chambers before the planes of the body's ends, and the exterior, which must not pass them."""
     wall, cavity, z = limits.spec.wall, limits.coarse[number].cavity, field.x[2]
     for height, direction in ((z, -1.0), (limits.length - z, 1.0)):
@@ -293,7 +295,7 @@ def _ends(limits: Sampled, body: Body, number: int, field: Fields, reach: float)
         yield _heights(limits, body, number, "planes" if cavity else "ends", c, slope, reach)
 
 
-def _envelope(limits: Sampled, body: Body, field: Fields, radius: float, reach: float) -> Part:
+def _envelope(limits: LimitSamples, body: Body, field: Fields, radius: float, reach: float) -> Part:
     samples, surface, wall = limits.coarse[0], body.exterior, limits.spec.wall
     away = np.hypot(field.x[0], field.x[1])
     row, column, cell = worst_samples((away - radius) / wall, COARSE, limits.spans[0], -reach / wall)

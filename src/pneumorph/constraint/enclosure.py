@@ -27,7 +27,7 @@ from pneumorph.constraint.cells import (
     whole,
 )
 from pneumorph.constraint.surface import FLOOR, SMOOTHING, Form, Forms, forms
-from pneumorph.constraint.taylor import model
+from pneumorph.constraint.taylor import taylor
 from pneumorph.geometry import TubeSurface
 
 Floats = NDArray[np.float64]
@@ -120,9 +120,9 @@ def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
     """Taylor models of the forms on cells, and how much the tangents vary along u and v."""
     local = recentred(made.parts[cells.home], cells)
     by_q, by_r = (made.scale[cells.home] / cells.half).T[:, :, None, None]
-    m = [model(local[:, k]) for k in range(local.shape[1])]
-    d_q = {k: model(derivative(local[:, k], -1) * by_q) for k in range(local.shape[1]) if k < 3 or k == 6}
-    d_r = {k: model(derivative(local[:, k], -2) * by_r) for k in range(local.shape[1])}
+    m = [taylor(local[:, k]) for k in range(local.shape[1])]
+    d_q = {k: taylor(derivative(local[:, k], -1) * by_q) for k in range(local.shape[1]) if k < 3 or k == 6}
+    d_r = {k: taylor(derivative(local[:, k], -2) * by_r) for k in range(local.shape[1])}
     if made.poles:
         over = m[8].inverse()
         over2 = over * over

@@ -22,7 +22,7 @@ _MOST = 16  # pairs to each patch: more are near each other only where surfaces 
 _PASSES = ((60, False), (240, False), (960, False), (4000, True), (100_000, True))
 _WORK = 700  # parts of all pairs looked at each time, to each patch
 _BROKEN = 0.5  # part of the limit: where surfaces are nearer, nothing finer matters
-_FAR = 2.0  # times the limit: how far apart patches are told apart
+_FAR = 2.0  # times the limit: up to which distance patches are measured
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,27 +17,27 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
-from pneumorph.constraint.distance import Feet, distances, fold_feet, joined, target, wall_feet
+from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, target, wall_closest
 from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures
 from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits as LimitsSpec
+    from pneumorph.problem import Limits
 
 
 class Pairs(NamedTuple):
     """Who is near whom at the control points `found_at` (n_points, 3); arrays of fixed shapes."""
 
-    wall: Feet
-    fold: Feet
+    wall: ClosestPoints
+    fold: ClosestPoints
     found_at: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Limits:
-    """The limits of a problem on fixed samples of a body's surfaces; make it with `limits_of`.
+class LimitFunctions:
+    """The limits of a problem on fixed samples of a body's surfaces; make it with `build_limit_functions`.
 
     Attributes
     ----------
@@ -123,20 +123,22 @@ class Limits:
         }
 
     def pairs(self, points: ArrayLike) -> Pairs:
-        """Find every sample's partners anew at the control points (n_points, 3), or flat."""
+        """Find every sample's partners again, at the control points (n_points, 3), or flat."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
         fields = self._fields(points)
         targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)]
         return Pairs(
             wall=joined(
                 [
-                    wall_feet(targets[a].x, targets[b], self.wall + self.reach, self._first[b])
+                    wall_closest(targets[a].x, targets[b], self.wall + self.reach, self._first[b])
                     for a, b in self._neighbours
                 ]
             ),
             fold=joined(
                 [
-                    fold_feet(target(field, grid, discs=False), self.neighbourhood, self.fold + self.reach, tube.start)
+                    fold_closest(
+                        target(field, grid, discs=False), self.neighbourhood, self.fold + self.reach, tube.start
+                    )
                     for field, grid, tube in zip(fields, self.grids, self._tubes, strict=True)
                 ]
             ),
@@ -144,7 +146,7 @@ class Limits:
         )
 
     def moved(self, points: ArrayLike, pairs: Pairs) -> bool:
-        """Whether control points have moved so far since the partners were found that they should be found anew."""
+        """Whether control points have moved so far since the partners were found that they should be found again."""
         step = np.asarray(points, dtype=float).reshape(-1, 3) - pairs.found_at
         return bool(np.sqrt((step**2).sum(axis=1).max()) > self.reach / 4.0)
 
@@ -213,7 +215,9 @@ class Limits:
         return jnp.concatenate(parts)
 
 
-def limits_of(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (4, 8), reach: float = 0.5) -> Limits:
+def build_limit_functions(
+    body: Body, spec: Limits, per_span: tuple[int, int] = (4, 8), reach: float = 0.5
+) -> LimitFunctions:
     """The limits of a problem on samples of a body.
 
     Parameters
@@ -226,9 +230,9 @@ def limits_of(body: Body, spec: LimitsSpec, per_span: tuple[int, int] = (4, 8), 
         Samples to each knot span in q and in r. Curvature peaks on the knots, stretch anywhere: where a bellows folds,
         one span of r turns by more than a right angle, and four samples to it miss a quarter of h₃.
     reach : float
-        See `Limits`.
+        See `LimitFunctions`.
     """
-    return Limits(
+    return LimitFunctions(
         grids=tuple(grid(surface, per_span) for surface in body.surfaces),
         slices=body.slices,
         length=float(body.exterior.net[-1, 0, 2]),

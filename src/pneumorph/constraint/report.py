@@ -1,4 +1,4 @@
-"""Every limit's worst value on a body, certified: bounded between samples too, in units a person reads.
+"""Every limit's worst value on a body, certified: bounded between samples too, in readable units.
 
 A value is the end of an enclosure that is sure to be on the safe side; `seen` is what some point attains. The two are
 brought within 0.3 % of the bound where a limit is near. Rounding, about 1e-13 of a value, is neglected.
@@ -22,7 +22,7 @@ from pneumorph.constraint.table import BY_NAME, TABLE, Limit
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits as LimitsSpec
+    from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -174,12 +174,12 @@ class LimitReport:
             reading for reading in self.readings if not reading.excess() <= slack * BY_NAME[reading.limit].tolerance
         )
 
-    def held(self, slack: float = 1.0) -> bool:
+    def satisfied(self, slack: float = 1.0) -> bool:
         """Whether every limit is held; see `violated`."""
         return not self.violated(slack)
 
 
-def report(body: Body, spec: LimitsSpec, slack: float = 1.0) -> LimitReport:
+def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
     """Certify a body against a problem's limits.
 
     Parameters
@@ -297,7 +297,7 @@ _NO_PAIRS = Pairs(
     np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
 )
 
-# Limits of which people know one name, and what counts to them.
+# Limits that are shown under one name, and the kinds that count to them.
 _COUNTED = {"wall": ("wall", "planes"), "fold": ("fold", "rim")}
 
 
@@ -311,7 +311,7 @@ def _readings(tallies: Mapping[str, _Tally], names: list[str]) -> list[LimitRead
         surface, q, r = max(counted, key=lambda part: part.worst).place
         if name == "ends":
             upper, worst = max(upper, 0.0), max(worst, 0.0)
-        # Where everything is farther apart than is told apart, nothing has been seen.
+        # Nothing is seen where all patches are farther apart than distances are measured.
         worst = min(worst, upper)
         readings.append(LimitReading(name, tally.sign * upper, tally.bound, names[surface], q, r, tally.sign * worst))
     return readings

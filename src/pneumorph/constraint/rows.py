@@ -17,7 +17,7 @@ from scipy import sparse
 
 from pneumorph.constraint.distance_rows import distances, gaps
 from pneumorph.constraint.report import Pairs, Points
-from pneumorph.constraint.sampled import Sampled
+from pneumorph.constraint.sampled import LimitSamples
 from pneumorph.constraint.shape_rows import shapes
 from pneumorph.geometry import Body
 
@@ -46,7 +46,7 @@ class Rows(NamedTuple):
 
 
 def linearised(
-    limits: Sampled,
+    limits: LimitSamples,
     body: Body,
     reach: float,
     least: float,
@@ -57,7 +57,7 @@ def linearised(
 
     Parameters
     ----------
-    limits : Sampled
+    limits : LimitSamples
     body : Body
         Of the net shapes that the samples are for.
     reach : float
@@ -66,7 +66,7 @@ def linearised(
         Measures of the shape with c above this give a row.
     places : {name: Points}, optional
         Of measures of shape, rows of their own: those of the linearisation before. Where the worst place of a cell
-        alone is kept, motions that mend it spoil its neighbours by turns.
+        alone is kept, motions that fix it spoil its neighbours by turns.
     pairs : {name: Pairs}, optional
         Pairs of places, "wall" and "fold", where a certificate has found them too close: rows of their own.
     """

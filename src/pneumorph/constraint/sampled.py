@@ -13,7 +13,7 @@ from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits as LimitsSpec
+    from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -44,8 +44,8 @@ class Part(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Sampled:
-    """The limits of a problem on samples from which rows are chosen; make it with `sampled`.
+class LimitSamples:
+    """The limits of a problem on samples from which rows are chosen; make it with `sample_limits`.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Sampled:
         Knot spans of each surface in q and in r.
     """
 
-    spec: LimitsSpec
+    spec: Limits
     length: float
     fine: tuple[Grid, ...]
     coarse: tuple[Grid, ...]
@@ -70,9 +70,9 @@ class Sampled:
         return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
 
 
-def sampled(body: Body, spec: LimitsSpec) -> Sampled:
+def sample_limits(body: Body, spec: Limits) -> LimitSamples:
     """Samples for a body, of which only what never changes in a run is taken: net shapes, starting sizes, length."""
-    return Sampled(
+    return LimitSamples(
         spec=spec,
         length=float(body.exterior.net[-1, 0, 2]),
         fine=tuple(grid(surface, FINE) for surface in body.surfaces),
@@ -81,7 +81,7 @@ def sampled(body: Body, spec: LimitsSpec) -> Sampled:
     )
 
 
-def cell_of(limits: Sampled, number: int, q: Floats, r: Floats) -> Ints:
+def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
     """Cells of places given by their parameters."""
     around, along = limits.spans[number]
     return np.minimum((r * along).astype(np.int64), along - 1) * around + (q % 1.0 * around).astype(np.int64)
@@ -93,7 +93,7 @@ def worst_samples(
     """Row, column and cell of the worst samples of each cell, of values (rows, columns) above `least`."""
     row, column = np.nonzero(c > least)
     cell = np.minimum(row // per_span[1], spans[1] - 1) * spans[0] + column // per_span[0]
-    # Of both halves along r: where one alone is kept, motions that mend it spoil the other by turns.
+    # Of both halves along r: where one alone is kept, motions that fix it spoil the other by turns.
     half = 2 * cell + 2 * row // per_span[1] % 2
     pick = worst_of_cells(c[row, column], half)
     return row[pick], column[pick], cell[pick]

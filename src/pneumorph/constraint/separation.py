@@ -154,19 +154,19 @@ def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen,
     stack_a, stack_b = np.empty((_DEPTH + 2, 4, 4, 3)), np.empty((_DEPTH + 2, 4, 4, 3))
     ranges, bounds, depths = np.empty((_DEPTH + 2, 8)), np.empty(_DEPTH + 2), np.empty(_DEPTH + 2, dtype=np.int64)
     stack_a[0], stack_b[0], ranges[0], bounds[0], depths[0] = a, b, whole, least, 0
-    held, looked = 1, 0
+    height, looked = 1, 0
     first, second = np.empty((4, 4, 3)), np.empty((4, 4, 3))
-    while held:
-        held -= 1
+    while height:
+        height -= 1
         enough = asked
         if seen[k] < np.inf:
             enough = min(asked, seen[k] - gap * max(1.0, seen[k] / bound))
         looked += 1
-        if bounds[held] >= enough or depths[held] >= _DEPTH or looked > most:
-            certified = min(certified, bounds[held])
+        if bounds[height] >= enough or depths[height] >= _DEPTH or looked > most:
+            certified = min(certified, bounds[height])
             continue
-        part_a, part_b, span = stack_a[held].copy(), stack_b[held].copy(), ranges[held].copy()
-        least, depth = bounds[held], depths[held]
+        part_a, part_b, span = stack_a[height].copy(), stack_b[height].copy(), ranges[height].copy()
+        least, depth = bounds[height], depths[height]
         along_a, along_b = _extent(part_a, 0), _extent(part_b, 0)
         around_a, around_b = _extent(part_a, 1), _extent(part_b, 1)
         on_a = max(along_a, around_a) >= max(along_b, around_b)
@@ -177,19 +177,19 @@ def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen,
         for half in range(2):
             child = first if half == 0 else second
             child_a, child_b = (child, part_b) if on_a else (part_a, child)
-            ranges[held] = span
-            ranges[held, entry + 1 - half] = middle
-            if neighbourhood > 0.0 and farthest(box_a, box_b, ranges[held], size) < neighbourhood:
+            ranges[height] = span
+            ranges[height, entry + 1 - half] = middle
+            if neighbourhood > 0.0 and farthest(box_a, box_b, ranges[height], size) < neighbourhood:
                 continue
-            bounds[held] = max(least, slab(child_a, child_b, way))
-            if neighbourhood > 0.0 and bounds[held] < enough:
-                link = linked(child_a, child_b, box_a, box_b, ranges[held], size, neighbourhood)
-                bounds[held] = max(bounds[held], link)
-            if bounds[held] >= enough:
-                certified = min(certified, bounds[held])
+            bounds[height] = max(least, slab(child_a, child_b, way))
+            if neighbourhood > 0.0 and bounds[height] < enough:
+                link = linked(child_a, child_b, box_a, box_b, ranges[height], size, neighbourhood)
+                bounds[height] = max(bounds[height], link)
+            if bounds[height] >= enough:
+                certified = min(certified, bounds[height])
                 continue
             for c in range(4):
-                here[c] = 0.5 * (ranges[held, 2 * c] + ranges[held, 2 * c + 1])
+                here[c] = 0.5 * (ranges[height, 2 * c] + ranges[height, 2 * c + 1])
             away = distance(a, b, here, box_a, box_b, size, neighbourhood)
             if away < seen[k]:
                 if away < 1.1 * asked:
@@ -197,8 +197,8 @@ def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen,
                 seen[k] = away
                 at[k] = here
                 between(a, b, here, way)
-            stack_a[held], stack_b[held], depths[held] = child_a, child_b, depth + 1
-            held += 1
+            stack_a[height], stack_b[height], depths[height] = child_a, child_b, depth + 1
+            height += 1
     return max(certified, 0.0)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.frame import frame
 from pneumorph.constraint.report import Points
-from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, Part, Sampled, cell_of, worst_samples
+from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, LimitSamples, Part, cell_of, worst_samples
 from pneumorph.constraint.sampling import Grid
 from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
 from pneumorph.geometry import Body, TubeSurface
@@ -27,7 +27,7 @@ _BLOCK = 4096
 
 
 def shapes(
-    limits: Sampled, body: Body, least: float, places: Mapping[str, Points] | None
+    limits: LimitSamples, body: Body, least: float, places: Mapping[str, Points] | None
 ) -> tuple[list[Part], dict[str, Points]]:
     """The rows, and by measure the places of those that are close to their bounds."""
     spec = limits.spec
@@ -57,7 +57,7 @@ def shapes(
 
 
 def _worst_places(
-    limits: Sampled, number: int, c: Floats, least: float, at_places: Callable[[Ints, Floats, Floats], Floats]
+    limits: LimitSamples, number: int, c: Floats, least: float, at_places: Callable[[Ints, Floats, Floats], Floats]
 ) -> tuple[Ints, Ints, Floats, Floats]:
     """Kind, cell, q and r of the worst samples of every cell, those near their bounds moved to the peaks beside them.
 
@@ -83,7 +83,7 @@ def _distinct(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tu
     return kind[first], cell[first], q[first], r[first]
 
 
-def _added(limits: Sampled, number: int, places: Mapping[str, Points] | None) -> tuple[Ints, Ints, Floats, Floats]:
+def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | None) -> tuple[Ints, Ints, Floats, Floats]:
     """Kind, cell, q and r of the places on a surface that are to be rows whatever their values."""
     none = np.zeros(0, dtype=np.int64)
     if places is None:

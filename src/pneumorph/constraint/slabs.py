@@ -61,7 +61,7 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     """Lower bound of the distance of places at least a neighbourhood apart on the starting tube; infinite without any.
 
     Across the direction from the middle of the one patch to that of the other, both are linear in their steps from the
-    middle, but for what their nets tell. The mean of both slopes counts by the difference δ of the places on the
+    middle, but for what their nets say. The mean of both slopes counts by the difference δ of the places on the
     starting tube, which is in a rectangle without a disc around zero: a linear function is least at a corner, or where
     a side meets the circle. What the slopes differ by counts in full, but where the distance is least they are alike.
     """

@@ -21,7 +21,7 @@ class Limit:
     name : str
         As among the optimiser's values, and of the report's readings.
     word : str
-        For people; limits of one word are one limit to them.
+        The name users see; limits of the same name are shown as one.
     unit : "mm", "/mm²" or ""
     at_least : bool
         Whether the quantity must not be below its bound; else it must not be above.

@@ -111,7 +111,7 @@ def _highest(slope: Floats, bend: Floats) -> Floats:
     return np.where(inside, slope**2 / np.where(inside, -4.0 * bend, 1.0), np.abs(slope) + bend)
 
 
-def model(coefficients: Floats) -> Taylor:
+def taylor(coefficients: Floats) -> Taylor:
     """Model of polynomials with coefficients (n, 4, 4) of t^i s^j: what is beyond second order goes into the rest."""
     p = np.moveaxis(coefficients, 0, -1)
     c = np.stack([p[0, 0], p[0, 1], p[1, 0], p[0, 2], p[1, 1], p[2, 0]])

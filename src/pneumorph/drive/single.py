@@ -12,7 +12,7 @@ import pneumorph
 from pneumorph.analysis import HistoryEntry, Motion, RunResult
 from pneumorph.errors import ComputationError
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
-from pneumorph.output.words import motion_of
+from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem
 from pneumorph.run import RunDirectory, StoredDesign
 
@@ -100,7 +100,7 @@ def _version(package: str) -> str | None:
 
 
 def peak_memory() -> float | None:
-    """Largest memory this process has held, in MB; None where the system does not tell."""
+    """Peak memory of this process in MB; None where the system does not report it."""
     try:
         import resource
     except ImportError:

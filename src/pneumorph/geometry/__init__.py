@@ -2,7 +2,7 @@
 
 from pneumorph.geometry.body import Body, adjusted_columns, starting_body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
-from pneumorph.geometry.design_space import DesignSpace, FreePressure, design_space
+from pneumorph.geometry.design_space import DesignSpace, FreePressure, build_design_space
 from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
 
 __all__ = [
@@ -12,9 +12,9 @@ __all__ = [
     "FreePressure",
     "TubeSurface",
     "adjusted_columns",
+    "build_design_space",
     "cap_points",
     "clamped",
-    "design_space",
     "enclosed_volume",
     "periodic",
     "starting_body",

@@ -112,7 +112,7 @@ class DesignSpace:
         return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure])
 
 
-def design_space(problem: Problem, body: Body) -> DesignSpace:
+def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     """The design variables of a problem, starting from `body`."""
     blocks = [_variable_of_coordinate(surface) for surface in body.surfaces]
     counts = [int(block.max()) + 1 for block in blocks]

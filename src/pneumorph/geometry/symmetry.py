@@ -32,7 +32,7 @@ def images(body: Body, operation: Array, length: float) -> NDArray[np.int64]:
     answer = np.empty(body.n_points, dtype=np.int64)
     for net, where in zip(moved, body.slices, strict=True):
         rows, columns = net.shape[:2]
-        # One row tells all: poles and end rows may have many control points in one place.
+        # One row is enough: poles and end rows may have many control points in one place.
         row = rows // 3
         there = rows - 1 - row if operation[2, 2] < 0 else row
         for other, start in zip(body.surfaces, (part.start for part in body.slices), strict=True):

@@ -23,11 +23,11 @@ from pneumorph.analysis import (
     answers,
     discretise,
     fields_of,
-    simulation,
+    prepare_simulation,
 )
-from pneumorph.constraint import LimitReading, report
+from pneumorph.constraint import LimitReading, certify
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import Body, design_space, starting_body
+from pneumorph.geometry import Body, build_design_space, starting_body
 from pneumorph.interface.sweep import Sweep
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.output.export import FORMATS, export
@@ -86,7 +86,7 @@ class Design:
     @cached_property
     def limits(self) -> tuple[LimitReading, ...]:
         """The worst value of every limit, certified for every point of the surfaces."""
-        return report(self.body, self.problem.limits).readings
+        return certify(self.body, self.problem.limits).readings
 
     @property
     def results(self) -> Mapping[str, TaskResult]:
@@ -127,7 +127,7 @@ class Design:
             Held or swept pressures, also as pint quantities; chambers without have the design's. Chambers swept step
             together.
         block : str or several
-            Motions that the plate is held against, "axial", "bending_x", …, or "all"; steps tell the reaction.
+            Motions of the plate that are blocked, "axial", "bending_x", …, or "all"; steps have the reaction.
         one_by_one : bool
             Sweep one chamber after the other; the others wait at the start of theirs.
 
@@ -159,7 +159,7 @@ class Design:
     ) -> Simulation:
         """The same meshed and ready, to be walked step by step."""
         names = [block] if isinstance(block, str) else block
-        return simulation(self.problem, self.body, self.pressures, pressures or {}, names, one_by_one)
+        return prepare_simulation(self.problem, self.body, self.pressures, pressures or {}, names, one_by_one)
 
     def export(self, path: str | Path, format: str | None = None, task: str | None = None) -> None:
         """Write the whole body for other programs.
@@ -215,7 +215,7 @@ class Design:
     @cached_property
     def _analysed(self) -> tuple[Discretisation, Analysis]:
         problem = _with_pressures(self.problem, self.pressures)
-        space = design_space(problem, self.body)
+        space = build_design_space(problem, self.body)
         disc = discretise(problem, self.body)
         found = analyse(problem, space, disc, space.start, explain=True)
         if isinstance(found, NoEquilibrium):

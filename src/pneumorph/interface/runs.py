@@ -146,7 +146,7 @@ def design(
 def begin(problem: Problem | str | Path, out: str | Path, resume: bool = False) -> Run:
     """The run of a problem in a directory, made or taken up; see `design`."""
     asked = _problem(problem)
-    # What is wrong with a target is told before there is a directory.
+    # A mistake in a target is reported before there is a directory.
     objectives(asked)
     return Run((run.resume if resume else run.create)(out, asked))
 

@@ -95,8 +95,8 @@ class Sweep:
         """
         if not any(curve.found and curve.swept for curve in self.curves):
             raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
-        held = [name.replace("_", " about ") for name in np.array(COMPONENTS)[self.simulation.blocked]]
-        words = f"blocked: {' and '.join(held)}" if held else ""
+        blocked = [name.replace("_", " about ") for name in np.array(COMPONENTS)[self.simulation.blocked]]
+        words = f"blocked: {' and '.join(blocked)}" if blocked else ""
         title = ", ".join(part for part in (self.simulation.problem.title, words) if part)
         figure = curves_figure(self.curves, title)
         if path is not None:

@@ -1,4 +1,4 @@
-"""What is true of the files, measured on the files: they are read again and held against the design."""
+"""Checks of the written files: they are read again and compared with the design."""
 
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false
 # OCP has no stubs: neither its names nor its types are known.
@@ -170,7 +170,7 @@ def _samples(surface: TubeSurface) -> tuple[NDArray[np.float64], NDArray[np.floa
 def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
     """Largest distance in mm of sampled points of a surface, its ends included, from the faces of a shell.
 
-    A point is held against the point at the same parameters, which is no nearer than the nearest.
+    Each point is compared with that at the same parameters, which is never nearer than the closest one.
     """
     faces = [BRep_Tool.Surface_s(TopoDS.Face(each)) for each in _parts(shell, TopAbs_ShapeEnum.TopAbs_FACE)]
     q, r = _samples(surface)

@@ -93,7 +93,7 @@ def _shell(surface: TubeSurface) -> TopoDS_Shell:
 def _patch_face(
     spline: Geom_BSplineSurface, below: TopoDS_Edge, right: TopoDS_Edge, above: TopoDS_Edge, left: TopoDS_Edge
 ) -> TopoDS_Face:
-    """The face of a whole patch, its edges told where in its parameters they run."""
+    """The face of a whole patch, with the parameter curves of its edges."""
     q, q_end, r, r_end = spline.Bounds()
     for edge, start, along, span in (
         (below, gp_Pnt2d(0.0, r), _ALONG_Q, (q, q_end)),

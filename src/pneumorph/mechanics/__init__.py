@@ -2,23 +2,23 @@
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.material.rubber import Rubber, rubber
-from pneumorph.mechanics.setup import held_of, loads_of, model_of, rubber_of
+from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
+from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of
 from pneumorph.mechanics.solve.equilibrium import (
     TOLERANCE,
     Equilibrium,
     NoEquilibrium,
-    configuration,
-    loads,
+    build_loads,
+    configure,
     rest,
     solve,
 )
 from pneumorph.mechanics.solve.mirror import Whole, mirror_of, whole_of
-from pneumorph.mechanics.solve.path import Path, PathPoint, explained, follow
+from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.sweep import sweep
 
@@ -35,21 +35,21 @@ __all__ = [
     "State",
     "Tangent",
     "Whole",
-    "configuration",
+    "build_loads",
+    "build_model",
+    "configure",
+    "diagnose",
     "displacement",
-    "explained",
     "follow",
-    "held_of",
-    "loads",
+    "guided_of",
     "loads_of",
     "mirror_of",
-    "model",
     "model_of",
+    "neo_hookean_rubber",
     "predict",
     "rest",
     "rotation",
     "rotation_vector",
-    "rubber",
     "rubber_of",
     "solve",
     "sweep",

@@ -1,4 +1,4 @@
-"""From a problem file to a mechanical model and its loads."""
+"""Make the mechanical model and the loads of a problem."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from math import inf, sqrt
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
-from pneumorph.mechanics.solve.equilibrium import loads
+from pneumorph.mechanics.solve.equilibrium import build_loads
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 
 MIXED_FROM = 50.0
-"""κ/μ from which on `mesh.element = "auto"` means mixed elements.
+"""κ/μ from which `mesh.element = "auto"` selects mixed elements.
 
 A plane-strain tube of radii 4 and 8 mm at 0.1 MPa, two elements through its wall: plain elements lose 0.2 % of the
 motion at κ/μ = 10, 0.4 % at 50, 0.8 % at 1000 and 2.9 % at 10⁵, where they also take ten times the factorisations;
@@ -29,8 +29,8 @@ mixed ones lose 0.04 % at every κ/μ, at a tenth more per factorisation.
 def rubber_of(material: Material) -> Rubber:
     """The rubber of a table [material].
 
-    Gent's limit and Arruda and Boyce's locking bound the stretch it is valid for, whatever the table says: by the
-    stretch at which equibiaxial tension comes to them, the first of all deformations.
+    Gent's limit and the locking of Arruda and Boyce bound the valid stretch, whatever the table says: by the stretch
+    of equibiaxial tension, which of all deformations reaches them first.
     """
     match material:
         case NeoHookean():
@@ -59,11 +59,11 @@ def equibiaxial_stretch(first_invariant: float) -> float:
 
 
 def model_of(problem: Problem, mesh: TetMesh) -> Model:
-    """The mechanical model of a meshed body: its rubber, clamped base, and plate or free tip."""
+    """The model of a meshed body: its rubber, clamped base, and plate or free tip."""
     solid = rubber_of(problem.material)
     mixed = problem.mesh.element == "mixed" or (problem.mesh.element == "auto" and asks_for_mixed(solid))
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
-    return model(mesh, solid, plate=plate, mixed=mixed, weight=weight)
+    return build_model(mesh, solid, plate=plate, mixed=mixed, weight=weight)
 
 
 def asks_for_mixed(rubber: Rubber) -> bool:
@@ -75,7 +75,7 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
     """The loads of a problem at the given chamber pressures (MPa)."""
     effector, gravity = problem.end_effector, problem.gravity
     spring = effector.spring
-    return loads(
+    return build_loads(
         model,
         pressures,
         acceleration=None if gravity is None else gravity.acceleration * np.asarray(gravity.direction),
@@ -84,6 +84,6 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
     )
 
 
-def held_of(problem: Problem) -> np.ndarray:
-    """The plate's components (6,) bool that a guide holds."""
+def guided_of(problem: Problem) -> np.ndarray:
+    """The plate components (6,) bool that the guide of the problem holds (`end_effector.hold`)."""
     return np.isin(COMPONENTS, problem.end_effector.hold)

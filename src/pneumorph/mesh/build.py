@@ -7,7 +7,7 @@ import numpy as np
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body
 from pneumorph.mesh.cut import with_cut
-from pneumorph.mesh.morph import Morph, morph
+from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.surface import surface_mesh
 from pneumorph.mesh.volume import fill
@@ -55,7 +55,7 @@ def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
         except MeshError as error:
             reason = error
             continue
-        result = morph(straight, surface.B, exact, size, surface.param)
+        result = build_morph(straight, surface.B, exact, size, surface.param)
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:
             return result

@@ -1,4 +1,4 @@
-"""The mesh follows the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is meshed anew."""
+"""The mesh follows the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is remeshed."""
 
 from __future__ import annotations
 
@@ -107,7 +107,9 @@ class Morph:
         return kept
 
 
-def morph(straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, param: dict[str, np.ndarray]) -> Morph:
+def build_morph(
+    straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, param: dict[str, np.ndarray]
+) -> Morph:
     """Factorise the extension on a straight mesh whose first nodes are the surface's (see `Morph`)."""
     stiffness = _stiffness(straight)
     n_surface = len(B.indptr) - 1

@@ -1,4 +1,4 @@
-"""Tetrahedra between the surfaces: Netgen fills the triangulated body, we add mid-side nodes and mend flat elements."""
+"""Tetrahedra between the surfaces: Netgen fills the triangulated body, we add mid-side nodes and repair flat ones."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.mesh.mend import mend
+from pneumorph.mesh.repair import repair
 from pneumorph.mesh.split import split_long_edges
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
 
@@ -52,11 +52,11 @@ def fill(faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMes
     n_vertices = len(vertices)
     triangles = np.hstack([corners.reshape(-1, 3), triangles[:, 3:]])
     points, tets = _fill_straight(nodes[vertices], triangles[:, :3], size)
-    mended, mended_tets = mend(points, tets, triangles, nodes)
-    if mended is not points:
-        # The new vertices move to better places; what that spoils elsewhere is mended once more.
-        points, tets = _optimised(mended, mended_tets, triangles[:, :3], size, "m", 1)
-        points, tets = mend(points, tets, triangles, nodes)
+    repaired, repaired_tets = repair(points, tets, triangles, nodes)
+    if repaired is not points:
+        # Moving the new vertices to better places may spoil other elements, so repair once more.
+        points, tets = _optimised(repaired, repaired_tets, triangles[:, :3], size, "m", 1)
+        points, tets = repair(points, tets, triangles, nodes)
 
     ends = np.sort(tets[:, TET_EDGES].reshape(-1, 2), axis=1)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)

@@ -1,6 +1,16 @@
 """What a design is judged by: features of the deformed body, and functions of them to be minimised."""
 
-from pneumorph.objective.features import Features, Slabs, equidistant, features
+from pneumorph.objective.features import Features, Slabs, equidistant, measure_features
 from pneumorph.objective.target import Objective, match, maximize, objectives, reach
 
-__all__ = ["Features", "Objective", "Slabs", "equidistant", "features", "match", "maximize", "objectives", "reach"]
+__all__ = [
+    "Features",
+    "Objective",
+    "Slabs",
+    "equidistant",
+    "match",
+    "maximize",
+    "measure_features",
+    "objectives",
+    "reach",
+]

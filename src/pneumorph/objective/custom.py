@@ -59,4 +59,4 @@ def _guarded(key: str, call: Callable[[], Any]) -> Any:
         line = where[-1] if where else getattr(error, "lineno", None)
         at = f" in line {line}" if line else ""
         words = " ".join(str(error).split())
-        raise ProblemError(f"{key}.code: {type(error).__name__}{at} ({words[:200]}); mend the function there") from None
+        raise ProblemError(f"{key}.code: {type(error).__name__}{at} ({words[:200]}); fix the function there") from None

@@ -55,7 +55,7 @@ class Slabs(NamedTuple):
 
 
 SECTIONS_TO_TIP = 12
-"""Sections that tell how often a free tip has turned round: each turns by less than half a turn against the next."""
+"""Sections that count the turns of a free tip: each turns by less than half a turn against the next."""
 
 NO_SLABS = Slabs(np.zeros(0), 1.0)
 
@@ -109,7 +109,7 @@ def kind_of(model: Model) -> Kind:
     return Kind(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)))
 
 
-def features(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Features:
+def measure_features(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Features:
     """Features of a state on nodes X (N, 3).
 
     With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its

@@ -52,7 +52,7 @@ def rotation_logarithm(R: Array) -> Array:
 def continued_logarithm(R: Array, before: Array) -> Array:
     """Rotation vector of R (3, 3), of the many the one that comes next after a chain of rotations (n, 3, 3).
 
-    Each is less than half a turn from the one before, the first from none; so turns beyond π are told as such.
+    Each is less than half a turn from the one before, the first from none; so turns beyond π are counted as such.
     """
     chain = jnp.concatenate([jnp.eye(3)[None], before, R[None]])
     steps = jax.vmap(lambda last, following: rotation_logarithm(following @ last.T))(chain[:-1], chain[1:])

@@ -25,10 +25,10 @@ from pneumorph.objective.features import (
     Measures,
     Slabs,
     equidistant,
-    features,
     features_of,
     kind_of,
     measure,
+    measure_features,
     measures_pulled_back,
 )
 from pneumorph.objective.rotations import angle_residual
@@ -55,7 +55,7 @@ class Objective:
     ----------
     value : J of the features.
     slabs : the sections whose features it needs.
-    errors : what a person wants to know of how far the target is; names end in their unit, "_mm" or "_rad".
+    errors : how far the target is, as reported; names end in their unit, "_mm" or "_rad".
     residuals : what J is the sum of squares of, (k,); None where it is no such sum.
     """
 
@@ -66,7 +66,7 @@ class Objective:
 
     def features(self, model: Model, X: np.ndarray, state: State) -> Features:
         """The features it needs of a state on nodes X (N, 3)."""
-        return features(model, X, state, self.slabs)
+        return measure_features(model, X, state, self.slabs)
 
     def at(self, model: Model, X: np.ndarray, state: State) -> float:
         """J of such a state."""
@@ -99,11 +99,11 @@ def _slope(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measu
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _jacobian(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measures]:
-    told = objective.residuals
-    assert told is not None
+    measure = objective.residuals
+    assert measure is not None
 
     def residuals(at: Measures) -> tuple[Array, Array]:
-        found = told(features_of(kind, at))
+        found = measure(features_of(kind, at))
         return found, found
 
     slopes, found = jax.jacrev(residuals, has_aux=True)(at)

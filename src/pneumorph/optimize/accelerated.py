@@ -1,8 +1,8 @@
-"""Convex functions in a box, by projected gradients with Nesterov's acceleration, scaled and restarted.
+"""Minimise convex functions in a box: projected gradients with Nesterov's acceleration, scaled and restarted.
 
-The scales are a diagonal D above the Hessian, so that every step is safe without a line search (Beck & Teboulle 2009);
+The scaling is a diagonal D with D − Hessian positive semidefinite, so no line search is needed (Beck & Teboulle 2009);
 momentum is dropped where it points uphill (O'Donoghue & Candès 2015). For the quadratic programs of a design step this
-takes a third to a fifth of the time of L-BFGS-B, whose bookkeeping of bounds costs more than the function itself.
+takes a third to a fifth of the time of L-BFGS-B.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 SAFETY = 1.1
-"""On the largest eigenvalue that the power method finds."""
+"""Safety factor on the largest eigenvalue from the power method, which is a lower bound."""
 
 Map = Callable[[np.ndarray], np.ndarray]
 
@@ -33,8 +33,8 @@ def minimise(
     gradient : of the function at z (n,).
     z, lower, upper : (n,) start and bounds.
     scale : (n,) D, so that D − Hessian is positive semidefinite everywhere.
-    iterations : how many at most.
-    tolerance : it ends where no entry of z moves farther than this in an iteration.
+    iterations : most iterations.
+    tolerance : it ends when no entry of z moves farther than this in an iteration.
     """
     ahead, momentum = z, 1.0
     for _ in range(iterations):
@@ -52,9 +52,10 @@ def minimise(
 
 
 def tightened(scale: np.ndarray, product: Map, rounds: int = 10) -> np.ndarray:
-    """The scale (n,), one above a Hessian, times the largest eigenvalue of the Hessian in it: the least that is safe.
+    """Reduce a safe scaling D (n,) to the smallest multiple of it that is still safe.
 
-    `product` multiplies the Hessian with a vector; the eigenvalue is found by `rounds` of the power method.
+    The factor is the largest eigenvalue of D^(−1/2) H D^(−1/2), by `rounds` of the power method; `product` multiplies
+    the Hessian H with a vector.
     """
     root = np.sqrt(scale)
     vector, largest = root / max(float(np.linalg.norm(root)), 1e-300), 1.0

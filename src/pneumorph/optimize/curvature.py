@@ -1,9 +1,9 @@
-"""What past steps have shown of the objective's curvature, for a proxy better than (31) where the objective bends.
+"""Curvature of the objective from past steps: a better proxy than the linear (31).
 
-With S the last steps and Y the changes of the gradient over them, Y (SᵀY)⁻¹ Yᵀ is the part of the Hessian that they
-saw: for a convex quadratic never more than the Hessian itself. Only its positive part is used. It matters where a
-design is about to bend or buckle sideways: the gradient then changes so fast along a few directions that linear steps
-overshoot from one side to the other.
+With S the last steps and Y the changes of the gradient over them, Y (SᵀY)⁻¹ Yᵀ is the part of the Hessian seen so far;
+for a convex quadratic it never exceeds the Hessian. Only its positive part is used. It matters for designs that are
+about to bend or buckle sideways, where the gradient changes so fast along a few directions that linear steps overshoot
+from one side to the other.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import numpy as np
 
 MOST_PAIRS = 5
 SMALLEST = 1e-2
-"""Curvatures below this part of the largest are left out."""
+"""Curvatures below this fraction of the largest are left out."""
 
 
 @dataclass(frozen=True, eq=False)
 class Curvature:
-    """Memory of the last designs.
+    """The last designs and their gradients.
 
     Attributes
     ----------
@@ -34,13 +34,13 @@ class Curvature:
     changes: np.ndarray
 
     def seen(self, phi: np.ndarray, slope: np.ndarray) -> Curvature:
-        """With one more design."""
+        """The memory with one more design."""
         if not len(self.phi):
             return replace(self, phi=phi, slope=slope)
         return replace(self.with_pair(phi - self.phi, slope - self.slope), phi=phi, slope=slope)
 
     def with_pair(self, step: np.ndarray, change: np.ndarray) -> Curvature:
-        """With what one more step has shown; a step of no length shows nothing."""
+        """The memory with one more step and its change of the gradient; a step of zero length is ignored."""
         length = float(np.linalg.norm(step))
         if length == 0.0:
             return self
@@ -49,7 +49,7 @@ class Curvature:
         return replace(self, steps=steps, changes=changes)
 
     def factors(self) -> np.ndarray:
-        """W (k, n) so that WᵀW is the positive curvature seen; k may be zero."""
+        """W (k, n) such that WᵀW is the positive part of the curvature; k may be zero."""
         if not len(self.steps):
             return self.changes
         product = self.steps @ self.changes.T
@@ -58,7 +58,7 @@ class Curvature:
         return (vectors[:, kept] / np.sqrt(values[kept])).T @ self.changes
 
     def pack(self) -> dict[str, Any]:
-        """As arrays."""
+        """The memory as arrays."""
         return {f"curvature_{name}": getattr(self, name) for name in ("phi", "slope", "steps", "changes")}
 
 
@@ -68,5 +68,5 @@ def unpack_curvature(state: dict[str, Any]) -> Curvature:
 
 
 def no_curvature(n: int) -> Curvature:
-    """No memory yet, for n variables."""
+    """An empty memory for n variables."""
     return Curvature(np.zeros(0), np.zeros(0), np.zeros((0, n)), np.zeros((0, n)))

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.constraint import Limits
+from pneumorph.constraint import LimitFunctions
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.step import Step
@@ -31,7 +31,7 @@ CHANGE, MORE, FEWER = 0.2, 1.2, 0.9
 
 @dataclass(frozen=True, eq=False)
 class PaperStepper:
-    """Finds steps the paper's way.
+    """The paper's way of finding steps.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class PaperStepper:
     """
 
     space: DesignSpace
-    limits: Limits
+    limits: LimitFunctions
     reference: float
     iterations: float
     last_slope: np.ndarray
@@ -151,7 +151,7 @@ def minimise_dfp(function: Callable[[np.ndarray], tuple[float, np.ndarray]], x: 
 
 
 @partial(jax.jit, static_argnums=0)
-def _penalty(limits: Limits, points, pairs):
+def _penalty(limits: LimitFunctions, points, pairs):
     """The penalties of (33), integrals over the unit square as means over the samples, and their gradient."""
 
     def price(points):

@@ -1,4 +1,4 @@
-"""What happens in a design run, told to whoever watches: a screen, a run directory, a test."""
+"""Events of a design run, for whoever follows it: a screen, a run directory, a test."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pneumorph.geometry import Body
 
 @dataclass(frozen=True)
 class Started:
-    """The loop begins, after design `iteration` when it was resumed.
+    """The loop begins; after design `iteration` if it was resumed.
 
-    With a `mirror` plane it is half the body that is analysed.
+    With a `mirror` plane only half the body is analysed.
     """
 
     iteration: int
@@ -27,7 +27,7 @@ class Started:
 
 @dataclass(frozen=True)
 class BroughtWithin:
-    """The start broke the limits that `broken` tells in sentences; moving its points by up to `moved_mm` mended it."""
+    """The start broke the limits in `broken`, one sentence each; moving points by up to `moved_mm` repaired that."""
 
     broken: tuple[str, ...]
     moved_mm: float
@@ -35,7 +35,7 @@ class BroughtWithin:
 
 @dataclass(frozen=True)
 class Remeshed:
-    """The body was meshed anew for a reason given as a sentence."""
+    """The body was remeshed; `reason` is a sentence."""
 
     iteration: int
     reason: str
@@ -45,7 +45,7 @@ class Remeshed:
 
 @dataclass(frozen=True)
 class MeshKept:
-    """A mesh that has become poor goes on, since no new one could be made for a reason given as a sentence."""
+    """A poor mesh is kept, since no new one could be made; `reason` is a sentence."""
 
     iteration: int
     reason: str
@@ -54,7 +54,7 @@ class MeshKept:
 
 @dataclass(frozen=True)
 class DesignRejected:
-    """A step was taken back for a reason given as a sentence; the next is at most `step_mm` long."""
+    """A step was taken back; `reason` is a sentence. The next step is at most `step_mm` long."""
 
     iteration: int
     reason: str
@@ -70,12 +70,12 @@ class DesignAccepted:
     iteration : int
         0 is the starting design.
     entry : HistoryEntry
-        Its line of the history.
+        Its line in the history.
     body : Body
     pressures : by task, then by chamber, MPa.
     fields : Fields
         Its mesh with displacements and stretches.
-    state : arrays and JSON values from which the loop goes on.
+    state : arrays and JSON values from which the loop can be resumed.
     """
 
     iteration: int
@@ -88,11 +88,11 @@ class DesignAccepted:
 
 @dataclass(frozen=True)
 class Finished:
-    """The loop has ended for a reason given as a sentence.
+    """The loop has ended; `reason` is a sentence.
 
-    The last design is the best: each is better than the one before, measured on one mesh. `held` tells whether it keeps
-    every limit, `stable` by task whether its state is stable, as a whole body too where half of it was analysed. The
-    `fields` are those of the last design, with what its weight alone does.
+    The last design is the best: each is better than the one before, compared on one mesh. `held` says whether it keeps
+    every limit; `stable`, by task, whether its state is stable, as a whole body even where half was analysed. `fields`
+    are those of the last design, with its sag under weight alone.
     """
 
     iteration: int

@@ -1,4 +1,4 @@
-"""An entry of the history: everything a person wants to know of an accepted design."""
+"""History entries: what is recorded of an accepted design."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
 
 
 class Clock:
-    """Seconds since it was made, and the parts of them spent in named phases."""
+    """Seconds since its creation, in total and by named phase."""
 
     def __init__(self):
         self._began = time.perf_counter()
@@ -22,7 +22,7 @@ class Clock:
 
     @contextmanager
     def phase(self, name: str) -> Iterator[None]:
-        """Count what runs inside as part of a phase."""
+        """Count the time inside as part of a phase."""
         began = time.perf_counter()
         try:
             yield
@@ -30,18 +30,18 @@ class Clock:
             self._spent[name] += time.perf_counter() - began
 
     def seconds(self) -> dict[str, float]:
-        """By phase, and in total."""
+        """Seconds by phase, and in total."""
         return {**self._spent, "total": time.perf_counter() - self._began}
 
 
 @dataclass(frozen=True)
-class Told:
-    """How a design was come by.
+class StepRecord:
+    """How a design was reached.
 
     Attributes
     ----------
-    factorisations : of all tries.
-    remeshed : whether it has a new mesh.
+    factorisations : of all trials.
+    remeshed : whether the design has a new mesh.
     step_mm, ratio, evaluations : longest motion of a control point, actual over predicted gain, and how often limits
         were evaluated in the sub-problem; None for the start.
     """
@@ -60,9 +60,9 @@ def history_entry(
     limits: LimitReport,
     optimality: float,
     clock: Clock,
-    told: Told,
+    record: StepRecord,
 ) -> HistoryEntry:
-    """The history entry of a design; `optimality` is the part of the gradient that the limits leave."""
+    """The history entry of a design; `optimality` is the fraction of the gradient that the limits leave."""
     seconds = clock.seconds()
     unit = sum(tangent.unit_seconds for tangent in disc.tangents.values()) / len(disc.tangents)
     return HistoryEntry(
@@ -71,14 +71,14 @@ def history_entry(
         optimality=optimality,
         tasks=answers(disc, analysis),
         limits=limits.values(),
-        held=limits.held(),
+        held=limits.satisfied(),
         elements=disc.model.elements,
         dofs=disc.model.size,
-        factorisations=told.factorisations,
+        factorisations=record.factorisations,
         seconds=seconds,
         equivalents=seconds["total"] / unit,
-        step=told.step_mm,
-        ratio=told.ratio,
-        remeshed=told.remeshed,
-        evaluations=told.evaluations,
+        step=record.step_mm,
+        ratio=record.ratio,
+        remeshed=record.remeshed,
+        evaluations=record.evaluations,
     )

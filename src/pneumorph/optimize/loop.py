@@ -1,6 +1,6 @@
 """The design loop (the paper's Algorithm 1).
 
-Derivatives, sub-problem, new shape within its limits, equilibrium, trust region, until no more is to be gained.
+Derivatives, sub-problem, new shape within its limits, equilibrium, trust region, until nothing more can be gained.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from pneumorph.analysis import (
     sag_of,
     stable,
 )
-from pneumorph.constraint import LimitReport, limits_of, report
-from pneumorph.constraint.sampled import Sampled, sampled
+from pneumorph.constraint import LimitReport, build_limit_functions, certify
+from pneumorph.constraint.sampled import LimitSamples, sample_limits
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry.body import starting_body
-from pneumorph.geometry.design_space import DesignSpace, design_space
+from pneumorph.geometry.design_space import DesignSpace, build_design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import needs_remesh
 from pneumorph.mesh.quality import scaled_jacobian
@@ -45,12 +45,12 @@ from pneumorph.optimize.events import (
     Remeshed,
     Started,
 )
-from pneumorph.optimize.history import Clock, Told, history_entry
+from pneumorph.optimize.history import Clock, StepRecord, history_entry
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
-from pneumorph.optimize.smoothing import Smoothing, smoothing
+from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.step import Stepper
-from pneumorph.optimize.subproblem import sequential_quadratic
+from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
 
@@ -63,23 +63,23 @@ LARGEST, SMALLEST = 3.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
 
 AFRESH = 0.5
-"""Every design is tried with a trust region of at least this, in reference steps: what made the last one's small, say a
-limit that could not be kept, may not be in the way of the next."""
+"""Smallest trust region, in reference steps, that a new design starts with: what made the last one small, such as a
+limit that could not be kept, may not matter for the next."""
 
 OPTIMAL = 0.02
-"""The loop stops where the limits leave no more than this part of the gradient."""
+"""The loop stops when the limits leave no more than this fraction of the gradient."""
 
 PATIENCE, PROGRESS = 5, 0.005
-"""The loop stops, too, when this many designs together improve the objective by less than this fraction of it, or when
-the next one promises less than its share of that."""
+"""The loop also stops when this many designs together improve the objective by less than this fraction, or when the
+next one promises less than its share of that."""
 
 BEARABLE = 0.002
-"""A mesh whose worst element is better goes on where no new one can be made."""
+"""A mesh is kept if no new one can be made and its worst element is better than this."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Standing:
-    """Where the loop stands after an accepted design; `values` are the objectives so far."""
+    """State of the loop after an accepted design; `values` are the objectives so far."""
 
     iteration: int
     analysis: Analysis
@@ -94,18 +94,18 @@ class _Standing:
 
 
 class _Loop:
-    """What stays fixed through a run."""
+    """What stays the same during a run."""
 
     def __init__(self, problem: Problem):
         body = starting_body(problem.body)
         self.problem = problem
-        self.space: DesignSpace = design_space(problem, body)
-        self.smooth: Smoothing = smoothing(self.space)
-        self.limits: Sampled = sampled(body, problem.limits)
-        self.stepper: Stepper = sequential_quadratic(self.space, self.smooth, self.limits)
+        self.space: DesignSpace = build_design_space(problem, body)
+        self.smooth: Smoothing = build_smoothing(self.space)
+        self.limits: LimitSamples = sample_limits(body, problem.limits)
+        self.stepper: Stepper = build_sequential_quadratic(self.space, self.smooth, self.limits)
         if problem.optimizer.method == "dfp":
             reference = problem.optimizer.step
-            all_samples = limits_of(body, problem.limits, reach=2.5 * LARGEST * reference)
+            all_samples = build_limit_functions(body, problem.limits, reach=2.5 * LARGEST * reference)
             self.stepper = PaperStepper(self.space, all_samples, reference, FIRST_ITERATIONS, np.zeros(0))
 
     def within(self, phi: np.ndarray) -> Within | LimitReport:
@@ -116,13 +116,13 @@ class _Loop:
 
 
 def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Event]:
-    """Design a body for a problem: yields what happens, every accepted design with all that is known of it.
+    """Design a body for a problem; yields events, among them every accepted design.
 
     Every accepted design keeps every limit and is better than the one before.
 
     Parameters
     ----------
-    state : of the last `DesignAccepted`, to go on from there.
+    state : of a `DesignAccepted`, to resume from there.
 
     Raises
     ------
@@ -136,13 +136,13 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     iterations = problem.optimizer.iterations
     yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.mirror)
     if state is None:
-        yield _accepted(loop, now, clock, Told(now.disc.factorisations, False))
+        yield _accepted(loop, now, clock, StepRecord(now.disc.factorisations, False))
     reason = "the number of designs that was asked for is reached"
     while now.iteration < iterations:
         if now.optimality <= OPTIMAL:
             reason = f"the design is optimal: its limits leave {100 * now.optimality:.1f} % of the objective's gradient"
             break
-        if _settled(now.values):
+        if _stalled(now.values):
             reason = f"{PATIENCE} designs together improved the objective by less than {100 * PROGRESS:g} %"
             break
         following = yield from _next(loop, now)
@@ -157,7 +157,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
     sag = sag_of(problem, now.disc, now.analysis)
-    yield Finished(now.iteration, reason, now.report.held(), is_stable, fields_of(now.disc, now.analysis, sag))
+    yield Finished(now.iteration, reason, now.report.satisfied(), is_stable, fields_of(now.disc, now.analysis, sag))
 
 
 def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
@@ -175,10 +175,10 @@ def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
 
 
 def _start(loop: _Loop) -> tuple[Within, BroughtWithin | None]:
-    """The starting design, moved where it breaks a limit."""
+    """The starting design, moved to keep the limits if it breaks any."""
     asked = loop.space.start
-    before = report(loop.space.body(asked), loop.problem.limits)
-    if before.held():
+    before = certify(loop.space.body(asked), loop.problem.limits)
+    if before.satisfied():
         return Within(asked, before), None
     start = loop.within(asked)
     if not isinstance(start, Within):
@@ -199,7 +199,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         int(state["iteration"]),
         analysis,
         disc,
-        report(loop.space.body(analysis.phi), loop.problem.limits),
+        certify(loop.space.body(analysis.phi), loop.problem.limits),
         Clock(),
         loop.stepper.unpack(state),
         unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
@@ -220,7 +220,7 @@ def _standing(
     radius: float,
     values: tuple[float, ...],
 ) -> _Standing:
-    """Take the derivatives of a design that is accepted."""
+    """Evaluate the derivatives of an accepted design."""
     with clock.phase("gradient"):
         slopes = design_slopes(loop.problem, loop.space, disc, analysis)
     with clock.phase("subproblem"):
@@ -230,7 +230,7 @@ def _standing(
 
 
 def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str]:
-    """The next accepted design, or why there is none."""
+    """The next accepted design, or the reason why there is none."""
     reference = loop.problem.optimizer.step
     clock, radius, spent = Clock(), max(now.radius, AFRESH), 0
     memory = now.memory.seen(now.analysis.phi, now.slopes.rest)
@@ -285,8 +285,8 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             min(radius, LARGEST),
             now.values,
         )
-        told = Told(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
-        yield _accepted(loop, following, clock, told)
+        record = StepRecord(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
+        yield _accepted(loop, following, clock, record)
         return following
     if not gained:
         return "no step within the limits improves the design"
@@ -295,9 +295,9 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A tried design; without an analysis, the reason why there is none.
+    """A trial design; where the analysis failed, the reason.
 
-    `before` is the objective of the design that the step was made from, on the trial's mesh.
+    `before` is the objective of the current design on the mesh of the trial.
     """
 
     disc: Discretisation
@@ -309,7 +309,7 @@ class _Trial:
 
 
 def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generator[Event, None, _Trial]:
-    """Analyse the design after a step, on a new mesh if the old one has become poor."""
+    """Analyse the design after a step, on a new mesh if the old one becomes poor."""
     problem, space, disc = loop.problem, loop.space, now.disc
     count = disc.factorisations
     points = space.control_points(phi)
@@ -342,26 +342,26 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
 
 
 def _before(loop: _Loop, now: _Standing, disc: Discretisation, trial: Analysis) -> float:
-    """The objective before a step on the mesh after it: meshes differ by as much as a small step gains."""
+    """The objective before a step, on the mesh after it: a new mesh changes it by as much as a small step gains."""
     starts = predicted(loop.space, disc, trial, now.analysis.phi)
     again = analyse(loop.problem, loop.space, disc, now.analysis.phi, starts)
     return now.analysis.value if isinstance(again, NoEquilibrium) else again.value
 
 
 def _quality(disc: Discretisation, points: np.ndarray) -> float:
-    """Of the worst element, where the mesh follows the control points."""
+    """Quality of the worst element of the mesh moved to these control points."""
     return float(scaled_jacobian(disc.morph.positions(points), disc.morph.mesh.tets).min())
 
 
-def _settled(values: tuple[float, ...]) -> bool:
+def _stalled(values: tuple[float, ...]) -> bool:
     if len(values) <= PATIENCE:
         return False
     return values[-1 - PATIENCE] - values[-1] < PROGRESS * abs(values[-1])
 
 
-def _accepted(loop: _Loop, now: _Standing, clock: Clock, told: Told) -> DesignAccepted:
-    entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, told)
-    # What weight alone does is shown of the first and of the last design.
+def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> DesignAccepted:
+    entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, record)
+    # The sag under weight alone is shown for the first and the last design.
     sag = sag_of(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
     state = {
         "iteration": now.iteration,

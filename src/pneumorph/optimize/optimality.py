@@ -1,25 +1,27 @@
-"""First-order optimality of a design under its limits: what of the gradient the limits do not resist."""
+"""First-order optimality of a design: the part of the gradient that no active limit balances."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import Sampled
+from pneumorph.constraint.sampled import LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.within import least_motion, limits_by_variables
 
 ACTIVE = 0.01
-"""Limits this close to their bounds, as fractions of them, resist."""
+"""Limits this close to their bounds, as fractions of these, count as active."""
 
 
-def optimality(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray, slope: np.ndarray) -> float:
-    """‖Sᵀ(∂J/∂Φ + Jᵀλ)‖₁ over ‖Sᵀ ∂J/∂Φ‖₁ for the multipliers λ ≥ 0 of the active limits that resist most.
+def optimality(
+    space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray, slope: np.ndarray
+) -> float:
+    """‖Sᵀ(∂J/∂Φ + Jᵀλ)‖₁ over ‖Sᵀ ∂J/∂Φ‖₁ with the multipliers λ ≥ 0 of the active limits that balance most of it.
 
     The projected gradient in the metric of smooth steps: 0 where the Karush–Kuhn–Tucker conditions hold, 1 where no
-    limit resists. Sums of moduli are what a step in a box gains to first order; squares would tell of the few sharp
-    places alone where the gradient peaks. Pressures at their bounds do not count where they would pass them.
+    limit is active. A sum of absolute values is the first-order gain of a step in a box; squares would show only the
+    few places where the gradient peaks. Pressures at a bound do not count if the gradient pushes them beyond it.
     """
     free = ~((phi <= space.lower) & (slope > 0) | (phi >= space.upper) & (slope < 0))
     slope = np.where(free, slope, 0.0)

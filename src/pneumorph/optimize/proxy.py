@@ -1,4 +1,4 @@
-"""The objective near a design: its gradient (31) and what is known of its curvature."""
+"""Model of the objective near a design: its gradient (31) and the curvature known so far."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Proxy:
     Attributes
     ----------
     slope : (n,) dJ/dΦ.
-    factors : (k, n) W, of few rows.
+    factors : (k, n) W, with few rows.
     """
 
     slope: np.ndarray

@@ -1,7 +1,7 @@
 """Smooth steps: (I + α DᵀD)^(−1/2) along each direction of every control net, as a map of the design variables.
 
-Its rows are non-negative and sum to at most one, so a box on the raw variables is a box on the step: no control point
-moves farther than the trust region. Measured: without it the nets fold after some ten designs.
+Its rows are non-negative and sum to at most one, so bounds on the raw variables bound the step: no control point moves
+farther than the trust region. Without smoothing the control nets fold after about ten designs.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Smoothing:
 
     @cached_property
     def moduli(self) -> Smoothing:
-        """A map above |S|, entry by entry: images under a symmetry may move the other way, so S has both signs."""
+        """A map with entries not below |S|: images under a symmetry may move the other way, so S has both signs."""
         return replace(self, space=replace(self.space, L=abs(self.space.L)))
 
     def _nets(self, points: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ class Smoothing:
         return out
 
 
-def smoothing(space: DesignSpace, strength: float = STRENGTH) -> Smoothing:
+def build_smoothing(space: DesignSpace, strength: float = STRENGTH) -> Smoothing:
     """The smoothing of a design space; `strength` is α."""
     shapes = [surface.net.shape for surface in space.reference.surfaces]
     entries = np.asarray(space.L.power(2).sum(axis=0)).ravel()

@@ -1,4 +1,4 @@
-"""A step of the design variables, and what any way of finding one offers to the loop."""
+"""A step of the design variables, and the interface of methods that find one."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pneumorph.optimize.proxy import Proxy
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """The answer of a sub-problem.
+    """The solution of a sub-problem.
 
     Attributes
     ----------
     change : (n,) Ψ, mm.
-    evaluations : how often the limits were evaluated or linearised.
+    evaluations : number of evaluations or linearisations of the limits.
     learnt : what the method keeps for the next sub-problem.
     """
 
@@ -27,10 +27,10 @@ class Step:
 
 
 class Stepper(Protocol):
-    """Finds steps; frozen, so what is learnt on the way comes back as a new one."""
+    """Finds steps. It is immutable: what it learns is returned as a new stepper."""
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float) -> Step:
-        """The best step of at most `radius` (mm) from Φ; limits may be left a little broken."""
+        """The best step from Φ of at most `radius` (mm); it may break limits a little."""
         ...
 
     def after(self, step: Step) -> Stepper:
@@ -38,9 +38,9 @@ class Stepper(Protocol):
         ...
 
     def pack(self) -> dict[str, Any]:
-        """All it has learnt, as arrays and numbers."""
+        """What it has learnt, as arrays and numbers."""
         ...
 
     def unpack(self, state: dict[str, Any]) -> Stepper:
-        """The stepper that had learnt this."""
+        """The stepper with what was packed."""
         ...

@@ -1,10 +1,10 @@
 """The default sub-problem: sequential quadratic programs over smooth steps in a box.
 
-The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound. Every program has the limits linearised at the
-step so far (`constraint.rows`), and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar 1973)
-whose rounds are minimised by accelerated gradients: an evaluation costs two products with a sparse matrix. The prices
-of the limits, by kind and knot-span cell, are kept from design to design. What is left broken the loop mends
-(`within.py`).
+The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
+the step so far (`constraint.rows`) and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar
+1973) with accelerated gradients; an evaluation costs two products with a sparse matrix. The multipliers of the limits,
+called prices, are kept from design to design, by kind and knot-span cell. Limits that remain broken are repaired
+afterwards (`within.py`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import KINDS, Sampled
+from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import Map, minimise, tightened
 from pneumorph.optimize.proxy import Proxy
@@ -28,26 +28,26 @@ PROGRAMS, ROUNDS, MOST_ITERATIONS = 5, 2, 60
 """Linearisations in a sub-problem, updates of the prices in each, and iterations in each of those."""
 
 NARROWING = 0.5
-"""Each program may move the step this part as far as the one before: without it curvature, which linear rows underrate,
-is passed anew every time."""
+"""Each program may move the step this fraction as far as the one before. Without it the limits on curvature, which
+linear rows underestimate, are exceeded again each time."""
 
 ACCURACY = 1e-3
 """Change of the raw step, in radii, at which iterations end."""
 
 STIFFNESS = 100.0
-"""ρ, mm: price of a limit that is broken by its whole bound, in mean derivatives of the objective per mm."""
+"""ρ, mm: price of a limit exceeded by its whole bound, in mean derivatives of the objective per mm."""
 
 PROXIMITY = 1.0
-"""Variables whose derivative is below this multiple of the mean do not go the whole radius: what is noise of the mesh
-there stays small."""
+"""Variables with a derivative below this multiple of the mean do not move by the whole radius, for there the gradient
+is mostly noise of the mesh."""
 
 LEAST = -0.3
-"""Measures of the shape from here on are in the programs: 0 is the bound."""
+"""The programs contain measures of the shape above this value; 0 is the bound."""
 
 
 @dataclass(frozen=True, eq=False)
 class SequentialQuadratic:
-    """Finds steps for a design space under limits.
+    """Sequential quadratic programs in a design space under limits.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class SequentialQuadratic:
 
     space: DesignSpace
     smooth: Smoothing
-    limits: Sampled
+    limits: LimitSamples
     prices: np.ndarray
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float) -> Step:
@@ -70,7 +70,7 @@ class SequentialQuadratic:
         for number in range(PROGRAMS):
             room = NARROWING**number * radius
             change = self.smooth.apply(z)
-            # Both walls of a gap may go the whole radius.
+            # Both walls of a gap may move by the whole radius.
             rows = linearised(self.limits, space.body(phi + change), 2.2 * room, LEAST, places)
             places = rows.places
             jacobian = limits_by_variables(space, rows.jacobian)
@@ -97,7 +97,7 @@ class SequentialQuadratic:
 
     def unpack(self, state: dict[str, Any]) -> SequentialQuadratic:
         """See `Stepper.unpack`."""
-        # Runs of earlier versions have none; they are learnt anew.
+        # Checkpoints of earlier versions have none; they are learnt again.
         return replace(self, prices=np.asarray(state["prices"])) if "prices" in state else self
 
 
@@ -126,7 +126,7 @@ class _Program:
         return np.maximum(0.0, price + STIFFNESS * (self.known + self.jacobian @ change))
 
     def slope(self, price: np.ndarray) -> Map:
-        """Its gradient by z, for prices λ (m,)."""
+        """Gradient of the augmented Lagrangian by z, for prices λ (m,)."""
 
         def slope(z: np.ndarray) -> np.ndarray:
             change = self.smooth.apply(z)
@@ -136,7 +136,7 @@ class _Program:
         return slope
 
     def scale(self) -> np.ndarray:
-        """A diagonal (n,) above its Hessian: sums of the rows' moduli, tightened."""
+        """A diagonal (n,) above its Hessian: absolute row sums, tightened."""
         moduli, factors = abs(self.jacobian), self.proxy.factors
 
         def bound(smooth, jacobian, transposed, factors, z):
@@ -149,13 +149,13 @@ class _Program:
         return tightened(whole, partial(bound, self.smooth, self.jacobian, self.transposed, factors))
 
 
-def sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: Sampled) -> SequentialQuadratic:
-    """A stepper that knows no prices yet."""
+def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: LimitSamples) -> SequentialQuadratic:
+    """A stepper without prices yet."""
     return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), int(limits.first[-1]))))
 
 
 def limits_by_variables(space: DesignSpace, jacobian: sparse.csr_array) -> sparse.csr_array:
-    """Derivatives (m, n) of limits by the design variables, from those by control points; pressures change none."""
+    """Derivatives (m, n) of limits by the design variables, from those by control points; pressures have none."""
     by_shape = sparse.csr_array(jacobian @ space.L)
     return sparse.csr_array(
         (by_shape.data, by_shape.indices, by_shape.indptr), shape=(len(by_shape.indptr) - 1, space.n)

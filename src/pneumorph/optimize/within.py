@@ -1,6 +1,6 @@
 """Bring a design within its limits by the least smooth motion of its surfaces.
 
-Every design that the loop analyses goes through here: a feasible-point method, whose acceptance needs no more than the
+The loop does this with every design before it is analysed. All designs are feasible, so acceptance needs only the
 objective (Wright & Tenny 2004, "A feasible trust-region sequential quadratic programming algorithm"). Limits depend on
 the control points alone, so this costs no equilibrium.
 """
@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint import LimitReport, report
+from pneumorph.constraint import LimitReport, certify
 from pneumorph.constraint.report import Pairs, Points, joined
 from pneumorph.constraint.rows import linearised
-from pneumorph.constraint.sampled import KINDS, Sampled
+from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import minimise, tightened
@@ -24,27 +24,28 @@ from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.subproblem import limits_by_variables
 
 MARGIN = 0.4
-"""How far within their bounds limits are brought, in the tolerances that they are held to: what is left of these is for
-the certificate's own gap."""
+"""How far within their bounds limits are brought, in tolerances; the rest of the tolerance is for the gap of the
+certificate."""
 
 ACCURACY = 0.1
-"""To what part of their tolerances limits on samples are met."""
+"""Fraction of the tolerances to which limits are met on samples."""
 
 PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 5, 200
-"""Most linearisations between two certificates, most certificates, and most iterations for a motion."""
+"""Most linearisations between two certificates, most certificates, and most iterations for each motion."""
 
 HOPELESS = 2.0
-"""Motions end where limits are broken by so many times their bounds: what is linear there tells nothing."""
+"""Motions end where a limit is exceeded by this multiple of its bound: linearisation is useless there."""
 
 ELASTIC = 1e-4
-"""How far rows may give way for their price, in what they would move by themselves: rows that contradict each other are
-then met half way instead of by ever longer motions."""
+"""Compliance of the rows, relative to their own scale: rows that contradict each other are then met half way instead of
+by ever longer motions."""
 
 WIDEST = 0.02
-"""How much margins grow at a time, at the most."""
+"""Largest growth of a margin at a time."""
 
 REACH, LEAST = 0.1, -0.05
-"""Distances this much (mm) within their bound, and measures from here on (0 is the bound), are held while moving."""
+"""Distances up to this far (mm) within their bound, and measures above this value (0 is the bound), are kept as limits
+during motions."""
 
 
 TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
@@ -52,48 +53,48 @@ TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
 
 @dataclass(frozen=True, eq=False)
 class Within:
-    """A design that keeps every limit: its variables, and the report that says so."""
+    """A design that keeps every limit: its variables, and its certified report."""
 
     phi: np.ndarray
     report: LimitReport
 
 
-def within(space: DesignSpace, smooth: Smoothing, limits: Sampled, phi: np.ndarray) -> Within | LimitReport:
-    """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else what is left broken.
+def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray) -> Within | LimitReport:
+    """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else the report of the last try.
 
-    Places between samples where a certificate finds a limit broken become samples, and margins grow where that is not
-    enough.
+    Places between samples where the certificate finds a limit broken become samples; where that is not enough, margins
+    grow.
     """
     margins, places, pairs = MARGIN * TOLERANCES, None, None
     phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
-    found = report(space.body(phi), limits.spec)
+    found = certify(space.body(phi), limits.spec)
     for attempt in range(1, CERTIFICATES):
-        if found.held():
+        if found.satisfied():
             break
-        # New places first: of those close together the first stays.
+        # New places come first: of places close together the first is kept.
         places = {name: joined(found.places.points[name], known) for name, known in places.items()}
         new = found.places.pairs
         pairs = new if pairs is None else {name: joined(known, new[name]) for name, known in pairs.items()}
         for reading in found.violated():
-            # What no sample between can mend: what the certificate is short of what is seen, and what it has not told.
+            # Added samples cannot repair what is certified beyond what is seen; after the first try, count all of it.
             short = reading.excess() - (0.0 if attempt > 1 else reading.seen_excess())
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
-        found = report(space.body(phi), limits.spec)
-    return Within(phi, found) if found.held() else found
+        found = certify(space.body(phi), limits.spec)
+    return Within(phi, found) if found.satisfied() else found
 
 
 def _projected(
     space: DesignSpace,
     smooth: Smoothing,
-    limits: Sampled,
+    limits: LimitSamples,
     phi: np.ndarray,
     margins: np.ndarray,
     places: Mapping[str, Points] | None,
     pairs: Mapping[str, Pairs] | None,
 ) -> tuple[np.ndarray, Mapping[str, Points]]:
-    """The design after some least motions, the best on the way where they do not settle; places that resisted them."""
+    """The design after some least motions, or the best on the way if they do not converge; and places of its limits."""
     best, least = phi, np.inf
     resisting: Mapping[str, Points] = {}
     for _ in range(PROJECTIONS):

@@ -1,4 +1,4 @@
-"""What a person looks at: pictures of a run."""
+"""Pictures, tables and exports of a run."""
 
 from pneumorph.output.pictures import Pictures, run_pictures
 

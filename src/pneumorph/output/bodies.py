@@ -41,11 +41,11 @@ def bodies_figure(
     wide, high = INCHES_PER_MM * (right - left), INCHES_PER_MM * (top - bottom)
     titles = [textwrap.fill(words, int(wide / LETTER)) for words in shapes]
     lines = max(words.count("\n") for words in titles) + 1
-    side, head, foot = 1.1, 0.38 + 0.17 * lines, 0.35
-    size = (len(shapes) * wide + side, high + head + foot)
+    side, above, below = 1.1, 0.38 + 0.17 * lines, 0.35
+    size = (len(shapes) * wide + side, high + above + below)
     figure = Figure(figsize=size, facecolor="white")
     for place, (words, picture) in enumerate(zip(titles, pictures, strict=True)):
-        axes = figure.add_axes((place * wide / size[0], foot / size[1], wide / size[0], high / size[1]))
+        axes = figure.add_axes((place * wide / size[0], below / size[1], wide / size[0], high / size[1]))
         axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos")
         axes.set_axis_off()
         axes.set_title(words, fontsize=10, color="#333333", pad=3)
@@ -60,7 +60,7 @@ def bodies_figure(
         colours = ScalarMappable(Normalize(*stretch), colour_map())
         tall = min(0.6 * high, 3.5)
         bar = figure.add_axes(
-            ((size[0] - side + 0.15) / size[0], (foot + (high - tall) / 2) / size[1], 0.16 / size[0], tall / size[1])
+            ((size[0] - side + 0.15) / size[0], (below + (high - tall) / 2) / size[1], 0.16 / size[0], tall / size[1])
         )
         scale = figure.colorbar(colours, cax=bar, extend="max")
         scale.set_label("largest principal stretch", fontsize=9, color="#333333")

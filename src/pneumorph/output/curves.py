@@ -54,7 +54,7 @@ def _panels(curves: Sequence[Curve]) -> list[Panel]:
     def part(of: Callable[[SweepStep], Any], index: Any, factor: float = 1.0) -> Callable[[SweepStep], float]:
         return lambda step: factor * of(step)[index]
 
-    def held(names: Sequence[str]) -> dict[str, Callable[[SweepStep], float]]:
+    def reaction_lines(names: Sequence[str]) -> dict[str, Callable[[SweepStep], float]]:
         """Reactions by axis: "shift_x" and "bending_x" are along and about the first."""
         return {
             axis: part(lambda step: step.reaction, name)
@@ -69,8 +69,8 @@ def _panels(curves: Sequence[Curve]) -> list[Panel]:
     return [
         Panel("translation of the tip", "mm", _named("along", motion), 0.01),
         Panel("rotation of the tip", "degrees", _named("about", turning), 0.1),
-        Panel("force on what holds the tip", "N", _named("along", held(COMPONENTS[:3])), 1e-3),
-        Panel("torque on what holds the tip", "N·mm", _named("about", held(COMPONENTS[3:])), 1e-2),
+        Panel("force on what holds the tip", "N", _named("along", reaction_lines(COMPONENTS[:3])), 1e-3),
+        Panel("torque on what holds the tip", "N·mm", _named("about", reaction_lines(COMPONENTS[3:])), 1e-2),
         Panel("volume of the chambers", "mm³", volumes),
         Panel("largest stretch", "stretch (1)", {"": lambda step: step.max_stretch}),
     ]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pneumorph.analysis import Fields
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics import configuration, held_of, loads_of, model_of
+from pneumorph.mechanics import configure, guided_of, loads_of, model_of
 from pneumorph.output.abaqus import abaqus_input
 from pneumorph.output.grid import grid
 from pneumorph.problem import Problem
@@ -43,7 +43,7 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
             named.replace(path)
             return
         model = model_of(problem, whole.mesh)
-        at = configuration(model, whole.mesh.points, loads_of(problem, model, dict(pressures)), held_of(problem))
+        at = configure(model, whole.mesh.points, loads_of(problem, model, dict(pressures)), guided_of(problem))
         path.write_text(abaqus_input(whole.mesh, at), encoding="ascii")
     except OSError as error:
         raise ProblemError(f"{path}: cannot be written ({error.strerror}); name another file") from None

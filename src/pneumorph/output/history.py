@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.constraint.table import in_history
-from pneumorph.output.words import motion_of
+from pneumorph.output.format import motion_of
 from pneumorph.problem import Custom, Limits, Maximize, Problem
 
 PHASES = {
@@ -67,7 +67,7 @@ def _motions(axes: Axes, problem: Problem, history: History) -> None:
             _designs(history), values, "o-", color=f"C{number}", markersize=3, linewidth=1.5, label=label
         )
     for unit, scale in scales.items():
-        # An error is told by how far it is above zero.
+        # An error is read off by its height above zero.
         if not any(
             isinstance(task.objective, Maximize | Custom) for task in problem.task if found[task.name][0].unit == unit
         ):
@@ -76,7 +76,7 @@ def _motions(axes: Axes, problem: Problem, history: History) -> None:
     if remeshed:
         marks = {"marker": "^", "color": "#999999", "markersize": 5, "linestyle": "", "clip_on": False}
         at_the_bottom = axes.get_xaxis_transform()
-        handles += axes.plot(remeshed, [0.0] * len(remeshed), label="meshed anew", transform=at_the_bottom, **marks)
+        handles += axes.plot(remeshed, [0.0] * len(remeshed), label="remeshed", transform=at_the_bottom, **marks)
     axes.set_title(_heading(problem), fontsize=10)
     _legend(axes, handles, 1 if len(handles) > 2 else 2)
 

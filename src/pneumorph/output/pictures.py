@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 
 from pneumorph.analysis import Fields, TaskResult
 from pneumorph.output.bodies import bodies_figure
+from pneumorph.output.format import format_pressures, motion_of
 from pneumorph.output.history import History, draw_history
 from pneumorph.output.pressures import draw_pressures, has_free_pressures
 from pneumorph.output.profile import draw_profile
 from pneumorph.output.render import NoPicture
 from pneumorph.output.shape import draw_shape
 from pneumorph.output.view import Shape, View
-from pneumorph.output.words import motion_of, pressures
-from pneumorph.problem import MatchCurve, MatchSections, Maximize, Objective, Problem, Reach
+from pneumorph.problem import MatchCurve, MatchSections, Maximize, ObjectiveSpec, Problem, Reach
 from pneumorph.run import RunDirectory
 
 NO_FIELDS = "its displacements are not stored, as in runs of earlier versions"
@@ -39,7 +39,7 @@ def run_pictures(run: RunDirectory) -> Pictures:
     """Draw a run into its folder ``pictures``.
 
     There are history.png, profile.png, start.png and final.png; shape.png (with several, one shape_<task>.png each) for
-    tasks with a target curve or sections; pressures.png where pressures are designed. What cannot be drawn is told,
+    tasks with a target curve or sections; pressures.png where pressures are designed. What cannot be drawn is reported,
     never an error.
     """
     folder = run.path / "pictures"
@@ -132,7 +132,7 @@ def _shapes(problem: Problem, half: Fields, results: Mapping[str, TaskResult]) -
     for task in problem.task:
         found = results[task.name]
         motion = motion_of(task, found)
-        words = f"{pressures(found.pressures)}: {motion.word} {motion}"
+        words = f"{format_pressures(found.pressures)}: {motion.word} {motion}"
         if len(problem.task) > 1:
             words = f"{task.name}, {words}"
         shapes[words] = Shape(mesh, fields.u[task.name], fields.stretch[task.name])
@@ -156,7 +156,7 @@ def _offset(problem: Problem, normal: np.ndarray) -> float:
     return -min(abs(place) for place, _ in places)
 
 
-def _axis(objective: Objective) -> np.ndarray:
+def _axis(objective: ObjectiveSpec) -> np.ndarray:
     """How much a task bends about x, y and z, in parts of all it does."""
     match objective:
         case Maximize(component=component):

@@ -19,7 +19,7 @@ from pneumorph.analysis import TaskResult
 from pneumorph.mechanics import rotation
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.features import equidistant
-from pneumorph.output.words import motion_of
+from pneumorph.output.format import motion_of
 from pneumorph.problem import MatchCurve, MatchSections, Task
 
 FINE = 200

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from pneumorph.output import render
 from pneumorph.output.bodies import INCHES_PER_MM, MARGIN
+from pneumorph.output.format import motion_of
 from pneumorph.output.pictures import MOST, final_shapes, view_of
 from pneumorph.output.view import Job
-from pneumorph.output.words import motion_of
 from pneumorph.run import RunDirectory
 
 MOST_PER_ROW = 4

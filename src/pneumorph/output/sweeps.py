@@ -17,8 +17,8 @@ UNITS = {name: "N" if name in COMPONENTS[:3] else "N*mm" for name in COMPONENTS}
 
 def reactions(curves: Sequence[Curve]) -> list[str]:
     """The plate components in which something blocks or springs back, in their usual order."""
-    told = {name for curve in curves for step in curve.found for name in step.reaction}
-    return [name for name in COMPONENTS if name in told]
+    blocked = {name for curve in curves for step in curve.found for name in step.reaction}
+    return [name for name in COMPONENTS if name in blocked]
 
 
 Row = list[str | float | bool]

@@ -19,7 +19,7 @@ from pneumorph.problem.models import (
     Symmetry,
     Task,
 )
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Objective, Reach
+from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach
 from pneumorph.problem.whole import Problem
 
 __all__ = [
@@ -36,7 +36,7 @@ __all__ = [
     "Material",
     "Maximize",
     "MeshSpec",
-    "Objective",
+    "ObjectiveSpec",
     "OptimizerSpec",
     "Pressure",
     "Problem",

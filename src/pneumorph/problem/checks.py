@@ -1,4 +1,4 @@
-"""What no single key can tell: whether the parts of a problem fit together at the start."""
+"""Checks across keys: whether the parts of a problem fit together at the start."""
 
 from __future__ import annotations
 
@@ -182,15 +182,15 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
 def _walls(problem: Problem) -> Iterator[Fault]:
     """Walls along the axis: the loop thickens those across it where they start too thin, but ends keep their place."""
     body, wall = problem.body, problem.limits.wall
-    mend = f"thinner than limits.wall = {wall:g} mm at the start; move or shrink the chamber, or lower the limit"
+    fix = f"thinner than limits.wall = {wall:g} mm at the start; move or shrink the chamber, or lower the limit"
     for index, chamber in enumerate(body.chamber):
         end = min(chamber.span[0], body.length - chamber.span[1])
         if end < wall - _EPS:
-            yield f"body.chamber[{index}].span", f"leaves {end:g} mm of wall at an end of the body, {mend}"
+            yield f"body.chamber[{index}].span", f"leaves {end:g} mm of wall at an end of the body, {fix}"
     for (i, one), (j, other) in combinations(enumerate(body.chamber), 2):
         across, along = _gaps(one, other)
         if across <= 0.0 and along < wall - _EPS:
-            yield f"body.chamber[{j}]", f'leaves {along:g} mm of wall to "{one.name}" (body.chamber[{i}]), {mend}'
+            yield f"body.chamber[{j}]", f'leaves {along:g} mm of wall to "{one.name}" (body.chamber[{i}]), {fix}'
 
 
 _BEYOND = 3.0
@@ -277,7 +277,7 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
 
 
 def _sections(task: Task) -> tuple[str, int]:
-    """The key that tells how many sections a task looks at, and their number."""
+    """The key that sets how many sections a task has, and their number."""
     match task.objective:
         case MatchCurve(sections=count) | Custom(sections=count):
             return "sections", count

@@ -13,7 +13,7 @@ def load(path: str | Path) -> Problem:
     Raises
     ------
     ProblemError
-        One line: the file or the key in it, what is wrong, and the mend.
+        One line: the file or the key in it, what is wrong, and how to fix it.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def loads(text: str, where: str = "problem", folder: str | Path = ".") -> Proble
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ProblemError(f"{where}: is not TOML ({' '.join(str(error).split())}); mend it there") from None
+        raise ProblemError(f"{where}: is not TOML ({' '.join(str(error).split())}); fix it there") from None
     if not data:
         raise ProblemError(f"{where}: is empty; start from a file in examples/")
     return Problem.model_validate(data, context={"folder": folder})

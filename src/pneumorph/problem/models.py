@@ -22,7 +22,7 @@ from pydantic_core import CoreSchema
 from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, component_of
-from pneumorph.problem.objective import Objective
+from pneumorph.problem.objective import ObjectiveSpec
 from pneumorph.problem.table import Misfit, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
@@ -192,7 +192,7 @@ class Task(Table):
     name: Name = Field(description='e.g. name = "extend"')
     weight: Annotated[Number, Field(gt=0)] = 1.0
     pressure: dict[Name, Pressure] = Field(description='e.g. pressure = { A = "60 kPa" }')
-    objective: Objective = Field(description='e.g. objective = { kind = "maximize", motion = "extension" }')
+    objective: ObjectiveSpec = Field(description='e.g. objective = { kind = "maximize", motion = "extension" }')
 
 
 class Fold(Table):

@@ -201,7 +201,7 @@ def _tag(data: Any) -> str:
     return TAG + (data.get("kind", "maximize") if isinstance(data, dict) else getattr(data, "kind", "maximize"))
 
 
-Objective = Annotated[
+ObjectiveSpec = Annotated[
     Annotated[Maximize, Tag(TAG + "maximize")]
     | Annotated[MatchCurve, Tag(TAG + "match_curve")]
     | Annotated[MatchSections, Tag(TAG + "match_sections")]

@@ -1,4 +1,4 @@
-"""From what validation found to one readable line: the key, what is wrong, the mend."""
+"""From what validation found to one readable line: the key, what is wrong, how to fix it."""
 
 import json
 import re
@@ -22,7 +22,7 @@ def one_line(faults: Sequence[tuple[str, str]]) -> str:
 def faults_of(error: ValidationError) -> list[tuple[str, str]]:
     """Key and reason of everything that did not fit the models."""
     errors = error.errors()
-    # A list whose entry does not fit is told to be too short as well.
+    # A list with an entry that does not fit is reported as too short as well.
     within = {found["loc"][:length] for found in errors for length in range(len(found["loc"]))}
     return [_fault(found) for found in errors if found["type"] != "too_short" or found["loc"] not in within]
 
@@ -38,7 +38,7 @@ def _fault(found: Any) -> tuple[str, str]:
 
 
 def key_of(path: Sequence[str | int]) -> str:
-    """The path of a key as people write it: ``body.chamber[0].radius``."""
+    """The path of a key as users write it: ``body.chamber[0].radius``."""
     key = ""
     for part in path:
         if isinstance(part, int):

@@ -1,6 +1,6 @@
 """The JSON schema of the problem file, for editors; shipped beside this module as schema.json.
 
-``python -m pneumorph.problem.schema`` writes it anew after a change of the models.
+``python -m pneumorph.problem.schema`` writes it again after a change of the models.
 """
 
 import json

@@ -85,8 +85,8 @@ class Table(BaseModel):
         if isinstance(data, dict):
             for key in (key for key in data if key not in cls.model_fields):
                 near = difflib.get_close_matches(key, cls.model_fields, n=1)
-                mend = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
-                raise Misfit(key, f"unknown key; {mend}")
+                fix = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
+                raise Misfit(key, f"unknown key; {fix}")
             for key, field in cls.model_fields.items():
                 if field.is_required() and key not in data:
                     quantities = [part for part in field.metadata if isinstance(part, Quantity)]

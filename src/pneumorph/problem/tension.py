@@ -14,7 +14,7 @@ FEWEST = 5
 STRESSES = {"pa": 1e-6, "kpa": 1e-3, "mpa": 1.0, "n/mm2": 1.0, "n/mm^2": 1.0}
 """One of each in MPa."""
 
-MEND = 'write e.g. "stretch, nominal_stress_MPa" in the first line'
+FIX = 'write e.g. "stretch, nominal_stress_MPa" in the first line'
 
 
 def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -34,7 +34,7 @@ def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
         raise ProblemError(f"{path}: cannot be read ({error.strerror}); check the path") from None
     rows = [(n, line) for n, line in enumerate(lines, start=1) if line.strip(" \t,;") and not line.startswith("#")]
     if not rows:
-        raise ProblemError(f"{path}: is empty; {MEND} and a point of the test in each line after it")
+        raise ProblemError(f"{path}: is empty; {FIX} and a point of the test in each line after it")
     (_, header), *points = rows
     separator = max(",;\t", key=header.count)
     titles = [title.strip().strip('"') for title in header.split(separator)]
@@ -43,7 +43,7 @@ def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
     if len(strains) != 1 or len(stresses) != 1:
         wanted = "stretch or strain" if len(strains) != 1 else "nominal stress"
         count = "no column" if not (strains if len(strains) != 1 else stresses) else "more than one column"
-        raise ProblemError(f"{path}: has {count} of the {wanted} in its header ({', '.join(titles)}); {MEND}")
+        raise ProblemError(f"{path}: has {count} of the {wanted} in its header ({', '.join(titles)}); {FIX}")
     (at_strain, kind), (at_stress, unit) = strains[0], stresses[0]
     values = np.array(
         [
@@ -75,7 +75,7 @@ def _stress(title: str, path: Path) -> str | None:
     unit = plain.removeprefix("stress").lstrip("/,")
     if unit not in STRESSES:
         wrong = f'"{unit}" is no unit of stress known here' if unit else f'the column "{title}" has no unit'
-        raise ProblemError(f"{path}: {wrong}; {MEND}, or kPa")
+        raise ProblemError(f"{path}: {wrong}; {FIX}, or kPa")
     return unit
 
 

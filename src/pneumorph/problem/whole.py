@@ -26,7 +26,7 @@ class Problem(Table):
     Raises
     ------
     ProblemError
-        One line: the key, what is wrong, and the mend.
+        One line: the key, what is wrong, and how to fix it.
 
     Examples
     --------
@@ -90,7 +90,7 @@ class Problem(Table):
         Raises
         ------
         ProblemError
-            One line: the key, what is wrong, and the mend.
+            One line: the key, what is wrong, and how to fix it.
 
         Examples
         --------

@@ -21,7 +21,7 @@ from pneumorph.geometry import Body, starting_body
 from pneumorph.problem import Problem, load
 from pneumorph.run import atomic
 
-State = dict[str, Any]
+Checkpoint = dict[str, Any]
 """Arrays and JSON values by name: what the optimiser needs to go on."""
 
 
@@ -62,7 +62,7 @@ class RunDirectory:
     path: Path
     problem: Problem
 
-    def record(self, entry: HistoryEntry, design: StoredDesign, fields: Fields, state: State) -> None:
+    def record(self, entry: HistoryEntry, design: StoredDesign, fields: Fields, state: Checkpoint) -> None:
         """Store an accepted design: its history entry, its shape and pressures, its fields, and the state."""
         iteration = entry.iteration
         atomic.write_arrays(self._design_path(iteration), self._design_arrays(design))
@@ -117,7 +117,7 @@ class RunDirectory:
             "put the files back or name another directory"
         )
 
-    def checkpoint(self) -> tuple[int, State]:
+    def checkpoint(self) -> tuple[int, Checkpoint]:
         """Iteration and state of the checkpoint."""
         path = self.path / "checkpoint.npz"
         with _damage_told(path):
@@ -247,7 +247,7 @@ def _differences(one: Any, other: Any, key: str = "") -> Iterator[str]:
         yield key
 
 
-def _checkpoint_arrays(iteration: int, state: State) -> dict[str, np.ndarray]:
+def _checkpoint_arrays(iteration: int, state: Checkpoint) -> dict[str, np.ndarray]:
     arrays = {f"array {name}": value for name, value in state.items() if isinstance(value, np.ndarray)}
     rest = {name: value for name, value in state.items() if not isinstance(value, np.ndarray)}
     return {"json": np.array(json.dumps({"iteration": iteration, "state": rest})), **arrays}

@@ -54,7 +54,7 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
     """
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
-    w = model.state(tangent.solve_at(at, state, np.where(at.held, 0.0, model.vector(seed))))
+    w = model.state(tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed))))
     shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, w)
     return NodalGradient(
         value=value,
@@ -73,7 +73,7 @@ def residual_jacobian(
     """
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)
-    rhs = np.array([np.where(at.held, 0.0, model.vector(seed)) for seed in seeds])
+    rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
     shapes, pressures = [], []
     for nodes, w in zip(direct, tangent.solve_at(at, state, rhs.T).T, strict=True):
         shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, model.state(w))

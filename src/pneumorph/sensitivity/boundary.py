@@ -47,9 +47,9 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
             continue
         # The images of a chamber have the same pressure.
         pressure = next((pressures[chamber] for chamber in chambers_of(name)), 0.0)
-        density = _integrand(at, mesh, equilibrium, w, triangles, float(pressure))
+        integrand = _integrand(at, mesh, equilibrium, w, triangles, float(pressure))
         _, normals = area_vectors(mesh.points, triangles)
-        np.add.at(answer, triangles, -np.einsum("qa,fqi,fq->fai", shape, normals, density))
+        np.add.at(answer, triangles, -np.einsum("qa,fqi,fq->fai", shape, normals, integrand))
     return answer
 
 
@@ -71,8 +71,8 @@ def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, tr
         energy, hydrostatic = rubber.energy, np.zeros(linear[own].shape[:2])
         if at.model.mixed:
             energy = mixed(rubber.isochoric)
-            pressures = np.asarray(equilibrium.state.pressure).reshape(len(at.model.rubbers), -1)[number]
-            hydrostatic = np.einsum("fqc,fc->fq", linear[own], pressures[tets[own][:, :4]])
+            at_nodes = np.asarray(equilibrium.state.hydrostatic).reshape(len(at.model.rubbers), -1)[number]
+            hydrostatic = np.einsum("fqc,fc->fq", linear[own], at_nodes[tets[own][:, :4]])
         stress[own], density[own] = _stress(energy, rubber, F[own], hydrostatic), rubber.density
     cofactor = np.linalg.det(F)[..., None, None] * np.swapaxes(np.linalg.inv(F), -1, -2)
     total = stress + pressure * cofactor

@@ -55,7 +55,7 @@ def load_study(path: str | Path) -> Study:
     Raises
     ------
     ProblemError
-        One line: the file or key, what is wrong, and the mend.
+        One line: the file or key, what is wrong, and how to fix it.
     """
     path = Path(path)
     data = _table(path)
@@ -119,7 +119,7 @@ def _table(path: Path) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise ProblemError(f"{path}: cannot be read ({error}); check the path") from None
     except tomllib.TOMLDecodeError as error:
-        raise ProblemError(f"{path}: is not TOML ({error}); mend it there") from None
+        raise ProblemError(f"{path}: is not TOML ({error}); fix it there") from None
 
 
 def _named(changes: Mapping[str, Any]) -> str:

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from pneumorph.output.format import motion_of
 from pneumorph.output.sheet import Tile, draw_sheet
-from pneumorph.output.words import motion_of
 from pneumorph.run import atomic, open_run
 from pneumorph.study.file import Member, Study
 
@@ -86,7 +86,7 @@ def write_sheet(study: Study, out: Path, finished: Iterable[str]) -> Path:
 
 
 def _captions(members: Sequence[Member]) -> list[str]:
-    """What sets members apart, for people: the changes that not all share, or their names where these do not tell."""
+    """What sets members apart, for users: the changes that not all share, or their names where these do not differ."""
     common = [item for item in members[0].changes.items() if all(item in each.changes.items() for each in members)]
     captions = [
         "\n".join(f"{key.split('.')[-1]}: {_short(value)}" for key, value in changes) or each.name

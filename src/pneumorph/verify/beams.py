@@ -12,13 +12,21 @@ import numpy as np
 from scipy.integrate import solve_bvp
 
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics import Equilibrium, NoEquilibrium, Tangent, configuration, loads, model, rubber
+from pneumorph.mechanics import (
+    Equilibrium,
+    NoEquilibrium,
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    neo_hookean_rubber,
+)
 from pneumorph.mechanics.solve.sweep import sweep
 from pneumorph.verify.solids import bar
 from pneumorph.verify.verdict import Verdict, absolute, relative
 
 YOUNG = 1.0
-RUBBER = rubber(YOUNG / 2, YOUNG / 3, 1e-9)
+RUBBER = neo_hookean_rubber(YOUNG / 2, YOUNG / 3, 1e-9)
 """Of Poisson's ratio 0: the clamped ends then hinder no contraction, which would stiffen the bar by half its width."""
 
 WIDTH, LENGTH = 1.0, 40.0
@@ -89,8 +97,8 @@ def elastica(load: float) -> tuple[float, float, float]:
 def bend(counts: tuple[int, int, int], wrenches: Sequence[np.ndarray]) -> Iterator[Equilibrium]:
     """The bar under ever larger wrenches (6,) on its tip plate."""
     mesh = bar(WIDTH, LENGTH, counts)
-    built = model(mesh, RUBBER)
-    at = [configuration(built, mesh.points, loads(built, {}, wrench=wrench)) for wrench in wrenches]
+    built = build_model(mesh, RUBBER)
+    at = [configure(built, mesh.points, build_loads(built, {}, wrench=wrench)) for wrench in wrenches]
     for found in sweep(at, Tangent(built)):
         if isinstance(found, NoEquilibrium):
             raise ComputationError(found.reason)

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.mechanics import Rubber, Tangent, configuration, loads, model
+from pneumorph.mechanics import Rubber, Tangent, build_loads, build_model, configure
 from pneumorph.mechanics.material import energies
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual
 from pneumorph.verify.solids import distorted_cube
@@ -88,8 +88,8 @@ def tension(
     X = mesh.points
     near, far = np.abs(X) < 1e-9, np.abs(X - 1) < 1e-9
     far[:, [axis for axis in range(3) if axis not in pulled]] = False
-    built = model(mesh, solid, plate=False, supports=near | far)
-    at = configuration(built, X, loads(built, {}))
+    built = build_model(mesh, solid, plate=False, supports=near | far)
+    at = configure(built, X, build_loads(built, {}))
     tangent = Tangent(built)
     for stretch in stretches:
         start = X * (homogeneous(solid.parameters[-1], slopes, pulled, stretch)[0] - 1)

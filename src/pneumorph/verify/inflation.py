@@ -9,14 +9,24 @@ import numpy as np
 from scipy.special import roots_jacobi
 
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics import NoEquilibrium, Rubber, Tangent, configuration, follow, loads, model, rubber, solve
+from pneumorph.mechanics import (
+    NoEquilibrium,
+    Rubber,
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    follow,
+    neo_hookean_rubber,
+    solve,
+)
 from pneumorph.mesh.tets import TetMesh, tet_gradient, tet_shape
 from pneumorph.verify.incompressible import radius_at, sphere_pressure, tube_pressure
 from pneumorph.verify.radial import SPHERE, TUBE, Displacement, inflated, lame
 from pneumorph.verify.solids import octant, tube, with_lids
 from pneumorph.verify.verdict import Verdict, absolute, at_least, relative
 
-RUBBER = rubber(0.49, 4.80, 1.1e-9)
+RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 YOUNG = 9 * 4.80 * 0.49 / (3 * 4.80 + 0.49)
 POISSON = (3 * 4.80 - 2 * 0.49) / (2 * (3 * 4.80 + 0.49))
 
@@ -40,7 +50,7 @@ def plane_strain_tube(counts: tuple[int, int, int] = (4, 24, 1), tolerance: floa
 
 def incompressible(tolerance: float = 5e-3) -> Iterator[Verdict]:
     """Mixed elements at κ/μ = 10⁵, two through the wall: the sphere of 10 and 12 mm, the tube of 4 and 8 mm."""
-    solid = rubber(0.49, 1e5 * 0.49, 1.1e-9)
+    solid = neo_hookean_rubber(0.49, 1e5 * 0.49, 1.1e-9)
     mesh = octant(10, 12, (2, 4, 4))
     u = inflate(mesh, sphere_supports(mesh), solid, 0.02, mixed=True)
     exact = radius_at(0.02 / 0.49, sphere_pressure, 10, 12) - 10
@@ -55,8 +65,10 @@ def limit_points(tolerance: float = 5e-3) -> Iterator[Verdict]:
     """Spheres with B/A = 2 and 1.2 at κ/μ = 10⁵, their paths followed past the limit of the pressure."""
     for outer, counts, pressure, stretch in ((2.0, (2, 4, 4), 0.816424, 1.82815), (1.2, (1, 5, 5), 0.225138, 1.47016)):
         mesh = octant(1, outer, counts)
-        built = model(mesh, rubber(1.0, 1e5, 1e-9), plate=False, supports=sphere_supports(mesh), mixed=True)
-        at = configuration(built, mesh.points, loads(built, {"A": 1.0}))
+        built = build_model(
+            mesh, neo_hookean_rubber(1.0, 1e5, 1e-9), plate=False, supports=sphere_supports(mesh), mixed=True
+        )
+        at = configure(built, mesh.points, build_loads(built, {"A": 1.0}))
         path = follow(at, Tangent(built), first_limit=True)
         if isinstance(path, NoEquilibrium) or not path.limits:
             raise ComputationError(f"no limit point was found on the path of the sphere with B/A = {outer:g}")
@@ -127,8 +139,8 @@ def _tet_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def inflate(mesh: TetMesh, supports: np.ndarray, rubber: Rubber, pressure: float, mixed: bool = False) -> np.ndarray:
     """Displacements (N, 3) of a mesh with chamber A under pressure (MPa)."""
-    built = model(mesh, rubber, plate=False, supports=supports, mixed=mixed)
-    found = solve(configuration(built, mesh.points, loads(built, {"A": pressure})), Tangent(built))
+    built = build_model(mesh, rubber, plate=False, supports=supports, mixed=mixed)
+    found = solve(configure(built, mesh.points, build_loads(built, {"A": pressure})), Tangent(built))
     if isinstance(found, NoEquilibrium):
         raise ComputationError(found.reason)
     return found.u

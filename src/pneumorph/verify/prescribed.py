@@ -28,12 +28,12 @@ def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.n
         forces = residual(at, vector)
         if not np.isfinite(forces).all():
             break
-        free = np.where(at.held, 0.0, forces)
+        free = np.where(at.constrained, 0.0, forces)
         if np.linalg.norm(free) <= 1e-12 * np.linalg.norm(forces):
             return vector
         tangent.factorise(at, at.model.state(vector))
         vector = vector - tangent.precondition(free)
-    raise ComputationError("Newton's method did not settle under prescribed displacements")
+    raise ComputationError("Newton's method did not converge under prescribed displacements")
 
 
 def prescribed(at: Configuration, u: np.ndarray) -> np.ndarray:

@@ -71,12 +71,12 @@ def _principal(rubber: Rubber, curved: int):
     """
     parameters = jnp.asarray(rubber.parameters)
 
-    def density(stretches: jnp.ndarray) -> jnp.ndarray:
+    def psi(stretches: jnp.ndarray) -> jnp.ndarray:
         radial, hoop = stretches
         third = hoop if curved == SPHERE else 1.0
         return rubber.energy(jnp.diag(jnp.stack([radial, hoop, jnp.asarray(third)])), parameters)
 
-    slope, curvature = jax.jit(jax.vmap(jax.grad(density))), jax.jit(jax.vmap(jax.hessian(density)))
+    slope, curvature = jax.jit(jax.vmap(jax.grad(psi))), jax.jit(jax.vmap(jax.hessian(psi)))
     return (
         lambda radial, hoop: np.moveaxis(_evaluated(slope, radial, hoop), -1, 0),
         lambda radial, hoop: np.moveaxis(_evaluated(curvature, radial, hoop), (-2, -1), (0, 1)),

@@ -14,7 +14,7 @@ from pneumorph.mechanics import (
     Equilibrium,
     NoEquilibrium,
     Tangent,
-    configuration,
+    configure,
     loads_of,
     model_of,
     solve,
@@ -69,7 +69,7 @@ def inflated(body: Callable[[], Body], size: float) -> tuple[TetMesh, Configurat
     problem = linear_actuator()
     mesh = mesh_body(body(), size).mesh
     built = model_of(problem, mesh)
-    at = configuration(built, mesh.points, loads_of(problem, built, {"A": PRESSURE}))
+    at = configure(built, mesh.points, loads_of(problem, built, {"A": PRESSURE}))
     found = solve(at, Tangent(built))
     if isinstance(found, NoEquilibrium):
         raise ComputationError(found.reason)

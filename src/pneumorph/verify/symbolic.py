@@ -19,7 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics.assembly.linear import factorisation
+from pneumorph.mechanics.assembly.linear import build_factorisation
 from pneumorph.mechanics.assembly.plate import rigid_displacement
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TRIANGLE_RULE, TetMesh, area_vectors
 from pneumorph.verify.verdict import Unavailable
@@ -169,7 +169,7 @@ def equilibrium(
         step = _solve(spread.T @ (body.to_modes.T @ tangent @ body.to_modes) @ spread, unbalanced)
         u[free] -= step[:-6].reshape(-1, 3)
         plate = plate - step[-6:]
-    raise ComputationError(f"Newton's method on NGSolve's forms did not settle in {MOST_STEPS} steps")
+    raise ComputationError(f"Newton's method on NGSolve's forms did not converge in {MOST_STEPS} steps")
 
 
 def _tip(mesh: TetMesh, tip: np.ndarray, plate: np.ndarray | jnp.ndarray) -> jnp.ndarray:
@@ -193,6 +193,6 @@ def _spread(count: int, free: np.ndarray, tip: np.ndarray, motion: np.ndarray) -
 def _solve(matrix: sparse.csr_array, rhs: np.ndarray) -> np.ndarray:
     upper = sparse.csr_array(sparse.triu(matrix))
     upper.sort_indices()
-    factor = factorisation(upper.indptr.astype(np.int32), upper.indices.astype(np.int32))
+    factor = build_factorisation(upper.indptr.astype(np.int32), upper.indices.astype(np.int32))
     factor.refactorise(upper.data)
     return factor.solve(rhs)

@@ -15,8 +15,8 @@ from pneumorph.mechanics import (
     Model,
     NoEquilibrium,
     Tangent,
-    configuration,
-    loads,
+    build_loads,
+    configure,
     model_of,
     solve,
 )
@@ -73,8 +73,8 @@ class Actuator:
         self, pressure: float, spring: float = 0.0, force: float = 0.0, blocked: np.ndarray | None = None
     ) -> Configuration:
         """Under pressure (MPa), an axial spring (N/mm) and an axial dead force (N)."""
-        acting = loads(self.model, {"A": pressure}, spring=spring * AXIAL, wrench=force * AXIAL)
-        return configuration(self.model, self.X, acting, blocked)
+        acting = build_loads(self.model, {"A": pressure}, spring=spring * AXIAL, wrench=force * AXIAL)
+        return configure(self.model, self.X, acting, blocked)
 
     def equilibrium(self, pressure: float, **rest) -> Equilibrium:
         """As `at`; raises ComputationError where there is none."""

@@ -1,7 +1,7 @@
-"""Derivatives of elements' energies: of any energy by JAX, of the solid by a faster way to the same numbers.
+"""Derivatives of element energies: by JAX for any term, by faster kernels with the same result for the solid.
 
-Elements are taken in chunks of a few fixed sizes, so that a kernel is compiled once for every kind of energy and not
-again for another mesh. Here nothing is known of the nodes that elements share.
+Elements are evaluated in chunks of a few fixed sizes, so that a kernel is compiled once for each kind of energy and not
+again for another mesh. This module works element by element; `potential.py` adds up what elements share.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Load
 
 
 class Forces(NamedTuple):
-    """Derivatives of energies by what their elements see: u (E, a, 3), pressure (E, c), and the plate (6,) or (0,)."""
+    """Derivatives of elements' energies by their u (E, a, 3), by π (E, c), and by the plate's unknowns (6,) or (0,)."""
 
     u: Values
-    pressure: Values
+    hydrostatic: Values
     plate: Values
 
 
@@ -37,14 +37,14 @@ class Pulled(NamedTuple):
 def forces(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
     """The sum of the energies, and their derivatives."""
     if isinstance(energy, Solid):
-        value, u, pressure = solid.forces(energy, seen, at)
-        return value, Forces(u, pressure, np.zeros(at.plate.shape))
+        value, u, hydrostatic = solid.forces(energy, seen, at)
+        return value, Forces(u, hydrostatic, np.zeros(at.plate.shape))
     parts = [_forces(energy, seen.weight[chunk], at.of(chunk), loads) for chunk in seen.chunks()]
     return sum(float(value) for value, _ in parts), _joined(at, [part for _, part in parts])
 
 
 def change(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
-    """How the derivatives change along a change of all that the elements see (`along.data` does not count)."""
+    """Derivative of the forces along a change of X, u, π, the plate and the loads (`along.data` is unused)."""
     if isinstance(energy, Solid):
         return Forces(*solid.change(energy, seen, at, along), np.zeros(at.plate.shape))
     return _joined(
@@ -57,11 +57,11 @@ def change(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, a
 
 
 def pullback(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, w: Forces) -> Pulled:
-    """The derivatives of (derivatives·w)."""
+    """Derivatives of the product (forces·w)."""
     if isinstance(energy, Solid):
-        return Pulled(*solid.pullback(energy, seen, at, w.u, w.pressure), jax.tree.map(np.zeros_like, loads))
+        return Pulled(*solid.pullback(energy, seen, at, w.u, w.hydrostatic), jax.tree.map(np.zeros_like, loads))
     parts = [
-        _pullback(energy, seen.weight[chunk], at.of(chunk), loads, Forces(w.u[chunk], w.pressure[chunk], w.plate))
+        _pullback(energy, seen.weight[chunk], at.of(chunk), loads, Forces(w.u[chunk], w.hydrostatic[chunk], w.plate))
         for chunk in seen.chunks()
     ]
     X, u, own = (_rows([part[k] for part in parts], at.X) for k in range(3))
@@ -70,26 +70,28 @@ def pullback(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads,
 
 
 def hessians(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> np.ndarray:
-    """Second derivatives (E, 3a + c, 3a + c) by the elements' displacements and pressures, without the padding."""
+    """Second derivatives (E, 3a + c, 3a + c) by the elements' u and π, without the padding."""
     parts = [np.asarray(_hessians(energy, seen.weight[chunk], at.of(chunk), loads)) for chunk in seen.chunks()]
     return np.concatenate(parts)[: seen.count]
 
 
 def _joined(at: Local, parts: list[Forces]) -> Forces:
     plate = sum((np.asarray(part.plate) for part in parts), np.zeros(at.plate.shape))
-    return Forces(_rows([part.u for part in parts], at.u), _rows([part.pressure for part in parts], at.pressure), plate)
+    return Forces(
+        _rows([part.u for part in parts], at.u), _rows([part.hydrostatic for part in parts], at.hydrostatic), plate
+    )
 
 
 def _rows(parts: list, like: np.ndarray) -> np.ndarray:
     return np.concatenate([np.asarray(part) for part in parts]) if parts else np.zeros(like.shape)
 
 
-def _summed(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u, pressure, plate) -> Array:
-    return jnp.sum(weight * energy.energies(Local(X, u, pressure, plate, at.data), loads))
+def _summed(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u, hydrostatic, plate) -> Array:
+    return jnp.sum(weight * energy.energies(Local(X, u, hydrostatic, plate, at.data), loads))
 
 
-def _slopes(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u, pressure, plate):
-    return Forces(*jax.grad(_summed, argnums=(5, 6, 7))(energy, weight, at, loads, X, u, pressure, plate))
+def _slopes(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u, hydrostatic, plate):
+    return Forces(*jax.grad(_summed, argnums=(5, 6, 7))(energy, weight, at, loads, X, u, hydrostatic, plate))
 
 
 @jax.jit
@@ -109,10 +111,10 @@ def _change(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, alon
 @jax.jit
 def _pullback(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, w: Forces):
     def work(X, u, own, loads):
-        def value(u, pressure, plate):
-            return _summed(energy, weight, at, loads, X, u, pressure, plate)
+        def value(u, hydrostatic, plate):
+            return _summed(energy, weight, at, loads, X, u, hydrostatic, plate)
 
-        return jax.jvp(value, (u, at.pressure, at.plate), (own, w.pressure, w.plate))[1]
+        return jax.jvp(value, (u, at.hydrostatic, at.plate), (own, w.hydrostatic, w.plate))[1]
 
     return jax.grad(work, argnums=(0, 1, 2, 3))(at.X, at.u, w.u, loads)
 
@@ -122,10 +124,10 @@ def _hessians(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) ->
     count, nodes = at.u.shape[:2]
 
     def value(seen: Array) -> Array:
-        u, pressure = seen[:, : 3 * nodes].reshape(count, nodes, 3), seen[:, 3 * nodes :]
-        return _summed(energy, weight, at, loads, at.X, u, pressure, at.plate)
+        u, hydrostatic = seen[:, : 3 * nodes].reshape(count, nodes, 3), seen[:, 3 * nodes :]
+        return _summed(energy, weight, at, loads, at.X, u, hydrostatic, at.plate)
 
-    here = jnp.concatenate([jnp.asarray(at.u).reshape(count, -1), at.pressure], axis=1)
+    here = jnp.concatenate([jnp.asarray(at.u).reshape(count, -1), at.hydrostatic], axis=1)
     units = jnp.eye(here.shape[1])[:, None, :]
     rows = jax.vmap(lambda unit: jax.jvp(jax.grad(value), (here,), (jnp.broadcast_to(unit, here.shape),))[1])(units)
     return jnp.moveaxis(rows, 1, 0)

@@ -1,8 +1,8 @@
 """Quadratic tetrahedra and triangles as JAX functions of their nodes.
 
-Sums over nodes are one large matrix product; the 3×3 algebra that follows is written out over arrays whose trailing
-axes are the points, so that the compiler makes long vector loops of it. Measured some twenty times faster than small
-matrix products element by element.
+Sums over nodes are one large matrix product. The 3×3 algebra is written out over arrays whose trailing axes are the
+quadrature points, so that it compiles to long vector loops: about twenty times faster than small matrix products
+element by element.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)
 TET_WEIGHT = 1 / 24
-# The linear shape functions of the four corners, for the pressure of mixed elements.
+# The linear shape functions of the four corners, for π of mixed elements.
 TET_CORNER_N = np.column_stack([1 - TET_RULE.sum(axis=1), TET_RULE])
 
 # Degree 4: x·(x_ξ × x_η) on a quadratic triangle has that degree, so volumes are exact.
@@ -31,11 +31,12 @@ TRIANGLE_WEIGHTS = TRIANGLE_RULE[1]
 def mixed(isochoric: Energy) -> Energy:
     """The perturbed Lagrangian ψ_iso(F) + π (J − 1) − π²/2κ of the mixed element; the last parameter is κ.
 
-    Stationary in π where π = κ (J − 1), and there it is the whole energy: with a linear, continuous π this is the
-    element of Taylor and Hood, which does not lock as κ/μ grows. π is a tension: minus the pressure in the rubber.
+    It is stationary in π at π = κ (J − 1), where it equals ψ_iso + κ/2 (J − 1)². With a linear, continuous π this is
+    the Taylor–Hood element, which does not lock as κ/μ grows. π is positive in tension.
     """
     return with_volume(
-        isochoric, lambda J, pressure, parameters: pressure * (J - 1.0) - 0.5 * pressure * pressure / parameters[-1]
+        isochoric,
+        lambda J, hydrostatic, parameters: hydrostatic * (J - 1.0) - 0.5 * hydrostatic * hydrostatic / parameters[-1],
     )
 
 
@@ -59,7 +60,7 @@ def reference_gradients(nodal: Array) -> Array:
 
 
 def matrix_product(A: Array, B: Array) -> Array:
-    """Product of 3×3 matrices (3, 3, …), written out for the same reason as the determinant."""
+    """Product of 3×3 matrices (3, 3, …), written out so that it compiles into the loop over the points."""
     rows = [[sum(A[i, k] * B[k, j] for k in range(3)) for j in range(3)] for i in range(3)]
     return jnp.stack([jnp.stack(row) for row in rows])
 
@@ -69,14 +70,14 @@ def deformation_gradients(u: Array, inverse_jacobian: Array) -> Array:
     return jnp.eye(3)[:, :, None, None] + matrix_product(reference_gradients(u), inverse_jacobian)
 
 
-def tet_energies(X: Array, u: Array, pressure: Array, density: Energy, parameters: Array) -> Array:
+def tet_energies(X: Array, u: Array, hydrostatic: Array, energy_density: Energy, parameters: Array) -> Array:
     """∫ ψ(F, π) over each tetrahedron, (M,) in N·mm.
 
     Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa.
     """
     jacobian = reference_gradients(X)
     F = deformation_gradients(u, inverse(jacobian))
-    value = density(F, jnp.asarray(TET_CORNER_N) @ pressure.T, parameters)
+    value = energy_density(F, jnp.asarray(TET_CORNER_N) @ hydrostatic.T, parameters)
     return TET_WEIGHT * jnp.sum(determinant(jacobian) * value, axis=0)
 
 

@@ -1,7 +1,7 @@
-"""The tangent's values: the blocks of every term's elements added up in the common sparsity, then the plate's columns.
+"""Assembly of the tangent: the element blocks of all terms are added up in one sparsity, then the plate's columns.
 
-A term's blocks are made by JAX from its energy; where there is a faster way to the same numbers it is taken. So a term
-cannot be left out.
+The blocks of a term come from its energy by JAX, or from faster kernels with the same result, so no term can be
+forgotten.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from pneumorph.mechanics.assembly.stiffness import gather, scatter
 from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Weight
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Of pairs of nodes a ≤ b (E, a(a + 1)/2, 9), of nodes with pressures (E, a, c, 3), and of pressures (E, c, c)."""
+"""Second derivatives by u and u, node pairs a ≤ b (E, a(a + 1)/2, 9), by u and π (E, a, c, 3), by π and π (E, c, c)."""
 
 
-def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, held: np.ndarray) -> np.ndarray:
-    """Values of the tangent ∂²Π in the sparsity's order.
+def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np.ndarray) -> np.ndarray:
+    """Values of the tangent ∂²Π, in the order of the sparsity.
 
-    Rows and columns of fixed and of `held` (6,) plate unknowns are the identity's.
+    Rows and columns of supported unknowns and of `blocked` (6,) plate unknowns are those of the identity.
     """
     common = model.sparsity
     data = np.zeros(len(common.indices))
     u = displacement(model.tip, X, state)
     for (seen, energies), places in zip(model.potential.groups, model.places, strict=True):
-        at = seen.local(X, u, state.pressure, state.plate)
+        at = seen.local(X, u, state.hydrostatic, state.plate)
         for energy in energies:
             blocks = _blocks(energy, seen, at, loads)
             if blocks is None:
@@ -41,14 +41,14 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, held: np.nd
         _add_plate(model, X, state, loads, data)
     data[model.supported_values] = 0.0
     data[model.diagonal[model.fixed]] = 1.0
-    if model.plate and held.any():
-        _hold(model, data, held)
+    if model.plate and blocked.any():
+        _hold(model, data, blocked)
     return data
 
 
 def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Blocks | None:
-    """The blocks of a term's elements; None where its energy is linear in all unknowns but the plate's."""
-    if seen.nodes.shape[1] + seen.pressures.shape[1] == 0:
+    """The element blocks of a term; None where its energy is linear in u and π."""
+    if seen.nodes.shape[1] + seen.hydrostatics.shape[1] == 0:
         return None
     match energy:
         case Weight():
@@ -60,7 +60,7 @@ def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) 
 
 
 def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
-    """The blocks of elements' matrices (E, 3a + c, 3a + c)."""
+    """Split element matrices (E, 3a + c, 3a + c) into blocks."""
     count, end = len(matrices), 3 * nodes
     b, a = np.tril_indices(nodes)
     motion = matrices[:, :end, :end].reshape(count, nodes, 3, nodes, 3)[:, a, :, b].transpose(1, 0, 2, 3)
@@ -69,7 +69,7 @@ def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
 
 
 def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np.ndarray) -> None:
-    """The six columns of the plate, which moves the tip's nodes: of all terms together."""
+    """The six columns of the plate, which moves the nodes of the tip; for all terms at once."""
     common = model.sparsity
     columns = plate_columns(model.potential, X, state, loads)
     number = common.number[common.beside_tip]
@@ -78,14 +78,14 @@ def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np
     if model.mixed:
         beside = common.corners_beside_tip
         row_ends = common.indptr[3 * len(model.off_tip) + beside + 1]
-        data[row_ends[:, None] + np.arange(-6, 0)] = columns.pressure[common.corners[beside]]
+        data[row_ends[:, None] + np.arange(-6, 0)] = columns.hydrostatic[common.corners[beside]]
     data[-21:] = columns.plate[np.triu_indices(6)]
 
 
-def _hold(model: Model, data: np.ndarray, held: np.ndarray) -> None:
-    columns = model.size - 6 + np.flatnonzero(held)
+def _hold(model: Model, data: np.ndarray, blocked: np.ndarray) -> None:
+    columns = model.size - 6 + np.flatnonzero(blocked)
     data[np.isin(model.sparsity.indices, columns)] = 0.0
     corner = data[-21:]
     rows, _ = np.triu_indices(6)
-    corner[held[rows]] = 0.0
+    corner[blocked[rows]] = 0.0
     data[model.diagonal[columns]] = 1.0

@@ -1,4 +1,4 @@
-"""The unknowns, and what is measured on the elements of a deformed body."""
+"""The unknowns, and deformation measures on the elements."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from pneumorph.mechanics.material.energies import determinant
 
 
 class State(NamedTuple):
-    """Unknowns: nodal displacements u (N, 3) mm, the plate's (6,) [c mm, θ rad], in mixed elements π (regions·N,) MPa.
+    """Unknowns: nodal displacements u (N, 3) mm, plate motion (6,) [c mm, θ rad], hydrostatic π (regions·N,) MPa.
 
-    π jumps where two rubbers meet, so every region has N entries of its own, region after region. Rows of u on the tip
-    and entries of π where a region has no corner are not used; without mixed elements π is empty.
+    Mixed elements alone have π; otherwise it is empty. It jumps where two rubbers meet, so every region has N entries,
+    region after region. Rows of u on the tip, and entries of π where a region has no corner node, are unused.
     """
 
     u: np.ndarray
     plate: np.ndarray
-    pressure: np.ndarray = np.zeros(0)
+    hydrostatic: np.ndarray = np.zeros(0)
 
 
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """F (3, 3, 4, M) at the quadrature points of tetrahedra (M, 10) of nodes X (N, 3) that are displaced by u."""
+    """F (3, 3, 4, M) at the quadrature points of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
     F, A = np.empty((3, 3, 4, len(tets))), np.empty((3, 3, 4, len(tets)))
     strain(X[tets], u[tets], TET_DN, TET_WEIGHT, F, A, np.empty((4, len(tets))))
     return F

@@ -13,9 +13,8 @@ from scipy.sparse.linalg import splu
 SYMMETRIC_INDEFINITE = -2
 
 IPARM = {1: 1, 2: 2, 8: 0, 10: 8, 21: 1}
-"""PARDISO's parameters: its defaults (nested dissection, pivots perturbed at 1e-8, Bunch–Kaufman pivots) but for the
-two steps of iterative refinement in every solve, which then are made only where pivots were perturbed: a back-solve is
-2.6 times as fast."""
+"""PARDISO's parameters: its defaults (nested dissection, Bunch–Kaufman pivots, perturbed below 1e-8), but iterative
+refinement only where pivots were perturbed, which makes a back-solve 2.6 times as fast."""
 
 
 class Factorisation(Protocol):
@@ -24,7 +23,7 @@ class Factorisation(Protocol):
     negative_pivots: int
 
     def refactorise(self, data: np.ndarray) -> None:
-        """Factorise anew for other values in the same pattern."""
+        """Factorise other values in the same pattern."""
         ...
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
@@ -44,7 +43,7 @@ class Pardiso:
         import pypardiso
 
         self._solver = pypardiso.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
-        # It searches all of the environment for MKL, a quarter of a second each time, unless it is told.
+        # Without this variable it searches the whole environment for MKL each time, which takes a quarter of a second.
         if self._solver.libmkl is not None:
             os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         for number, value in IPARM.items():
@@ -101,8 +100,8 @@ class SuperLU:
         return self._factor.solve(rhs)
 
 
-def factorisation(indptr: np.ndarray, indices: np.ndarray) -> Factorisation:
-    """The best factorisation this machine has, for an upper triangle in CSR form."""
+def build_factorisation(indptr: np.ndarray, indices: np.ndarray) -> Factorisation:
+    """The fastest solver on this machine, for an upper triangle in CSR form."""
     try:
         return Pardiso(indptr, indices)
     except ImportError:

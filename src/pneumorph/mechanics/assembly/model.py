@@ -1,4 +1,4 @@
-"""The discrete mechanical model of one mesh: its terms, the sparsity they share, and its supports."""
+"""The mechanical model of a mesh: the terms of Π, their common sparsity, and the supports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 from pneumorph.mechanics.assembly import element
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
-from pneumorph.mechanics.assembly.sparsity import Places, Sparsity, places_of, sparsity, touching
+from pneumorph.mechanics.assembly.sparsity import Places, Sparsity, build_sparsity, places_of, touching
 from pneumorph.mechanics.assembly.terms import Connectivity, Plate, Pressure, Solid, Term, Weight, connect
 from pneumorph.mechanics.assembly.tip import Tip
 from pneumorph.mechanics.material.rubber import Rubber
@@ -23,20 +23,20 @@ from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 @dataclass(frozen=True)
 class Model:
-    """All of the mechanics that stays fixed while nodes move: terms, supports, sparsity.
+    """What of the mechanics stays fixed while nodes move: terms, supports, sparsity.
 
     Attributes
     ----------
     rubbers : dict of Rubber by region
-        One that is called "" where the mesh names no regions.
+        A single one has the key "" where the mesh names no regions.
     regions : dict of (M_r,) int by region
         The numbers of its elements.
     chambers : tuple of str
-        Names, in the order of every pressure and volume vector.
+        Names, in the order of all vectors of chamber pressures and volumes.
     plate : bool
         Whether the tip face is bonded to a rigid plate.
     mixed : bool
-        Whether elements have a pressure of their own.
+        Whether elements have hydrostatic unknowns π of their own.
     nodes : int
         Number of nodes.
     tets, cavities, face : Connectivity
@@ -45,17 +45,17 @@ class Model:
     mirror : str or None
         The plane in which the other half of the body continues; its state is the image of this one's.
     supports : (nodes, 3) bool
-        Displacement components held at zero.
+        Displacement components fixed at zero.
     terms : tuple of Term
-        What Π is the sum of.
+        The summands of Π.
     potential : Potential
-        The terms for the kernels.
+        The terms, grouped for evaluation.
     places : tuple of Places
-        Of every group of the potential.
+        Where the blocks of each group go in the tangent.
     fixed : (n,) bool
-        Unknowns held at zero by the supports, in the numbering of `sparsity`.
+        Unknowns fixed at zero by the supports, in the numbering of `sparsity`.
     supported_values, diagonal : int
-        Places in the tangent's values of the entries beside fixed unknowns, and of the diagonal.
+        Indices into the tangent's values: rows and columns of fixed unknowns, and the diagonal.
     """
 
     rubbers: Mapping[str, Rubber]
@@ -80,12 +80,12 @@ class Model:
 
     @property
     def rubber(self) -> Rubber:
-        """The rubber of a body that is of one.
+        """The rubber of a body made of a single one.
 
         Raises
         ------
         ValueError
-            Where there are several.
+            If there are several.
         """
         (only,) = self.rubbers.values()
         return only
@@ -101,12 +101,12 @@ class Model:
 
     @property
     def copies(self) -> int:
-        """How often the mesh is in the whole body: 2 where it is half of one."""
+        """How often the whole body contains the mesh: 2 where it is a half, else 1."""
         return 1 if self.mirror is None else 2
 
     @property
     def odd(self) -> np.ndarray:
-        """Components of the plate (6,) bool that would break the mirror symmetry; it holds them at zero."""
+        """Plate components (6,) bool that are zero by mirror symmetry."""
         return _odd(self.mirror)
 
     @property
@@ -114,34 +114,34 @@ class Model:
         return self.tets.count
 
     @property
-    def pressures(self) -> int:
-        """Number of pressures π among the unknowns; 0 where elements are not mixed."""
+    def hydrostatics(self) -> int:
+        """Number of hydrostatic unknowns π; 0 without mixed elements."""
         return len(self.sparsity.corners)
 
     @property
     def element(self) -> str:
-        """The kind of its elements as a word."""
+        """The kind of its elements: "mixed" or "quadratic"."""
         return "mixed" if self.mixed else "quadratic"
 
     @property
-    def pressure_unknowns(self) -> slice:
-        """Where they are among the unknowns."""
-        return slice(self.size - 6 - self.pressures, self.size - 6)
+    def hydrostatic_unknowns(self) -> slice:
+        """The slice of π in the vector of unknowns."""
+        return slice(self.size - 6 - self.hydrostatics, self.size - 6)
 
     def state(self, vector: np.ndarray) -> State:
         """The unknowns (n,) as a State."""
         u = np.zeros((self.nodes, 3))
         u[self.off_tip] = vector[: 3 * len(self.off_tip)].reshape(-1, 3)
-        pressure = np.zeros(len(self.sparsity.rank))
-        pressure[self.sparsity.corners] = vector[3 * len(self.off_tip) : -6]
-        return State(u, np.array(vector[-6:]), pressure)
+        hydrostatic = np.zeros(len(self.sparsity.rank))
+        hydrostatic[self.sparsity.corners] = vector[3 * len(self.off_tip) : -6]
+        return State(u, np.array(vector[-6:]), hydrostatic)
 
     def vector(self, state: State) -> np.ndarray:
         """A State (or a residual) as a vector (n,)."""
-        return np.concatenate([state.u[self.off_tip].ravel(), state.pressure[self.sparsity.corners], state.plate])
+        return np.concatenate([state.u[self.off_tip].ravel(), state.hydrostatic[self.sparsity.corners], state.plate])
 
 
-def model(
+def build_model(
     mesh: TetMesh,
     rubber: Rubber | Mapping[str, Rubber],
     plate: bool = True,
@@ -154,23 +154,23 @@ def model(
     Parameters
     ----------
     mesh : TetMesh
-        Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised), where there are such. On
-        "mirror <plane>" nodes stay in the plane, by symmetry.
+        Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised), as far as present. Nodes
+        on "mirror <plane>" stay in that plane.
     rubber : Rubber, or dict of them by the mesh's regions
     plate : bool
         False leaves the tip face free.
     supports : (N, 3) bool, optional
-        Displacement components held at zero; by default all three on the face "base".
+        Displacement components fixed at zero; by default all three on the face "base".
     mixed : bool
-        Elements with a linear pressure of their own, continuous in each region, for rubbers that hardly change their
-        volume.
+        Elements with hydrostatic unknowns π, linear in each element and continuous in each region, for nearly
+        incompressible rubbers.
     weight : bool
-        Whether accelerations act; without them the term is left out, and evaluations take less.
+        Whether accelerations act; without them the term is left out, which saves time.
 
     Raises
     ------
     ValueError
-        Where the regions of the rubbers are not those of the mesh, or do not share its elements among them.
+        If the rubbers do not match the regions of the mesh, or the regions do not cover each element exactly once.
     """
     count = len(mesh.points)
     rubbers, regions = _regions(mesh, rubber)
@@ -190,8 +190,8 @@ def model(
         own = mesh.tets[regions[name]]
         places = number * count + own[:, :4] if mixed else None
         connectivity = connect(own, places)
-        density = element.mixed(solid.isochoric) if mixed else solid.energy
-        terms.append(Term(connectivity, Solid(density, jnp.asarray(solid.parameters, dtype=float))))
+        energy_density = element.mixed(solid.isochoric) if mixed else solid.energy
+        terms.append(Term(connectivity, Solid(energy_density, jnp.asarray(solid.parameters, dtype=float))))
         if weight:
             terms.append(Term(connectivity, Weight(jnp.asarray(solid.density))))
     if cavities.count:
@@ -217,23 +217,25 @@ def model(
 
 
 def with_terms(model: Model, terms: Iterable[Term]) -> Model:
-    """The model with other terms, whose elements may see other unknowns than before: its sparsity is built anew.
+    """The model with other terms, whose elements may couple other unknowns than before: its sparsity is rebuilt.
 
-    Unknowns, state and supports stay; a `Tangent` is to be made for it, which repeats the symbolic analysis.
+    Unknowns, states and supports stay the same. It needs a new `Tangent`, which repeats the symbolic analysis.
     """
     on_tip = np.zeros(model.nodes, bool)
     on_tip[model.tip.nodes] = True
-    pressures = len(model.sparsity.rank)
-    return replace(model, **_assembled(terms, model.tip, on_tip, pressures, model.supports, model.plate, model.mirror))
+    hydrostatics = len(model.sparsity.rank)
+    return replace(
+        model, **_assembled(terms, model.tip, on_tip, hydrostatics, model.supports, model.plate, model.mirror)
+    )
 
 
 def _assembled(
-    terms: Iterable[Term], tip: Tip, on_tip: np.ndarray, pressures: int, supports, plate: bool, mirror: str | None
+    terms: Iterable[Term], tip: Tip, on_tip: np.ndarray, hydrostatics: int, supports, plate: bool, mirror: str | None
 ) -> dict[str, Any]:
-    """What of a model follows from its terms."""
+    """The fields of a model that follow from its terms."""
     terms = tuple(terms)
     groups = grouped(terms)
-    common = sparsity([group.connectivity for group in groups], on_tip, pressures)
+    common = build_sparsity([group.connectivity for group in groups], on_tip, hydrostatics)
     still = _odd(mirror) if plate else np.ones(6, bool)
     fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), still])
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
@@ -261,13 +263,13 @@ def _regions(mesh: TetMesh, rubber: Rubber | Mapping[str, Rubber]) -> tuple[dict
 
 
 def _odd(mirror: str | None) -> np.ndarray:
-    # A rotation is an axial vector: what a mirror leaves of a vector it turns round of a rotation.
+    # A rotation vector is axial: a mirror reverses the components that it keeps of ordinary vectors.
     polar = np.array(MIRRORS[mirror] if mirror else (1.0, 1.0, 1.0))
     return np.concatenate([polar, np.prod(polar) * polar]) < 0
 
 
 def _even(mirror: str | None) -> np.ndarray:
-    """1 (3,), but 0 for the component across the mirror plane."""
+    """Ones (3,), with 0 for the component across the mirror plane."""
     even = np.ones(3)
     if mirror is not None:
         even[NORMALS[mirror]] = 0.0
@@ -287,11 +289,11 @@ def _cavities(mesh: TetMesh) -> Connectivity:
 
 
 def _near_tip(groups: Iterable[Group], on_tip: np.ndarray) -> tuple[Group, ...]:
-    """The groups with those of their elements alone that depend on the plate."""
+    """The groups, restricted to elements that depend on the plate."""
     near = []
     for seen, energies in groups:
-        nodes, pressures, data = (rows[: seen.count] for rows in (seen.nodes, seen.pressures, seen.data))
+        nodes, hydrostatics, data = (rows[: seen.count] for rows in (seen.nodes, seen.hydrostatics, seen.data))
         chosen = np.flatnonzero(touching(nodes, on_tip, seen.plate))
         if len(chosen):
-            near.append(Group(connect(nodes[chosen], pressures[chosen], data[chosen], seen.plate), energies))
+            near.append(Group(connect(nodes[chosen], hydrostatics[chosen], data[chosen], seen.plate), energies))
     return tuple(near)

@@ -18,8 +18,8 @@ def rotation(theta: Array) -> Array:
     square = jnp.sum(theta * theta)
     small = square < 1e-4
     angle = jnp.sqrt(jnp.where(small, 1.0, square))
-    # The series keep the second derivatives right where sin(t)/t and (1 − cos t)/t² are 0/0; at t² = 1e-4 they are
-    # exact to 1e-17.
+    # Series where sin(t)/t and (1 − cos t)/t² are 0/0, so that second derivatives stay right; exact to 1e-17 at
+    # t² = 1e-4.
     sine = jnp.where(small, 1 - square / 6 + square**2 / 120 - square**3 / 5040, jnp.sin(angle) / angle)
     cosine = jnp.where(small, 0.5 - square / 24 + square**2 / 720 - square**3 / 40320, (1 - jnp.cos(angle)) / angle**2)
     return jnp.eye(3) + sine * skew(theta) + cosine * (jnp.outer(theta, theta) - square * jnp.eye(3))

@@ -1,7 +1,8 @@
-"""Numba kernels: what tetrahedra of rubber have at their quadrature points, and what follows from there at their nodes.
+"""Numba kernels: strains and stresses at the quadrature points of tetrahedra, and the nodal forces they make.
 
-Points are trailing axes, (…, 4, M), as the energies want them. With U = ∂u/∂ξ and A = ∂ξ/∂X, F = I + U A; a motion of
-the nodes changes J = ∂X/∂ξ by δJ, so δA = −A δJ A, δF = (δU − (F − I) δJ) A, and volumes grow by the part tr(A δJ).
+Points are the trailing axes, (…, 4, M), as the energies take them. With U = ∂u/∂ξ and A = ∂ξ/∂X, F = I + U A. Moving
+the nodes changes J = ∂X/∂ξ by δJ, so δA = −A δJ A, δF = (δU − (F − I) δJ) A, and volumes change by the factor
+1 + tr(A δJ).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import numba
 import numpy as np
 
 FLAGS = {"contract", "reassoc", "nsz", "arcp"}
-"""Fast arithmetic that keeps NaN and infinity: solvers look for them."""
+"""Fast arithmetic, but with NaN and infinity, which the solvers check for."""
 
 
 @numba.njit(cache=True, fastmath=FLAGS)
@@ -26,7 +27,7 @@ def _gradient(nodal, derivative, out):
 
 @numba.njit(cache=True, fastmath=FLAGS)
 def _inverse(J, A):
-    """The inverse of J (3, 3) into A, by cofactors; the determinant is returned."""
+    """Write the inverse of J (3, 3) to A, by cofactors; returns det J."""
     for i in range(3):
         i1, i2 = (i + 1) % 3, (i + 2) % 3
         for j in range(3):
@@ -41,7 +42,7 @@ def _inverse(J, A):
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def strain(X, u, derivative, weight, F, A, measure):
-    """F and A (3, 3, 4, M), and the volumes (4, M) of the points, of tetrahedra at X (M, 10, 3) displaced by u."""
+    """F and A (3, 3, 4, M) and the volumes of the points (4, M), of tetrahedra at X (M, 10, 3) displaced by u."""
     for e in range(X.shape[0]):
         J, U, inverse = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         for q in range(4):
@@ -88,7 +89,7 @@ def straining(dX, du, derivative, F, A, dF, dA, growth):
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
-def stress_along(w, F, dF, dpressure, stress, dstress, dslope):
+def stress_along(w, F, dF, dhydrostatic, stress, dstress, dslope):
     """P and δP (3, 3, 4, M), and δ∂ψ/∂π (4, M), of an energy w(I₁, I₂, J, π) of the invariants of F.
 
     From w's derivatives (13, 4, M): w₁, w₂, w₃ by I₁, I₂, J; w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃; w₁π, w₂π, w₃π, wππ.
@@ -128,7 +129,7 @@ def stress_along(w, F, dF, dpressure, stress, dstress, dslope):
                     )
                     by_second += second[i, j] * df[i, j]
                     by_third += third[i, j] * df[i, j]
-            dp = dpressure[q, e]
+            dp = dhydrostatic[q, e]
             w1, w2, w3 = w[0, q, e], w[1, q, e], w[2, q, e]
             dw1 = w[3, q, e] * dfirst + w[4, q, e] * by_second + w[5, q, e] * by_third + w[9, q, e] * dp
             dw2 = w[4, q, e] * dfirst + w[6, q, e] * by_second + w[7, q, e] * by_third + w[10, q, e] * dp
@@ -164,7 +165,7 @@ def nodal_forces(stress, A, measure, derivative, forces):
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def nodal_force_changes(stress, dstress, A, dA, measure, growth, derivative, forces):
-    """What of `nodal_forces` changes with the stresses, with A and with the volumes, (M, 10, 3)."""
+    """Change (M, 10, 3) of `nodal_forces` with the stresses, with A and with the volumes."""
     for e in range(forces.shape[0]):
         carried = np.empty((3, 3))
         forces[e] = 0.0
@@ -181,7 +182,7 @@ def nodal_force_changes(stress, dstress, A, dA, measure, growth, derivative, for
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def shape_forces(work, stress, dstress, slope, F, A, measure, derivative, forces):
-    """The derivative (M, 10, 3) by the nodes of ∫ P : ∇w, u and w staying.
+    """Derivative (M, 10, 3) of ∫ P : ∇w by the nodes X, at constant nodal u and w.
 
     From `work` (4, M), the integrand; P, δP along ∇w, and ∇w itself, the `slope`, (3, 3, 4, M): with δF = −(F − I) δJ A
     and δ∇w = −∇w δJ A it is ∫ (work Aᵀ − (F − I)ᵀ δP Aᵀ − ∇wᵀ P Aᵀ) : δJ.

@@ -1,7 +1,7 @@
-"""The total potential and its derivatives, made of the terms alone.
+"""The total potential and its derivatives, as sums over the terms.
 
-Whatever is a term is in Π, in the residual, in the products with second derivatives and, by `hessian.py`, in the
-assembled tangent: nothing here knows which terms there are.
+Every term enters Π, the residual, the products with second derivatives and, by `hessian.py`, the assembled tangent:
+nothing here depends on which terms there are.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pneumorph.mechanics.assembly.tip import Ride, Tip
 
 
 class Group(NamedTuple):
-    """The energies of all terms over one connectivity: its elements are looked up once for them together."""
+    """The energies of all terms over one connectivity, whose nodal values are gathered once for all of them."""
 
     connectivity: Connectivity
     energies: tuple[ElementEnergy, ...]
@@ -33,11 +33,11 @@ class Potential(NamedTuple):
     Attributes
     ----------
     groups : tuple of Group
-        Its terms.
+        All terms.
     near_tip : tuple of Group
-        Those of their elements alone that see the plate or touch the tip; no other depends on the plate.
+        Their elements that depend on the plate: those that see it or have a node on the tip.
     tip : Tip
-        What follows the plate.
+        The nodes that follow the plate.
     """
 
     groups: tuple[Group, ...]
@@ -46,7 +46,7 @@ class Potential(NamedTuple):
 
 
 def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
-    """The terms, those over the same connectivity together."""
+    """The terms, grouped by connectivity."""
     found: dict[int, Group] = {}
     for connectivity, energy in terms:
         group = found.setdefault(id(connectivity), Group(connectivity, ()))
@@ -67,7 +67,7 @@ def value_and_residual(potential: Potential, X: np.ndarray, state: State, loads:
 
 
 def tangent_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, direction: State) -> State:
-    """K·direction without a matrix: the residual's derivative along a change of state."""
+    """K·direction without a matrix: the derivative of the residual along a change of state."""
     return _change(potential, X, state, loads, direction, None, _none(loads))
 
 
@@ -88,9 +88,9 @@ def pullback(potential: Potential, X: np.ndarray, state: State, loads: Loads, w:
     by_X, by_u, by_w = np.zeros(X.shape), np.zeros(X.shape), np.zeros(X.shape)
     acting = _none(loads)
     for seen, energies in potential.groups:
-        at, along = seen.local(X, u, state.pressure, state.plate), seen.local(X, field, w.pressure, w.plate)
+        at, along = seen.local(X, u, state.hydrostatic, state.plate), seen.local(X, field, w.hydrostatic, w.plate)
         for energy in energies:
-            found = derivatives.pullback(energy, seen, at, loads, Forces(along.u, along.pressure, along.plate))
+            found = derivatives.pullback(energy, seen, at, loads, Forces(along.u, along.hydrostatic, along.plate))
             for part, out in ((found.X, by_X), (found.u, by_u), (found.w, by_w)):
                 add_rows(part, seen.nodes, out)
             acting = jax.tree.map(np.add, acting, found.loads)
@@ -107,30 +107,30 @@ def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Load
 
 
 def pulled_to_unknowns(tip: Tip, X: np.ndarray, state: State, by_u: np.ndarray) -> tuple[State, np.ndarray]:
-    """From derivatives (N, 3) by all displacements those by the unknowns, and by nodes X (N, 3) by way of the tip."""
+    """Turn derivatives (N, 3) by all displacements into those by the unknowns and, through the tip, by X (N, 3)."""
     ride, by_X = Ride(tip, X, state.plate), np.zeros(X.shape)
     if len(tip.nodes):
         by_X[tip.nodes] = ride.on_places(by_u[tip.nodes])
-    none = np.zeros(state.pressure.shape)
+    none = np.zeros(state.hydrostatic.shape)
     return _on_unknowns(ride, State(by_u.copy(), np.zeros(6), none)), by_X
 
 
 def displacement(tip: Tip, X: np.ndarray, state: State) -> np.ndarray:
-    """Displacements of all nodes (N, 3): the unknowns, with the tip face moved by the plate."""
+    """Displacements of all nodes (N, 3); those on the tip follow the plate."""
     return _displacement(state.u, tip.nodes, Ride(tip, X, state.plate).displacement())
 
 
 def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> np.ndarray:
-    """How the displacements (N, 3) change along a change of the state."""
+    """Derivative (N, 3) of the displacements along a change of state."""
     return _displacement(change.u, tip.nodes, Ride(tip, X, state.plate).along(change.plate))
 
 
 def _forces(groups: Iterable[Group], X, state: State, loads: Loads, ride: Ride) -> tuple[float, State]:
-    """The sum of energies, and its derivatives by all displacements, the plate where it is seen itself, and π."""
+    """The sum of energies, and its derivatives by all displacements, by π, and by the plate where elements see it."""
     u = _displacement(state.u, ride.tip.nodes, ride.displacement())
-    value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.pressure.shape))
+    value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
     for seen, energies in groups:
-        at = seen.local(X, u, state.pressure, state.plate)
+        at = seen.local(X, u, state.hydrostatic, state.plate)
         for energy in energies:
             part, found = derivatives.forces(energy, seen, at, loads)
             value += part
@@ -139,15 +139,15 @@ def _forces(groups: Iterable[Group], X, state: State, loads: Loads, ride: Ride) 
 
 
 def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, dX, dloads: Loads) -> State:
-    """How R changes along a change of state, nodes and loads."""
+    """Derivative of R along a change of state, nodes and loads."""
     ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
     moving = ride.along(dstate.plate) if dX is None else ride.along(dstate.plate) + ride.moved(dX[nodes])
     u, du = _displacement(state.u, nodes, ride.displacement()), _displacement(dstate.u, nodes, moving)
     motion = np.zeros(X.shape) if dX is None else dX
-    by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.pressure.shape))
+    by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
     for seen, energies in potential.groups:
-        at = seen.local(X, u, state.pressure, state.plate)
-        along = seen.local(motion, du, dstate.pressure, dstate.plate)
+        at = seen.local(X, u, state.hydrostatic, state.plate)
+        along = seen.local(motion, du, dstate.hydrostatic, dstate.plate)
         for energy in energies:
             _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
     changed = _on_unknowns(ride, by)
@@ -160,8 +160,8 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
 
 def _add(seen: Connectivity, found: Forces, by: State) -> None:
     add_rows(found.u, seen.nodes, by.u)
-    if seen.pressures.shape[1]:
-        np.add.at(by.pressure, seen.pressures, found.pressure)
+    if seen.hydrostatics.shape[1]:
+        np.add.at(by.hydrostatic, seen.hydrostatics, found.hydrostatic)
     if seen.plate:
         by.plate[:] += found.plate
 
@@ -173,7 +173,7 @@ def _displacement(u: np.ndarray, nodes: np.ndarray, on_tip: np.ndarray) -> np.nd
 
 
 def _on_unknowns(ride: Ride, full: State) -> State:
-    """Forces on all nodes as those on the unknowns: what acts on the tip acts on the plate."""
+    """Convert forces on all nodes to forces on the unknowns: those on the tip act on the plate."""
     nodes = ride.tip.nodes
     if not len(nodes):
         return full

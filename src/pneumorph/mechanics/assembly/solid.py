@@ -1,7 +1,8 @@
-"""The fast way to the solid's derivatives: JAX differentiates ψ at the points, Numba does the rest.
+"""Fast derivatives of the solid: JAX differentiates ψ at the quadrature points, Numba kernels do the rest.
 
-By invariants there are nine second derivatives at a point instead of eighty-one, no geometry is ever differentiated,
-and what is compiled depends on the kind of rubber alone. A test holds all of it against `derivatives.py`'s general way.
+In invariants there are nine second derivatives at a point instead of eighty-one, no geometry is differentiated, and
+what is compiled depends on the kind of rubber alone. A test compares all of it with the general way of
+`derivatives.py`.
 """
 
 from __future__ import annotations
@@ -25,72 +26,72 @@ from pneumorph.mechanics.material.energies import Invariants, OfInvariants, inva
 
 
 class Points(NamedTuple):
-    """A chunk's quadrature points: F and ∂ξ/∂X (3, 3, 4, C), π and the volumes (4, C)."""
+    """The quadrature points of a chunk: F and A = ∂ξ/∂X (3, 3, 4, C), π and the volumes (4, C)."""
 
     F: np.ndarray
     A: np.ndarray
-    pressure: np.ndarray
+    hydrostatic: np.ndarray
     measure: np.ndarray
 
 
 def strained(seen: Connectivity, at: Local, chunk: slice) -> Points:
-    """The points of a chunk."""
+    """The quadrature points of a chunk."""
     F, A = np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk))
     measure = np.empty((4, seen.chunk))
     points.strain(at.X[chunk], at.u[chunk], TET_DN, TET_WEIGHT, F, A, measure)
-    return Points(F, A, _at_points(at.pressure[chunk], seen.chunk), measure * seen.weight[chunk])
+    return Points(F, A, _at_points(at.hydrostatic[chunk], seen.chunk), measure * seen.weight[chunk])
 
 
-def _at_points(pressure: np.ndarray, count: int) -> np.ndarray:
-    """π (4, C) of corners (C, 4); zero without mixed elements, whose energy asks for none."""
-    return TET_CORNER_N @ pressure.T if pressure.shape[1] else np.zeros((4, count))
+def _at_points(hydrostatic: np.ndarray, count: int) -> np.ndarray:
+    """π at the points (4, C) from its values at the corners (C, 4); zero, and unused, without mixed elements."""
+    return TET_CORNER_N @ hydrostatic.T if hydrostatic.shape[1] else np.zeros((4, count))
 
 
 def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarray, np.ndarray]:
-    """∫ψ over all elements, its derivatives by u (E, 10, 3) and by π (E, c)."""
-    u, pressure = np.empty(at.u.shape), np.zeros(at.pressure.shape)
+    """∫ψ over all elements, and its derivatives by u (E, 10, 3) and π (E, c)."""
+    u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
     def work(chunk: slice) -> float:
         here = strained(seen, at, chunk)
-        density, stress, slope = map(np.asarray, _stress(solid, here.F, here.pressure))
+        psi, stress, slope = map(np.asarray, _stress(solid, here.F, here.hydrostatic))
         points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
-        if seen.pressures.shape[1]:
-            pressure[chunk] = (here.measure * slope).T @ TET_CORNER_N
-        return float(np.sum(here.measure * density))
+        if seen.hydrostatics.shape[1]:
+            hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
+        return float(np.sum(here.measure * psi))
 
-    return sum(_each(seen, work)), u, pressure
+    return sum(_each(seen, work)), u, hydrostatic
 
 
 def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[np.ndarray, np.ndarray]:
-    """How the derivatives by u and π change along a change of X, u and π."""
-    u, pressure = np.empty(at.u.shape), np.zeros(at.pressure.shape)
+    """Change of the derivatives by u and π along a change of X, u and π."""
+    u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
     def work(chunk: slice) -> None:
         here, (dF, dA, growth) = strained(seen, at, chunk), _room(seen)
         points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
-        dpressure = _at_points(along.pressure[chunk], seen.chunk)
-        stress, slope, dstress, dslope = _along(solid, here, dF, dpressure)
+        dhydrostatic = _at_points(along.hydrostatic[chunk], seen.chunk)
+        stress, slope, dstress, dslope = _along(solid, here, dF, dhydrostatic)
         points.nodal_force_changes(stress, dstress, here.A, dA, here.measure, growth, TET_DN, u[chunk])
-        if seen.pressures.shape[1]:
-            pressure[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
+        if seen.hydrostatics.shape[1]:
+            hydrostatic[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
 
     _each(seen, work)
-    return u, pressure
+    return u, hydrostatic
 
 
 def pullback(
-    solid: Solid, seen: Connectivity, at: Local, w: np.ndarray, by_pressure: np.ndarray
+    solid: Solid, seen: Connectivity, at: Local, w: np.ndarray, by_hydrostatic: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, by u, and by w (E, 10, 3) itself."""
+    """Derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, by u, and by the part w (E, 10, 3) that goes with u."""
     X, u, own = (np.empty(at.u.shape) for _ in range(3))
 
     def work(chunk: slice) -> None:
         here, (slope, dA, growth) = strained(seen, at, chunk), _room(seen)
         points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
-        dpressure = _at_points(by_pressure[chunk], seen.chunk)
-        stress, dilation, dstress, _ = _along(solid, here, slope, dpressure)
-        density = np.einsum("ij...,ij...->...", stress, slope) + dilation * dpressure
-        points.shape_forces(density, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
+        dhydrostatic = _at_points(by_hydrostatic[chunk], seen.chunk)
+        stress, dilation, dstress, _ = _along(solid, here, slope, dhydrostatic)
+        integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
+        points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
         points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
         points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
 
@@ -99,22 +100,22 @@ def pullback(
 
 
 def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Blocks of pairs of nodes (M, 55, 9), of nodes with pressures (M, 10, c, 3), of pressures (M, c, c)."""
-    count, corners = len(seen.nodes), seen.pressures.shape[1]
+    """Second derivatives of every element by u and u (M, 55, 9), by u and π (M, 10, c, 3), by π and π (M, c, c)."""
+    count, corners = len(seen.nodes), seen.hydrostatics.shape[1]
     motion, coupling = np.empty((count, 55, 9)), np.zeros((count, 10, corners, 3))
     compression = np.zeros((count, corners, corners))
 
     def work(chunk: slice) -> None:
         here = strained(seen, at, chunk)
-        if isinstance(solid.density, OfInvariants):
+        if isinstance(solid.energy_density, OfInvariants):
             # Nine derivatives instead of eighty-one: half the time of the whole assembly.
-            by_invariants, _ = _invariant_derivatives(solid, here.F, here.pressure)
+            by_invariants, _ = _invariant_derivatives(solid, here.F, here.hydrostatic)
             invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
         else:
-            moduli = np.asarray(_moduli(solid, here.F, here.pressure, here.measure))
+            moduli = np.asarray(_moduli(solid, here.F, here.hydrostatic, here.measure))
             element_blocks(moduli, here.A, TET_DN, motion[chunk])
         if corners:
-            slopes, among = map(np.asarray, _couplings(solid, here.F, here.pressure, here.measure))
+            slopes, among = map(np.asarray, _couplings(solid, here.F, here.hydrostatic, here.measure))
             coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
             compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
@@ -123,20 +124,22 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
 
 
 def _along(
-    solid: Solid, here: Points, dF: np.ndarray, dpressure: np.ndarray
+    solid: Solid, here: Points, dF: np.ndarray, dhydrostatic: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """∂ψ/∂F and ∂ψ/∂π, and how they change along (δF, δπ)."""
-    if not isinstance(solid.density, OfInvariants):
-        stress, slope, dstress, dslope = map(np.asarray, _stress_along(solid, here.F, here.pressure, dF, dpressure))
+    if not isinstance(solid.energy_density, OfInvariants):
+        stress, slope, dstress, dslope = map(
+            np.asarray, _stress_along(solid, here.F, here.hydrostatic, dF, dhydrostatic)
+        )
         return stress, slope, dstress, dslope
-    by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, here.F, here.pressure))
-    stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dpressure.shape)
-    points.stress_along(by_invariants, here.F, dF, dpressure, stress, dstress, dslope)
+    by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, here.F, here.hydrostatic))
+    stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dhydrostatic.shape)
+    points.stress_along(by_invariants, here.F, dF, dhydrostatic, stress, dstress, dslope)
     return stress, slope, dstress, dslope
 
 
 def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Room for δF, δA and tr(A δJ) of a chunk."""
+    """Empty arrays for δF, δA and tr(A δJ) of a chunk."""
     return np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk)), np.empty((4, seen.chunk))
 
 
@@ -144,7 +147,7 @@ T = TypeVar("T")
 
 
 def _each(seen: Connectivity, work: Callable[[slice], T]) -> list[T]:
-    """Work on every chunk, beside each other on as many cores as Numba is given; neither it nor JAX holds Python up."""
+    """Apply `work` to every chunk, on as many threads as Numba has: its kernels and JAX release the Python lock."""
     chunks = seen.chunks()
     if len(chunks) == 1 or numba.get_num_threads() == 1:
         return [work(chunk) for chunk in chunks]
@@ -157,43 +160,43 @@ def _workers() -> ThreadPoolExecutor:
 
 
 @jax.jit
-def _stress(solid: Solid, F: Values, pressure: Values) -> tuple[Array, Array, Array]:
+def _stress(solid: Solid, F: Values, hydrostatic: Values) -> tuple[Array, Array, Array]:
     """ψ (4, C), ∂ψ/∂F (3, 3, 4, C) and ∂ψ/∂π (4, C)."""
-    value, back = jax.vjp(lambda F, pressure: solid.density(F, pressure, solid.parameters), F, pressure)
+    value, back = jax.vjp(lambda F, hydrostatic: solid.energy_density(F, hydrostatic, solid.parameters), F, hydrostatic)
     return value, *back(jnp.ones_like(value))
 
 
 @jax.jit
-def _stress_along(solid: Solid, F: Values, pressure: Values, dF: Values, dpressure: Values):
+def _stress_along(solid: Solid, F: Values, hydrostatic: Values, dF: Values, dhydrostatic: Values):
     """∂ψ/∂F and ∂ψ/∂π, and how they change along (dF, dπ)."""
 
-    def energy(F, pressure):
-        return jnp.sum(solid.density(F, pressure, solid.parameters))
+    def energy(F, hydrostatic):
+        return jnp.sum(solid.energy_density(F, hydrostatic, solid.parameters))
 
-    here, along = jax.jvp(jax.grad(energy, argnums=(0, 1)), (F, pressure), (dF, dpressure))
+    here, along = jax.jvp(jax.grad(energy, argnums=(0, 1)), (F, hydrostatic), (dF, dhydrostatic))
     return *here, *along
 
 
 @jax.jit
-def _moduli(solid: Solid, F: Values, pressure: Values, measure: Values) -> Array:
+def _moduli(solid: Solid, F: Values, hydrostatic: Values, measure: Values) -> Array:
     """∂²ψ/∂F∂F times the points' volumes, (9, 9, 4, C)."""
-    stress = jax.grad(lambda F: jnp.sum(solid.density(F, pressure, solid.parameters)))
+    stress = jax.grad(lambda F: jnp.sum(solid.energy_density(F, hydrostatic, solid.parameters)))
     units = jnp.broadcast_to(jnp.eye(9).reshape(9, 3, 3, 1, 1), (9, *F.shape))
     rows = jax.vmap(lambda unit: jax.jvp(stress, (F,), (unit,))[1])(units)
     return measure * rows.reshape(9, 9, *measure.shape)
 
 
 @jax.jit
-def _invariant_derivatives(solid: Solid, F: Values, pressure: Values) -> tuple[Array, Array]:
+def _invariant_derivatives(solid: Solid, F: Values, hydrostatic: Values) -> tuple[Array, Array]:
     """Derivatives (13, 4, C) of ψ by the invariants of F and by π, as `points.stress_along` has them; and ∂ψ/∂π."""
-    assert isinstance(solid.density, OfInvariants)
-    density = solid.density.function
-    at = (*invariants(F), pressure)
+    assert isinstance(solid.energy_density, OfInvariants)
+    psi = solid.energy_density.function
+    at = (*invariants(F), hydrostatic)
 
     def slopes(*at):
-        return jax.grad(lambda *at: jnp.sum(density(Invariants(*at[:3]), at[3], solid.parameters)), (0, 1, 2, 3))(*at)
+        return jax.grad(lambda *at: jnp.sum(psi(Invariants(*at[:3]), at[3], solid.parameters)), (0, 1, 2, 3))(*at)
 
-    units = [tuple(jnp.full_like(pressure, float(i == k)) for i in range(4)) for k in range(4)]
+    units = [tuple(jnp.full_like(hydrostatic, float(i == k)) for i in range(4)) for k in range(4)]
     rows = [jax.jvp(slopes, at, unit) for unit in units]
     first, second = rows[0][0], [along for _, along in rows]
     by_invariants = [second[i][j] for i in range(3) for j in range(i, 3)]
@@ -201,11 +204,11 @@ def _invariant_derivatives(solid: Solid, F: Values, pressure: Values) -> tuple[A
 
 
 @jax.jit
-def _couplings(solid: Solid, F: Values, pressure: Values, measure: Values) -> tuple[Array, Array]:
+def _couplings(solid: Solid, F: Values, hydrostatic: Values, measure: Values) -> tuple[Array, Array]:
     """∂²ψ/∂F∂π (9, 4, C) and ∂²ψ/∂π² (4, C) times the points' volumes."""
 
-    def dilation(F, pressure):
-        return jnp.sum(jax.grad(lambda q: jnp.sum(solid.density(F, q, solid.parameters)))(pressure))
+    def dilation(F, hydrostatic):
+        return jnp.sum(jax.grad(lambda q: jnp.sum(solid.energy_density(F, q, solid.parameters)))(hydrostatic))
 
-    by_F, by_pressure = jax.grad(dilation, argnums=(0, 1))(F, pressure)
-    return measure * by_F.reshape(9, *measure.shape), measure * by_pressure
+    by_F, by_hydrostatic = jax.grad(dilation, argnums=(0, 1))(F, hydrostatic)
+    return measure * by_F.reshape(9, *measure.shape), measure * by_hydrostatic

@@ -1,8 +1,8 @@
-"""The common sparsity of all terms' second derivatives, and where each of their elements' blocks goes in it.
+"""The sparsity of the tangent, common to all terms, and where the element blocks go in it.
 
-Unknowns are numbered: three per node that is not on the tip, in node order, then in mixed elements the pressures π,
-then the six of the plate. Only the upper triangle is stored (the tangent has a potential, so it is symmetric).
-Supported unknowns stay in it as rows of the identity.
+The unknowns are, in this order: three displacements for each node off the tip, in node order; π of mixed elements; and
+six of the plate. Only the upper triangle is stored, for the tangent is symmetric. Supported unknowns stay, as rows of
+the identity.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ class Sparsity:
     number : (N,) int
         Rank of each node among those not on the tip; −1 on the tip.
     corners : (n_π,) int
-        Places in `State.pressure` that are unknowns; none where elements are not mixed.
+        Indices into `State.hydrostatic` of the entries that are unknowns; empty without mixed elements.
     rank : (P,) int
-        Rank of each place in `corners`; −1 where it is none.
+        Rank of each entry of `State.hydrostatic` in `corners`; −1 for those that are not unknowns.
     size : int
         Number of unknowns, 3·(nodes off the tip) + n_π + 6.
     indptr, indices : CSR arrays of the upper triangle, columns ascending.
     motion, coupling, compression : CSR
-        The pairs of nodes, of nodes with pressures, and of pressures, that it is made of.
+        Its pairs of nodes, of nodes with entries of π, and of entries of π.
     beside_tip : (k,) int
         Nodes off the tip that share an element with it or with the plate.
     corners_beside_tip : (k_π,) int
-        Ranks in `corners` of those that do.
+        Ranks in `corners` of the entries of π that do.
     """
 
     number: np.ndarray
@@ -55,18 +55,18 @@ class Sparsity:
 
 @dataclass(frozen=True)
 class Places:
-    """Where the blocks of one connectivity's elements (without padding) go in the values of the tangent.
+    """Where the blocks of a connectivity's elements, without padding, go in the values of the tangent.
 
     Attributes
     ----------
     visits, visit_start : (a·E,), (n + 1,) int
-        For every node off the tip, the (element·a + local node) pairs that touch it.
+        For every node off the tip, the numbers element·a + local node where it occurs.
     slot : (E, a, a) int
         Rank of node b in the block row of node a, or −1 where the block is below the diagonal or touches the tip.
     coupling : (E·a·c·3,) int
-        Place in the values of ∂²/∂u∂π for every element, node, pressure and component; −1 on the tip.
+        Index into the values of ∂²/∂u∂π for every element, node, entry of π and component; −1 on the tip.
     compression : (E·c·c,) int
-        Place in the values of ∂²/∂π∂π for every element and pair of pressures; −1 below the diagonal.
+        Index into the values of ∂²/∂π∂π for every element and pair of its entries of π; −1 below the diagonal.
     """
 
     visits: np.ndarray
@@ -76,26 +76,26 @@ class Places:
     compression: np.ndarray
 
 
-def sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, pressures: int) -> Sparsity:
-    """The sparsity of terms of all these connectivities.
+def build_sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, hydrostatics: int) -> Sparsity:
+    """The common sparsity of terms with these connectivities.
 
     Parameters
     ----------
     on_tip : (N,) bool
         Nodes that the plate moves.
-    pressures : int
-        Length of `State.pressure`.
+    hydrostatics : int
+        Length of `State.hydrostatic`.
     """
     number = np.full(len(on_tip), -1)
     number[~on_tip] = np.arange(np.count_nonzero(~on_tip))
     seen = [_rows(connectivity) for connectivity in connectivities]
     corners = np.unique(np.concatenate([places.ravel() for _, places in seen]))
-    rank = np.full(pressures, -1)
+    rank = np.full(hydrostatics, -1)
     rank[corners] = np.arange(len(corners))
     n, m = int(number.max()) + 1, len(corners)
 
     pairings = [_pairings(number[nodes], rank[places]) for nodes, places in seen]
-    # Every unknown has its diagonal entry, also one that no element touches.
+    # Every unknown has a diagonal entry, even if no element touches it.
     motion = _couples([(a, b, (a >= 0) & (b >= a)) for (a, b), _, _ in pairings], np.arange(n), (n, n))
     coupling = _couples([(a, c, a >= 0) for _, (a, c), _ in pairings], np.zeros(0, int), (n, m))
     compression = _couples([(c, d, d >= c) for _, _, (c, d) in pairings], np.arange(m), (m, m))
@@ -125,20 +125,20 @@ def sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, pressur
 
 
 def touching(nodes: np.ndarray, on_tip: np.ndarray, plate: bool) -> np.ndarray:
-    """Which elements (E,) depend on the plate: those with a node on it, or all where they see it themselves."""
+    """Which elements (E,) depend on the plate: those with a node on the tip, or all if they see the plate."""
     return np.any(on_tip[nodes], axis=1) | np.array(plate)
 
 
 def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
-    """Where the blocks of a connectivity go that the sparsity was built for."""
+    """Where the blocks of a connectivity go; one of those that the sparsity was built for."""
     nodes, places = _rows(connectivity)
-    local, pressure = common.number[nodes], common.rank[places]
-    (a, b), (u, p), (c, d) = _pairings(local, pressure)
+    local, hydrostatic = common.number[nodes], common.rank[places]
+    (a, b), (u, p), (c, d) = _pairings(local, hydrostatic)
     slot = _slots(common.motion, a, b, (a >= 0) & (b >= a))
     coupling_slot = _slots(common.coupling, u, p, u >= 0)
     compression_slot = _slots(common.compression, c, d, d >= c)
 
-    # In a row of u the pressures follow the blocks of u; in a row of π they come first.
+    # In a row of u the columns of π follow the blocks of u; in a row of π they come first.
     n = len(common.motion.indptr) - 1
     row = 3 * local[:, :, None] + np.arange(3)
     first = common.indptr[row] + 3 * np.diff(common.motion.indptr)[local][:, :, None] - np.arange(3)
@@ -155,22 +155,22 @@ def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
 
 
 def _rows(connectivity: Connectivity) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and places of pressures of the elements that are no padding."""
+    """Nodes and entries of π of the elements, without the padding."""
     count = connectivity.count
-    return np.asarray(connectivity.nodes)[:count], np.asarray(connectivity.pressures)[:count].astype(int)
+    return np.asarray(connectivity.nodes)[:count], np.asarray(connectivity.hydrostatics)[:count].astype(int)
 
 
-def _pairings(local, pressure):
-    """All pairs in every element: of nodes (E, a, a), of nodes with pressures (E, a, c), of pressures (E, c, c)."""
+def _pairings(local, hydrostatic):
+    """All pairs in every element: of nodes (E, a, a), of nodes with entries of π (E, a, c), of those (E, c, c)."""
     return (
         np.broadcast_arrays(local[:, :, None], local[:, None, :]),
-        np.broadcast_arrays(local[:, :, None], pressure[:, None, :]),
-        np.broadcast_arrays(pressure[:, :, None], pressure[:, None, :]),
+        np.broadcast_arrays(local[:, :, None], hydrostatic[:, None, :]),
+        np.broadcast_arrays(hydrostatic[:, :, None], hydrostatic[:, None, :]),
     )
 
 
 def _couples(pairs, diagonal: np.ndarray, shape: tuple[int, int]) -> sparse.csr_array:
-    """The pattern of all pairs (a, b, which are used) and of so many diagonal entries."""
+    """The pattern of all used pairs (a, b) and of the given diagonal entries."""
     rows = np.concatenate([*(a[used] for a, _, used in pairs), diagonal])
     columns = np.concatenate([*(b[used] for _, b, used in pairs), diagonal])
     couples = sparse.csr_array((np.ones(len(rows), np.int8), (rows, columns)), shape=shape)
@@ -180,12 +180,12 @@ def _couples(pairs, diagonal: np.ndarray, shape: tuple[int, int]) -> sparse.csr_
 
 
 def _arrays(couples: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-    """Row starts and columns as Numba has been compiled for."""
+    """Row starts and columns, of the type that the Numba kernels expect."""
     return couples.indptr.astype(np.int64), couples.indices.astype(np.int64)
 
 
 def _slots(couples: sparse.csr_array, i: np.ndarray, j: np.ndarray, used: np.ndarray) -> np.ndarray:
-    """The rank of every pair (i, j) in its row; −1 where it is not used."""
+    """The rank of every pair (i, j) in its row; −1 for pairs that are not used."""
     slot = np.full(used.shape, -1, dtype=np.int32)
     i, j = i[used].astype(np.int64), j[used]
     if len(i):

@@ -1,4 +1,4 @@
-"""Numba kernels: the stiffness of tetrahedra of rubber, and the way of blocks into the tangent's values."""
+"""Numba kernels: the stiffness of rubber tetrahedra, and the assembly of blocks in the tangent's values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def element_blocks(moduli, inverse_jacobian, derivative, blocks):
-    """Stiffness of every element, Σ_q Gᵀ A G, as its blocks (M, 55, 9) of nodes a ≤ b.
+    """Stiffness Σ_q Gᵀ A G of every element, as blocks (M, 55, 9) of node pairs a ≤ b.
 
     From the moduli A (9, 9, 4, M), ∂ξ/∂X (3, 3, 4, M) and ∂N/∂ξ (4, 10, 3).
     """
@@ -26,7 +26,7 @@ def element_blocks(moduli, inverse_jacobian, derivative, blocks):
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
-    """The same for an energy w(I₁, I₂, J) of the invariants of F (3, 3, 4, M).
+    """The stiffness for an energy w(I₁, I₂, J) of the invariants of F (3, 3, 4, M).
 
     From w's `derivatives` (9, 4, M): w₁, w₂, w₃ by I₁, I₂, J, and w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃.
     """
@@ -103,7 +103,7 @@ def _gradients(derivative, inverse_jacobian, G):
 
 @numba.njit(cache=True, fastmath=True)
 def _add(A, G, half, local):
-    """Add Gᵀ A G of one point to the blocks (55, 9) of its element; `half` (3, 3, 3) is for work."""
+    """Add Gᵀ A G of one point to the blocks (55, 9) of its element; `half` (3, 3, 3) is work space."""
     for b in range(10):
         for i in range(3):
             for j in range(3):
@@ -122,7 +122,7 @@ def _add(A, G, half, local):
 
 @numba.njit(cache=True, parallel=True)
 def gather(blocks, visits, visit_start, slot, indptr, data):
-    """Add blocks (E, pairs of nodes a ≤ b, 9) to the CSR values `data`; every block row is filled by one thread."""
+    """Add blocks (E, pairs of nodes a ≤ b, 9) to the CSR values `data`; each block row is filled by one thread."""
     count = slot.shape[1]
     for row in numba.prange(len(visit_start) - 1):
         for visit in range(visit_start[row], visit_start[row + 1]):
@@ -165,7 +165,7 @@ def coupling_blocks(slopes, inverse_jacobian, derivative, corner_shape, blocks):
 
 @numba.njit(cache=True)
 def scatter(values, places, data):
-    """Add values to their places in `data`; those with a negative place are left out."""
+    """Add values to `data` at the given places; negative places are skipped."""
     for k in range(len(places)):
         if places[k] >= 0:
             data[places[k]] += values[k]

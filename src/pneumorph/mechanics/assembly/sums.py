@@ -1,6 +1,6 @@
-"""Sums over elements of functions of their nodes, with derivatives: volumes, sections and faces are measured by them.
+"""Sums over elements of functions of their nodes, with derivatives: for volumes, sections and faces.
 
-Like the energies' derivatives they are taken in chunks of fixed sizes, so that they are compiled once for all meshes.
+They are evaluated in chunks of fixed sizes, so that they are compiled once for all meshes.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from pneumorph.mechanics.assembly.points import add_rows
 from pneumorph.mechanics.assembly.terms import Connectivity, Values
 
 Measure = Callable[..., Array]
-"""Of nodes X (E, a, 3), displacements u, the elements' data (E, k) and weights (E,), and what else is given."""
+"""A function of nodes X (E, a, 3), displacements u, element data (E, k), weights (E,), and further arguments."""
 
 
 def summed(measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, *given: Values) -> np.ndarray:
-    """The sum over all elements, of nodes X (N, 3) that are displaced by u."""
+    """The sum over all elements, for nodes X (N, 3) displaced by u."""
     at, moved = X[seen.nodes], u[seen.nodes]
     if not len(at):
         return np.zeros(jax.eval_shape(measure, at, moved, seen.data, seen.weight, *given).shape)
@@ -36,7 +36,7 @@ def summed(measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, *
 def pulled_back(
     measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, cotangents: np.ndarray, *given: Values
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives (k, N, 3) by X and by u of cotangents·sum, for k cotangents at once."""
+    """Derivatives (k, N, 3) of cotangent·sum by X and by u, for k cotangents at once."""
     at, moved = X[seen.nodes], u[seen.nodes]
     by_X, by_u = np.zeros((2, len(cotangents), *X.shape))
     for chunk in seen.chunks():
@@ -59,8 +59,8 @@ def _back(measure: Measure, X: Values, u: Values, data: Values, weight: Values, 
 
 
 def volumes(X: Values, u: Values, data: Values, weight: Values) -> Array:
-    """Volumes (C,) in mm³ of the chambers, by the divergence theorem; of half a body their halves.
+    """Chamber volumes (C,) in mm³ by the divergence theorem; half of them for half a body.
 
-    The mirror plane goes through the origin, so what closes a cut chamber there has x·n = 0.
+    The mirror plane goes through the origin, so the cut face of a chamber has x·n = 0 and adds nothing.
     """
     return (weight * triangle_volumes(X + u)) @ jnp.asarray(data)

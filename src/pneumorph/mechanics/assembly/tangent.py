@@ -14,14 +14,14 @@ import numpy as np
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.linear import factorisation
+from pneumorph.mechanics.assembly.linear import build_factorisation
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.terms import Loads
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Where the tangent is taken: nodes X (N, 3), loads, and the plate components that are blocked (6,) bool."""
+    """A model with nodes X (N, 3), loads, and blocked plate components (6,) bool."""
 
     model: Model
     X: np.ndarray
@@ -29,16 +29,16 @@ class Configuration:
     blocked: np.ndarray
 
     @property
-    def held(self) -> np.ndarray:
-        """All unknowns kept at their value: supports and blocked plate components."""
-        held = self.model.fixed.copy()
-        held[-6:] |= self.blocked
-        return held
+    def constrained(self) -> np.ndarray:
+        """The unknowns (n,) bool that keep their value: supports and blocked plate components."""
+        constrained = self.model.fixed.copy()
+        constrained[-6:] |= self.blocked
+        return constrained
 
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """What a factorisation is of: the tangent at a state, its diagonal raised by a part of it."""
+    """What was factorised: the tangent at a state, with its diagonal raised by the fraction `shift`."""
 
     at: Configuration
     state: State
@@ -46,25 +46,25 @@ class Origin:
 
 
 class Tangent:
-    """A factorised tangent that is reused while it serves: as itself by `solve_at`, as a preconditioner elsewhere.
+    """A factorised tangent, reused as long as it serves: exact in `solve_at`, as a preconditioner elsewhere.
 
     Attributes
     ----------
     factorisations : int
-        How many numerical factorisations were made so far.
+        Number of numerical factorisations so far.
     solves : int
-        How many back-solves.
+        Number of back-solves so far.
     negative_pivots : int
-        Of the latest factorisation, beyond the one that every pressure of mixed elements has: 0 at a stable state.
+        Of the last factorisation, less one for each hydrostatic unknown: 0 at a stable state.
     origin : Origin or None
-        What the latest factorisation is of; None where there is none, or none that succeeded.
+        What was factorised last; None before the first factorisation, or if the last one failed.
     unit_seconds : float
-        What the latest assembly with factorisation took: the yardstick that a design's cost is told in.
+        Time of the last assembly with factorisation; the cost of a design is reported in these units.
     """
 
     def __init__(self, model: Model):
         self._model = model
-        self._factor = factorisation(model.sparsity.indptr, model.sparsity.indices)
+        self._factor = build_factorisation(model.sparsity.indptr, model.sparsity.indices)
         self.origin: Origin | None = None
         self.factorisations = 0
         self.solves = 0
@@ -72,13 +72,13 @@ class Tangent:
 
     @property
     def ready(self) -> bool:
-        """Whether there is a factorisation, of whatever state."""
+        """Whether there is a factorisation, of any state."""
         return self.origin is not None
 
     @property
     def negative_pivots(self) -> int:
-        # Every pressure adds one to those of the tangent with them eliminated (Haynsworth 1968).
-        return self._factor.negative_pivots - self._model.pressures
+        # Each hydrostatic unknown adds one to those of the tangent with π eliminated (Haynsworth 1968).
+        return self._factor.negative_pivots - self._model.hydrostatics
 
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
@@ -87,32 +87,32 @@ class Tangent:
         self.unit_seconds = time.perf_counter() - began
 
     def is_of(self, at: Configuration, state: State) -> bool:
-        """Whether the factorisation at hand is that of the tangent at this very state, and not raised.
+        """Whether the last factorisation is of the tangent at this state, without a raised diagonal.
 
-        Configuration and state are compared as objects: equal copies count as others.
+        Configuration and state are compared by identity: equal copies do not count.
         """
         origin = self.origin
         return origin is not None and origin.at is at and origin.state is state and origin.shift == 0.0
 
     def move_to(self, at: Configuration, state: State) -> None:
-        """Factorise at a state, unless the factorisation at hand is of it."""
+        """Factorise at a state, unless the last factorisation is of it."""
         if not self.is_of(at, state):
             self.factorise(at, state)
 
     def solve_at(self, at: Configuration, state: State, rhs: np.ndarray) -> np.ndarray:
-        """K⁻¹ rhs (n,) or (n, k) with the tangent at just this state, whatever was factorised before."""
+        """K⁻¹ rhs (n,) or (n, k) with the tangent at this state, factorised first if needed."""
         self.move_to(at, state)
         return self.precondition(rhs)
 
     def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3) -> float:
-        """Factorise; an unstable tangent with its diagonal raised until it is stable, by the part of it returned.
+        """Factorise; if the tangent is unstable, raise its diagonal until it is stable. Returns by what fraction.
 
-        Tried are 0, `least`, and four times as much at a time. The diagonal of the pressures stays.
+        The fractions tried are 0, `least`, and then four times the last. The diagonal of π stays.
         """
         data = self._assembled(at, state)
         self._refactorise(data, Origin(at, state, 0.0))
         diagonal, shift = np.abs(data[self._model.diagonal]), 0.0
-        diagonal[self._model.pressure_unknowns] = 0.0
+        diagonal[self._model.hydrostatic_unknowns] = 0.0
         while self.negative_pivots > 0 and shift < 10:
             shift = 4 * shift or least
             raised = data.copy()
@@ -122,7 +122,7 @@ class Tangent:
 
     def _assembled(self, at: Configuration, state: State) -> np.ndarray:
         if at.model is not self._model:
-            raise ValueError("the configuration is that of another model")
+            raise ValueError("the configuration belongs to another model")
         return tangent(self._model, at.X, state, at.loads, at.blocked)
 
     def _refactorise(self, data: np.ndarray, origin: Origin) -> None:
@@ -132,7 +132,7 @@ class Tangent:
         self.origin = origin
 
     def precondition(self, rhs: np.ndarray) -> np.ndarray:
-        """Back-solve with the factorisation at hand for a right-hand side (n,), or for several (n, k)."""
+        """Back-solve with the last factorisation, for a right-hand side (n,) or several (n, k)."""
         self.solves += 1 if rhs.ndim == 1 else rhs.shape[1]
         return self._factor.solve(rhs)
 
@@ -141,8 +141,8 @@ class Tangent:
 
         Stops at the relative `tolerance` in the preconditioner's norm, after `most` products, or at negative curvature.
         """
-        model, held = self._model, at.held
-        x, r = np.zeros_like(rhs), np.where(held, 0.0, rhs)
+        model, constrained = self._model, at.constrained
+        x, r = np.zeros_like(rhs), np.where(constrained, 0.0, rhs)
         z = self.precondition(r)
         p, rho = z, float(r @ z)
         target = tolerance**2 * rho
@@ -150,7 +150,7 @@ class Tangent:
             if rho <= target or rho <= 0:
                 return Solution(x, True, False, count)
             product = kernels.tangent_product(model.potential, at.X, state, at.loads, model.state(p))
-            Kp = np.where(held, 0.0, model.vector(product))
+            Kp = np.where(constrained, 0.0, model.vector(product))
             curvature = p @ Kp
             if not curvature > 0:
                 return Solution(x if count else p, False, True, count)
@@ -164,7 +164,7 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Solution:
-    """Answer of a linear solve: x (n,), whether it met its tolerance or met negative curvature, products used."""
+    """Result of a linear solve: x (n,), whether it converged, whether it met negative curvature, and products used."""
 
     x: np.ndarray
     converged: bool

@@ -1,10 +1,9 @@
-"""The terms of the potential: which unknowns the elements of each see, and the energy that they have.
+"""The terms of the potential: which unknowns the elements of each term see, and their energy.
 
     Π(X, u, π) = Σ∫ψ(F, π) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d, plate d = [c, θ]
 
-The solid, the chambers' pressure, the weight and the plate are its terms. A term is a connectivity and an energy of its
-elements, written in JAX; all else, up to its part of the assembled tangent, is made of these in `potential.py` and
-`hessian.py`.
+The terms are the solid, the chamber pressures, the weight and the plate. A term is a connectivity and the energy of its
+elements, written in JAX; `potential.py` and `hessian.py` derive everything else from these, the tangent included.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ from pneumorph.mechanics.assembly.element import tet_energies, tet_works, triang
 from pneumorph.mechanics.material.rubber import Energy
 
 Values = Any
-"""Arrays of NumPy, and of JAX inside what is compiled."""
+"""NumPy arrays, or JAX arrays inside compiled functions."""
 
 
 class Loads(NamedTuple):
-    """What acts: chamber pressures (C,) MPa, acceleration g (3,) mm/s², plate springs and dead loads (6,)."""
+    """The loads: chamber pressures (C,) MPa, acceleration g (3,) mm/s², springs and dead loads of the plate (6,)."""
 
     pressure: Values
     acceleration: Values
@@ -35,27 +34,27 @@ class Loads(NamedTuple):
 
 
 class Local(NamedTuple):
-    """What the elements of a term see, element by element.
+    """Nodal values gathered element by element: all that the elements of a term see.
 
     Attributes
     ----------
-    X : (E, a, 3) rest positions of their nodes, mm.
-    u : (E, a, 3) displacements, mm; on the tip those of the plate.
-    pressure : (E, c) their pressures π, MPa.
-    plate : (6,) the plate's unknowns; none, (0,), where the connectivity does not ask for them.
-    data : (E, k) numbers of the elements themselves.
+    X : (E, a, 3) undeformed positions of the nodes, mm.
+    u : (E, a, 3) displacements, mm; nodes on the tip follow the plate.
+    hydrostatic : (E, c) hydrostatic unknowns π, MPa.
+    plate : (6,) plate unknowns; (0,) where the elements do not see the plate.
+    data : (E, k) constants of the elements.
     """
 
     X: Values
     u: Values
-    pressure: Values
+    hydrostatic: Values
     plate: Values
     data: Values
 
     def of(self, chunk: slice) -> Local:
-        """What some of the elements see."""
-        X, u, pressure, plate, data = self
-        return Local(X[chunk], u[chunk], pressure[chunk], plate, data[chunk])
+        """The values of a chunk of elements."""
+        X, u, hydrostatic, plate, data = self
+        return Local(X[chunk], u[chunk], hydrostatic[chunk], plate, data[chunk])
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,21 +64,21 @@ class Connectivity:
     Attributes
     ----------
     nodes : (E, a) int
-        Nodes whose rest positions and displacements it sees.
-    pressures : (E, c) int
-        Places in `State.pressure` of the pressures π that it sees.
+        Nodes whose undeformed positions and displacements it sees.
+    hydrostatics : (E, c) int
+        Indices into `State.hydrostatic` of the unknowns π that it sees.
     data : (E, k) float
-        Numbers that the energy wants to know of each element.
+        Constants of each element that the energy needs.
     weight : (E,) float
-        1, or 0 for the copies that pad the last chunk.
+        1, or 0 for the copies that fill up the last chunk.
     chunk : int
-        Number of elements that are evaluated together.
+        Number of elements evaluated together.
     plate : bool
-        Whether all of them see the plate's unknowns.
+        Whether the elements see the plate unknowns.
     """
 
     nodes: np.ndarray
-    pressures: np.ndarray
+    hydrostatics: np.ndarray
     data: np.ndarray
     weight: np.ndarray
     chunk: int
@@ -87,12 +86,12 @@ class Connectivity:
 
     @property
     def count(self) -> int:
-        """The number of elements without the padding, which comes last."""
+        """Number of elements without the padding, which comes last."""
         return int(np.count_nonzero(self.weight))
 
-    def local(self, X: np.ndarray, u: np.ndarray, pressure: np.ndarray, plate: np.ndarray) -> Local:
-        """What the elements see of nodes X (N, 3) displaced by u, of all pressures π and of the plate (6,)."""
-        seen = pressure[self.pressures] if self.pressures.shape[1] else self.pressures.astype(float)
+    def local(self, X: np.ndarray, u: np.ndarray, hydrostatic: np.ndarray, plate: np.ndarray) -> Local:
+        """Gather what the elements see of nodes X (N, 3), displacements u (N, 3), all π and the plate (6,)."""
+        seen = hydrostatic[self.hydrostatics] if self.hydrostatics.shape[1] else self.hydrostatics.astype(float)
         return Local(X[self.nodes], u[self.nodes], seen, plate if self.plate else np.zeros(0), self.data)
 
     def chunks(self) -> list[slice]:
@@ -101,22 +100,22 @@ class Connectivity:
 
 
 CHUNKS = (1, 16, 128, 1024)
-"""Numbers of elements that kernels are compiled for: the least of them that holds all elements, or the largest as often
-as it takes. So no kernel is compiled anew for another mesh; 1,024 tetrahedra fit into a core's cache."""
+"""Chunk sizes that kernels are compiled for: the smallest that holds all elements, or several chunks of the largest. So
+another mesh needs no new kernels. 1,024 tetrahedra fit into the cache of a core."""
 
 
 def connect(
-    nodes: np.ndarray, pressures: np.ndarray | None = None, data: np.ndarray | None = None, plate: bool = False
+    nodes: np.ndarray, hydrostatics: np.ndarray | None = None, data: np.ndarray | None = None, plate: bool = False
 ) -> Connectivity:
-    """The connectivity of elements with `nodes` (E, a); padding is copies of the first element."""
+    """The connectivity of elements with `nodes` (E, a), padded with copies of the first element."""
     count = len(nodes)
     nothing = np.zeros((count, 0))
-    pressures = nothing.astype(int) if pressures is None else pressures
+    hydrostatics = nothing.astype(int) if hydrostatics is None else hydrostatics
     data = nothing if data is None else data
     chunk = next((size for size in CHUNKS if size >= count), CHUNKS[-1])
     extra = -count % chunk
     return Connectivity(
-        *(np.concatenate([rows, np.repeat(rows[:1], extra, axis=0)]) for rows in (nodes, pressures, data)),
+        *(np.concatenate([rows, np.repeat(rows[:1], extra, axis=0)]) for rows in (nodes, hydrostatics, data)),
         weight=np.concatenate([np.ones(count), np.zeros(extra)]),
         chunk=chunk,
         plate=plate,
@@ -124,33 +123,33 @@ def connect(
 
 
 class ElementEnergy(Protocol):
-    """The energy of the elements of a term; registered with JAX, so that its numbers are no part of what is compiled.
+    """The energy of a term's elements; registered with JAX, so that other parameters need no compilation.
 
     It must be finite for the padding too.
     """
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        """The energies (E,) of the elements, N·mm, twice differentiable in everything that `local` holds."""
+        """The energies (E,) of the elements, N·mm, twice differentiable in all of `local`."""
         ...
 
 
 class Term(NamedTuple):
-    """A part of Π: a sum over elements. Terms over one and the same connectivity are evaluated together."""
+    """A summand of Π: a sum over elements. Terms that share a connectivity object are evaluated together."""
 
     connectivity: Connectivity
     energy: ElementEnergy
 
 
-@partial(register_dataclass, data_fields=["parameters"], meta_fields=["density"])
+@partial(register_dataclass, data_fields=["parameters"], meta_fields=["energy_density"])
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four pressures."""
+    """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four hydrostatic unknowns."""
 
-    density: Energy
+    energy_density: Energy
     parameters: Array
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        return tet_energies(local.X, local.u, corner_pressures(local), self.density, self.parameters)
+        return tet_energies(local.X, local.u, corner_hydrostatics(local), self.energy_density, self.parameters)
 
 
 @partial(register_dataclass, data_fields=["density"], meta_fields=[])
@@ -167,7 +166,7 @@ class Weight:
 @partial(register_dataclass, data_fields=[], meta_fields=[])
 @dataclass(frozen=True, eq=False)
 class Pressure:
-    """−Σ p_c V_c over the chambers' triangles; the data of a triangle are its shares (C,) in the chambers' volumes."""
+    """−Σ p_c V_c over the triangles of the chambers; the data of a triangle are its shares (C,) in the volumes."""
 
     def energies(self, local: Local, loads: Loads) -> Array:
         return -(local.data @ loads.pressure) * triangle_volumes(local.X + local.u)
@@ -176,13 +175,13 @@ class Pressure:
 @partial(register_dataclass, data_fields=[], meta_fields=[])
 @dataclass(frozen=True, eq=False)
 class Plate:
-    """½ Σ k_i d_i² − f·d: one element that sees the plate alone."""
+    """½ Σ k_i d_i² − f·d: a single element that sees the plate only."""
 
     def energies(self, local: Local, loads: Loads) -> Array:
         d = local.plate
         return (0.5 * jnp.sum(loads.spring * d**2) - jnp.sum(loads.wrench * d))[None]
 
 
-def corner_pressures(local: Local) -> Array:
-    """π at the corners of tetrahedra (E, 4); zero without mixed elements, whose energy asks for none."""
-    return local.pressure if local.pressure.shape[1] else jnp.zeros((local.X.shape[0], 4))
+def corner_hydrostatics(local: Local) -> Array:
+    """π at the corners of tetrahedra (E, 4); zero, and unused, without mixed elements."""
+    return local.hydrostatic if local.hydrostatic.shape[1] else jnp.zeros((local.X.shape[0], 4))

@@ -1,4 +1,4 @@
-"""The tip face bonded to the rigid plate: how its nodes follow the plate and their own places, to the second order.
+"""The tip face, bonded to the rigid plate: its displacements and their derivatives by plate and nodes, to second order.
 
 A node on the tip is displaced by u = c + (R(θ) − I) o, o = X − X̄ its offset from the centroid of the undeformed face.
 """
@@ -23,11 +23,11 @@ class Tip(NamedTuple):
     Attributes
     ----------
     nodes : (t,) int
-        Those bonded to the plate; none where the tip is free.
+        Nodes bonded to the plate; empty for a free tip.
     triangles : (T, 6) int
-        Its triangles.
+        Triangles of the face.
     even : (3,)
-        1, but 0 for the component across a mirror plane, which cancels in means over the whole body.
+        Ones, with 0 for the component across a mirror plane, which cancels in means over the whole body.
     """
 
     nodes: np.ndarray
@@ -36,7 +36,7 @@ class Tip(NamedTuple):
 
 
 def tip_mean(tip: Tip, X: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Area mean over the undeformed face that is there of values (N, k); zero where the mesh names no tip."""
+    """Area mean of nodal values (N, k) over the undeformed tip face of the mesh; zero where it has none."""
     if not len(tip.triangles):
         return np.zeros(values.shape[1])
     measure, _, _ = _measures(X[tip.triangles])
@@ -45,12 +45,12 @@ def tip_mean(tip: Tip, X: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def tip_centre(tip: Tip, X: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Mean (3,) of vectors x (N, 3) over the undeformed tip face of the whole body; of X itself its centroid."""
+    """Mean (3,) of vectors x (N, 3) over the undeformed tip face of the whole body; the centroid if x is X."""
     return tip.even * tip_mean(tip, X, x)
 
 
 def centre_slope(tip: Tip, X: np.ndarray) -> np.ndarray:
-    """How the centroid moves with the tip's nodes, (3, t, 3): its component, their number, their component."""
+    """Derivative (3, t, 3) of the centroid by the nodes of the tip: its component, their number, their component."""
     measure, normal, along = _measures(X[tip.triangles])
     total = measure.sum()
     share = np.einsum("fq,qa->fa", measure, TRIANGLE_N) / total
@@ -83,7 +83,7 @@ def _turns(theta) -> tuple[jax.Array, jax.Array, jax.Array]:
 
 @dataclass(frozen=True)
 class Ride:
-    """The tip's nodes at X (N, 3), carried by the plate at [c, θ] (6,)."""
+    """The tip nodes of a body at X (N, 3), carried along by the plate at [c, θ] (6,)."""
 
     tip: Tip
     X: np.ndarray
@@ -105,7 +105,7 @@ class Ride:
         return centre_slope(self.tip, self.X) if len(self.tip.nodes) else np.zeros((3, 0, 3))
 
     def displacement(self) -> np.ndarray:
-        """u (t, 3)."""
+        """Displacements u (t, 3) of the tip nodes."""
         return self.plate[:3] + self._offset @ self._turn[0].T
 
     def along(self, dplate: np.ndarray) -> np.ndarray:
@@ -117,16 +117,16 @@ class Ride:
         return self._apart(dX) @ self._turn[0].T
 
     def _apart(self, dX: np.ndarray) -> np.ndarray:
-        """How the offsets change."""
+        """Change of the offsets."""
         return dX - np.einsum("itj,tj->i", self._slope, dX)
 
     def on_plate(self, forces: np.ndarray) -> np.ndarray:
-        """What forces (t, 3) on the nodes add up to on the plate, (6,)."""
+        """Force and moment (6,) on the plate of forces (t, 3) on the nodes."""
         by_angle = np.einsum("ti,ijk,tj->k", forces, self._turn[1], self._offset)
         return np.concatenate([forces.sum(axis=0), by_angle])
 
     def on_plate_changed(self, forces: np.ndarray, dplate: np.ndarray, dX: np.ndarray | None = None) -> np.ndarray:
-        """How that changes, (6,), where the forces stay but the plate moves by dplate and the nodes by dX (t, 3)."""
+        """Change (6,) of `on_plate` where the plate moves by dplate and the nodes by dX (t, 3), at constant forces."""
         _, first, second = self._turn
         moment = forces.T @ self._offset
         by_angle = np.einsum("ij,ijkl,l->k", moment, second, dplate[3:])
@@ -135,11 +135,11 @@ class Ride:
         return np.concatenate([np.zeros(3), by_angle])
 
     def on_places(self, forces: np.ndarray) -> np.ndarray:
-        """The derivative (t, 3) of forces·u by the nodes' places."""
+        """Derivative (t, 3) of forces·u by the positions of the nodes."""
         return self._back(forces, self._turn[0])
 
     def on_places_along(self, forces: np.ndarray, dplate: np.ndarray) -> np.ndarray:
-        """The derivative (t, 3) of forces·δu by the nodes' places, δu that of `along`."""
+        """Derivative (t, 3) of forces·δu by the positions of the nodes, with δu of `along`."""
         return self._back(forces, self._turn[1] @ dplate[3:])
 
     def _back(self, forces: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Isochoric strain-energy densities ψ_iso(F, parameters): one function for each model, everything else its derivatives.
 
 All take deformation gradients F (3, 3, …), whose trailing axes are points, and parameters that end with the bulk
-modulus, which they do not use; the answer (…) is in MPa. They depend on C̄ = J^(−2/3) FᵀF alone: by its invariants
+modulus, which they do not use; the result (…) is in MPa. They depend on C̄ = J^(−2/3) FᵀF alone: by its invariants
 Ī₁ = tr C̄ and Ī₂ = tr C̄⁻¹, and then are written as functions of the `Invariants` of F, or by its principal stretches λ̄.
 None of them gives NaN for any finite F: see `log_ratio` for J near zero and below, and each model for stretches it
 cannot bear. Derivatives are exact to the second order.
@@ -30,14 +30,14 @@ def determinant(F: Array) -> Array:
 
 
 SMALLEST_RATIO = 0.1
-"""Volume ratio J below which J is replaced in ln J; no rubber bears that, and no such state is accepted."""
+"""Volume ratio J below which ln J is continued by another function; no such state is accepted."""
 
 
 def log_ratio(J: Array) -> Array:
-    """ln J; below δ = `SMALLEST_RATIO`, and for negative J, ln δ²/(2δ − J): it goes on with the same value and slope.
+    """ln J; below δ = `SMALLEST_RATIO` and for negative J, ln δ²/(2δ − J), which has the same value and slope at δ.
 
-    A field that is interpolated from another mesh may turn elements inside out. With a finite energy there, a descent
-    turns them back; with ln J it could not even begin.
+    A field interpolated from another mesh may turn elements inside out. With a finite energy there, a minimisation
+    turns them back; with ln J it could not start.
     """
     low = J < SMALLEST_RATIO
     return jnp.where(
@@ -63,12 +63,12 @@ def invariants(F: Array) -> Invariants:
 
 @dataclass(frozen=True)
 class OfInvariants:
-    """A function of F that depends on it by its invariants alone: its derivatives by F follow from nine by them.
+    """A function of the invariants of F: all its second derivatives by F follow from nine by the invariants.
 
     Attributes
     ----------
     function : callable
-        Of `Invariants` and whatever else follows F in the call.
+        Takes `Invariants`, then the arguments that follow F in the call.
     """
 
     function: Callable[..., Array]
@@ -109,7 +109,7 @@ def yeoh(of: Invariants, parameters: Array) -> Array:
 
 
 GENT_END = 0.99
-"""Part of the limit J_m up to which Gent's logarithm is used."""
+"""Fraction of the limit J_m up to which Gent's logarithm is used."""
 
 
 @OfInvariants
@@ -118,7 +118,7 @@ def gent(of: Invariants, parameters: Array) -> Array:
 
     Beyond x = `GENT_END` the logarithm goes on as its quadratic Taylor polynomial there: same value, stress and
     stiffness, finite everywhere and a hundred times stiffer than at rest, so that no solver meets the logarithm of a
-    negative number. A state that far is beyond the model, and told to be (`Rubber.valid_stretch`).
+    negative number. Such a state is beyond the model and reported as such (`Rubber.valid_stretch`).
     """
     shear, limit = parameters[0], parameters[1]
     used = (first_bar(of) - 3.0) / limit
@@ -136,7 +136,7 @@ def arruda_boyce(of: Invariants, parameters: Array) -> Array:
     """μ Σ Cᵢ λ_m^(2 − 2i) (Ī₁ⁱ − 3ⁱ), i = 1…5 (Arruda and Boyce 1993). Parameters: μ in MPa, λ_m, κ in MPa.
 
     The series of the eight-chain model, as finite-element programs have it: a polynomial, finite and stiffening also
-    beyond the locking stretch λ_m = √(Ī₁/3), where the model itself has none. μ is that of the chains, n k T; the
+    beyond the locking stretch λ_m = √(Ī₁/3), where the model itself is not defined. μ is n k T of the chains; the
     initial shear modulus is larger by the factor 1 + 3/(5 λ_m²) + …
     """
     shear, locking = parameters[0], parameters[1]

@@ -1,7 +1,7 @@
-"""Parameters of rubber models from a uniaxial tension test, and whether what was found is stable.
+"""Fit the parameters of rubber models to a uniaxial tension test, and check whether the fitted models are stable.
 
-The stresses are those of the energies by differentiation; no formula for them stands here. Every model is linear in
-its moduli, so they are solved for, and only exponents and limits are searched (Golub and Pereyra 1973).
+Stresses are derivatives of the energies. Every model is linear in its moduli, so these are found by linear least
+squares, and only exponents and limits are searched (Golub and Pereyra 1973).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class TensionTest:
 
 @dataclass(frozen=True)
 class Form:
-    """A model as it is fitted: linear in `moduli` numbers, and in other numbers that are searched from `starts`.
+    """A model to be fitted: linear in its `moduli`; its other parameters are searched from `starts`.
 
     Attributes
     ----------
@@ -43,11 +43,11 @@ class Form:
     label : str
         Its name with the number of terms.
     arrange : callable
-        The parameters of `energy`, without κ, from the moduli and the searched numbers.
+        Makes the parameters of `energy`, without κ, from the moduli and the searched ones.
     starts : tuple
-        Searched numbers to begin from; a single empty tuple where nothing is searched.
+        Starts of the search; a single empty tuple where nothing is searched.
     bounds : tuple
-        Lower and upper bounds of the searched numbers.
+        Lower and upper bounds of the searched parameters.
     convex : bool
         Whether moduli are kept from going below zero.
     """
@@ -70,7 +70,7 @@ class Fit:
     ----------
     parameters : of the form's energy, without κ.
     rms : root mean square of the differences of nominal stress, MPa.
-    r2 : part of the stresses' variance that is explained.
+    r2 : coefficient of determination R² of the stresses.
     stable : for each mode, the largest stretch of the test up to which the model is stable.
     reach : the largest stretch of the test.
     """
@@ -163,8 +163,8 @@ def _search(form: Form, test: TensionTest, start: tuple[float, ...]) -> tuple[np
 
 
 def _moduli(form: Form, test: TensionTest, searched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The best moduli for the searched numbers, and the differences of stress that they leave (n,)."""
-    # An exponent of zero leaves an energy of 0/0; near by, the power is a logarithm.
+    """The best moduli for the searched parameters, and the differences of stress (n,) that remain."""
+    # At an exponent of zero the energy is 0/0; close to it, the power is a logarithm.
     searched = np.where(np.abs(searched) < 1e-4, 1e-4, searched)
     units = np.eye(form.moduli)
     columns = [nominal_stress(form.energy, form.arrange(unit, searched), test.stretch) for unit in units]
@@ -217,7 +217,7 @@ def _principal_energy(energy: Energy, parameters: jax.Array, logs: jax.Array) ->
 
 
 def _with_bulk(parameters: np.ndarray) -> jax.Array:
-    """With a bulk modulus at the end, which isochoric energies do not use."""
+    """The parameters with a bulk modulus at the end, which isochoric energies do not use."""
     return jnp.append(jnp.asarray(parameters, dtype=float), 0.0)
 
 
@@ -226,7 +226,7 @@ def _uniaxial_invariant(stretch: np.ndarray) -> np.ndarray:
 
 
 def material_keys(found: Fit) -> Iterator[tuple[str, object]]:
-    """The keys and values that the table [material] has for a fit's parameters; moduli are floats in MPa."""
+    """Keys and values of the table [material] for the parameters of a fit; moduli are floats in MPa."""
     numbers = [float(number) for number in found.parameters]
     match found.form.model:
         case "neo-hookean":
@@ -241,5 +241,5 @@ def material_keys(found: Fit) -> Iterator[tuple[str, object]]:
             yield from zip(("shear_modulus", "locking_stretch"), numbers, strict=True)
         case "ogden":
             terms = zip(numbers[::2], numbers[1::2], strict=True)
-            # A term that the fit gave no modulus is none.
+            # Leave out terms whose fitted modulus is zero.
             yield "terms", tuple({"modulus": m, "exponent": a} for m, a in terms if abs(m) > 1e-9)

@@ -1,4 +1,4 @@
-"""A rubber: an isochoric energy, a bulk modulus, a density, and the stretch up to which they hold."""
+"""A rubber: an isochoric energy, a bulk modulus, a mass density, and the stretch up to which they are valid."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from jax import Array
 from pneumorph.mechanics.material.energies import OfInvariants, determinant, neo_hookean
 
 Energy = Callable[..., Array]
-"""ψ(F, parameters) in MPa; of an element ψ(F, π, parameters), whose π only mixed ones use."""
+"""ψ(F, parameters) in MPa, or for elements ψ(F, π, parameters), where only mixed ones use π."""
 
 
 @dataclass(frozen=True)
@@ -23,14 +23,14 @@ class Rubber:
     Parameters
     ----------
     isochoric : callable
-        ψ_iso(F, parameters) in MPa, blind to a change of volume, for deformation gradients F (3, 3, …); the trailing
-        axes are points. One of `energies`.
+        ψ_iso(F, parameters) in MPa, independent of the volume ratio, for F (3, 3, …) whose trailing axes are points.
+        One of `energies`.
     parameters : tuple of float
-        What ψ takes, in MPa or pure numbers; the last is the bulk modulus κ.
+        Parameters of ψ, in MPa or dimensionless; the last is the bulk modulus κ.
     density : float
         Mass density of the undeformed rubber, t/mm³.
     valid_stretch : float, optional
-        Largest principal stretch for which the parameters hold; None where nobody has said.
+        Largest principal stretch for which the parameters are valid; None if unknown.
     """
 
     isochoric: Energy
@@ -40,7 +40,7 @@ class Rubber:
 
     @property
     def energy(self) -> Energy:
-        """ψ(F, parameters), MPa: one and the same function for all rubbers of a model, so that it is compiled once."""
+        """ψ(F, parameters), MPa: the same function object for all rubbers of a kind, so that it is compiled once."""
         return complete(self.isochoric)
 
     @property
@@ -50,11 +50,11 @@ class Rubber:
 
     @property
     def shear_modulus(self) -> float:
-        """Initial shear modulus μ in MPa: the curvature of ψ in a simple shear of the undeformed rubber."""
+        """Initial shear modulus μ in MPa: the second derivative of ψ in simple shear, undeformed."""
         return _initial_shear_modulus(self.isochoric, self.parameters)
 
     def beyond(self, stretch: float) -> bool:
-        """Whether a principal stretch is larger than the rubber's parameters hold for."""
+        """Whether a principal stretch is beyond the valid range of the parameters."""
         return self.valid_stretch is not None and stretch > self.valid_stretch
 
 
@@ -65,7 +65,10 @@ def complete(isochoric: Energy) -> Energy:
 
 
 def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
-    """ψ_iso(F, parameters) + U(J, …, parameters): a function (F, …, parameters), of invariants where ψ_iso is one."""
+    """The energy ψ_iso(F, parameters) + U(J, …, parameters) as a function of (F, …, parameters).
+
+    It is a function of invariants if ψ_iso is one.
+    """
     if isinstance(isochoric, OfInvariants):
         shape = isochoric.function
         return OfInvariants(lambda of, *rest: shape(of, rest[-1]) + volumetric(of.ratio, *rest))
@@ -81,6 +84,6 @@ def _initial_shear_modulus(isochoric: Energy, parameters: tuple[float, ...]) -> 
     return float(curvature(0.0))
 
 
-def rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
+def neo_hookean_rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
     """The neo-Hookean rubber of the given moduli (MPa) and density (t/mm³)."""
     return Rubber(neo_hookean, (shear_modulus, bulk_modulus), density)

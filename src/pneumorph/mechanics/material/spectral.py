@@ -2,8 +2,8 @@
 
 A function of eigenvalues is smooth where two of them meet, but eigenvectors are not. So nothing here is differentiated
 through an eigenvalue solver: the derivative of Cᵖ along Ċ is Q (Φ ∘ QᵀĊQ) Qᵀ with the divided differences
-Φ_ab = (c_aᵖ − c_bᵖ)/(c_a − c_b) (Daleckii and Krein; Higham, Functions of Matrices, 2008, §3.2), and these tend to
-p cᵖ⁻¹ without loss of digits when they are written with hyperbolic sines.
+Φ_ab = (c_aᵖ − c_bᵖ)/(c_a − c_b) (Daleckii and Krein; Higham, Functions of Matrices, 2008, §3.2). Written with
+hyperbolic sines, these tend to p cᵖ⁻¹ without cancellation.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import jax.numpy as jnp
 from jax import Array
 
 SWEEPS = 5
-"""Of Jacobi's method: it converges quadratically, and four reach rounding error for 3×3 matrices."""
+"""Sweeps of Jacobi's method: it converges quadratically, and four reach rounding error for 3×3 matrices."""
 
 SMALLEST = 1e-8
-"""Eigenvalues are no smaller in their logarithms; met only in elements that are being turned inside out."""
+"""Smallest eigenvalue whose logarithm is taken; smaller ones occur only in elements being turned inside out."""
 
 
 class Spectrum(NamedTuple):
-    """Logarithms of eigenvalues (3, …) and eigenvectors as columns (3, 3, …); constants to every derivative."""
+    """Logarithms of eigenvalues (3, …) and eigenvectors as columns (3, 3, …), not differentiated."""
 
     logs: Array
     Q: Array
@@ -31,11 +31,11 @@ class Spectrum(NamedTuple):
 def spectrum(C: Array) -> Spectrum:
     """The spectrum of symmetric positive matrices C (3, 3, …), by Jacobi's method.
 
-    All points at once and in every digit also where eigenvalues are equal, which closed forms do not reach.
+    For all points at once, and accurate where eigenvalues are equal, unlike closed forms.
     """
     C = jax.lax.stop_gradient(C)
     start = jnp.broadcast_to(jnp.eye(3).reshape(3, 3, *[1] * (C.ndim - 2)), C.shape)
-    # A loop keeps its result; unrolled, the compiler works the rotations out anew for everything that needs them.
+    # As a loop: unrolled, the compiler would compute the rotations again wherever they are used.
     C, Q = jax.lax.fori_loop(0, SWEEPS, lambda _, state: _sweep(*state), (C, start))
     values = jnp.stack([C[i, i] for i in range(3)])
     return Spectrum(jnp.log(jnp.maximum(values, SMALLEST)), Q)
@@ -52,7 +52,7 @@ def _trace_along(primals, tangents):
     (C, p, at), (dC, dp, _) = primals, tangents
     powers = jnp.exp(p * at.logs)
     change = p * jnp.sum(power(C, p - 1.0, at) * dC, axis=(0, 1)) + dp * jnp.sum(powers * at.logs, axis=0)
-    # The value by its own rule too: to a derivative of this one `at` is a constant.
+    # The value goes through its own rule again, for `at` is a constant in derivatives of this one.
     return trace_of_power(C, p, at), change
 
 
@@ -70,7 +70,7 @@ def _power_along(primals, tangents):
     half = 0.5 * (logs[:, None] - logs[None, :])
     middle = 0.5 * (logs[:, None] + logs[None, :])
     differences = p * jnp.exp((p - 1.0) * middle) * _sinhc(p * half) / _sinhc(half)
-    # Worked out once for all directions dC, not again inside the loop over each.
+    # Computed once for all directions dC, not again in the loop over them.
     differences = jax.lax.optimization_barrier(differences)
     turned = differences * _product(_transposed(Q), _product(dC, Q))
     change = _product(Q, _product(turned, _transposed(Q))) + dp * _assembled(Q, powers * logs)

@@ -1,4 +1,4 @@
-"""Residuals and what is measured on a state: forces in balance, the volume ratios and stretches of the elements."""
+"""Residuals and measures of a state: applied forces, volume ratios and stretches."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RUNAWAY_STRETCH = 8.0
 
 
 def scaled(full: Loads, fraction: float) -> Loads:
-    """A part of the pressures, weights and plate loads; springs stay."""
+    """A fraction of the pressures, weights and plate loads; springs stay."""
     return full._replace(
         pressure=full.pressure * fraction, acceleration=full.acceleration * fraction, wrench=full.wrench * fraction
     )
@@ -29,41 +29,41 @@ def unloaded(at: Configuration) -> Configuration:
 
 
 def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
-    """Π and R (n,); supports and blocks not taken out."""
+    """Π and R (n,), with the reactions of supports and blocks."""
     model = at.model
     value, residual = kernels.value_and_residual(model.potential, at.X, state, at.loads)
     return value, model.vector(residual)
 
 
 def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
-    """The unknowns (n,) with those that supports and blocks hold at zero."""
-    return np.where(at.held, 0.0, vector)
+    """A vector (n,) with zeros for constrained unknowns."""
+    return np.where(at.constrained, 0.0, vector)
 
 
 def residual_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
-    """R (n,) of the unknowns, supports and blocks taken out."""
+    """R (n,) at the given unknowns, zero where they are constrained."""
     return supported(at, evaluate(at, at.model.state(vector))[1])
 
 
 def length(at: Configuration, change: np.ndarray) -> float:
-    """Norm of a change of the unknowns: in mm and rad, and for pressures in shear moduli."""
-    pressures = change[at.model.pressure_unknowns]
+    """Norm of a change of the unknowns, in mm and rad, with π in multiples of the shear modulus."""
+    hydrostatics = change[at.model.hydrostatic_unknowns]
     stiffest = max(rubber.shear_modulus for rubber in at.model.rubbers.values())
-    squares = change @ change + (stiffest**-2 - 1.0) * (pressures @ pressures)
+    squares = change @ change + (stiffest**-2 - 1.0) * (hydrostatics @ hydrostatics)
     return float(np.sqrt(max(squares, 0.0)))
 
 
 def applied_force(at: Configuration, state: State) -> float:
-    """Norm of the applied nodal forces: the measure that residuals are held against, N."""
+    """Norm of the applied nodal forces in N: residuals are relative to it."""
     _, full = evaluate(at, state)
     _, internal = evaluate(unloaded(at), state)
     difference = full - internal
-    # Moments enter with the millimetre as lever; the floor keeps the unloaded body solvable.
+    # Moments count with a lever of 1 mm; the floor keeps the unloaded body solvable.
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
 
 def pressure_force(at: Configuration, state: State, change: np.ndarray) -> np.ndarray:
-    """−(∂R/∂p)·change (n,): what a change of the chamber pressures (C,) in MPa pushes with, supports not taken out."""
+    """−(∂R/∂p)·change (n,): the nodal forces of a change of chamber pressures (C,) in MPa, those on supports too."""
     still = jax.tree.map(np.zeros_like, at.loads)
     given = still._replace(pressure=np.asarray(change, dtype=float))
     return -at.model.vector(kernels.load_product(at.model.potential, at.X, state, at.loads, given))

@@ -1,7 +1,7 @@
-"""Equilibrium as a minimum of the potential, for elements without a pressure of their own.
+"""Equilibrium as a minimum of the potential, for elements without hydrostatic unknowns.
 
-Newton with conjugate gradients on a reused factorisation, and a line search on the energy: descent of Π finds stable
-states only.
+Newton's method with conjugate gradients, preconditioned by a reused factorisation, and a line search on Π: descent
+finds stable states only.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ from pneumorph.mechanics.solve.balance import (
 
 MOST_NEWTON_STEPS = 40
 MOST_PRODUCTS = 6
-"""Conjugate gradient steps that an old factorisation is given: a new one costs about as much as five."""
+"""Conjugate-gradient steps with an old factorisation; a new one costs about as much as five."""
 
 MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED, SMOOTH = 3, 10, 0.9, 0.02
-"""Steps with the factorisation of an earlier configuration, or of the state of rest, before the first fresh one; what
-each has to leave of the residual at most; and the residual at which they have done their work: they even out what a
-prediction or an interpolation has left, which would make the tangent indefinite."""
+"""Steps with an older factorisation, or with that at rest, before the tangent is factorised; the fraction of the
+residual that each may leave at most; and the relative residual at which they end. They smooth the rough detail of a
+predicted or interpolated state, where the tangent would be indefinite."""
 
 
 def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
-    """Minimise Π from `start`; the state and its relative residual, or the reason why not."""
+    """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed."""
     model = at.model
     vector = supported(at, model.vector(start))
     energy, residual = evaluate(at, model.state(vector))
     if not np.isfinite(energy) or not np.isfinite(residual).all():
-        return "the starting state is no finite one"
+        return "the starting state is not finite"
     scale = applied_force(at, model.state(vector))
     residual = supported(at, residual)
     size = float(np.linalg.norm(residual)) / scale
     relaxations = MOST_RELAXATIONS
     if not tangent.ready and np.any(vector):
-        # A state carried over from another mesh is rough in detail; the tangent at rest is definite and evens it out.
+        # A state carried over from another mesh is rough in detail; steps with the definite tangent at rest smooth it.
         tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
         relaxations = MOST_RELAXATIONS_AT_REST
     elif not tangent.ready:
@@ -75,14 +75,14 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
             relaxations = relaxations - 1 if size < RELAXED * previous and size > SMOOTH else 0
         if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-    return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+    return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
 def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):
-    """A descent direction, and whether the factorisation behind it is that of a tangent, not of a raised one.
+    """A descent direction, and whether the last factorisation is of an unchanged tangent (no raised diagonal).
 
-    A factorisation of a tangent near by serves a few conjugate gradients; where it does not, a fresh one is made. Where
-    the fresh tangent is indefinite, conjugate gradients on it follow its negative curvature.
+    The factorisation of a nearby tangent is good for a few conjugate-gradient steps; if they do not converge, the
+    tangent is factorised. Where it is indefinite, conjugate gradients follow its negative curvature.
     """
     accuracy = float(np.clip(np.sqrt(size), 1e-3, 0.1))
     if exact:
@@ -95,7 +95,7 @@ def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.n
 
 
 def _line_search(at: Configuration, vector, energy, residual, direction, scale):
-    """Backtrack on Π until it falls enough; None where it does not."""
+    """Shorten the step until Π falls enough; None where it does not."""
     slope = float(residual @ direction)
     if not slope < 0:
         return None
@@ -108,8 +108,8 @@ def _line_search(at: Configuration, vector, energy, residual, direction, scale):
         if np.isfinite(value) and np.isfinite(gradient).all():
             gradient = supported(at, gradient)
             enough = value <= energy + 1e-4 * step * slope
-            settled = value <= energy + rounding and np.linalg.norm(gradient) < np.linalg.norm(residual)
-            if enough or settled:
+            converged = value <= energy + rounding and np.linalg.norm(gradient) < np.linalg.norm(residual)
+            if enough or converged:
                 return trial, value, gradient
         step *= 0.5
     return None

@@ -1,7 +1,7 @@
-"""Equilibrium: what is asked for, what is found, and the way there.
+"""Find the equilibrium of a body under given loads.
 
-Plain elements descend the potential (`descent.py`), mixed ones, whose potential has a saddle there, take Newton's
-method (`saddle.py`). Both find stable states; a load that has none is answered by the reason in `NoEquilibrium`.
+Plain elements minimise the potential (`descent.py`). Mixed ones, where the equilibrium is a saddle point, use Newton's
+method (`saddle.py`). Both look for stable states; where there is none, `NoEquilibrium` has the reason.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.solve.balance import applied_force, evaluate, largest_stretch, scaled
 from pneumorph.mechanics.solve.descent import minimise
-from pneumorph.mechanics.solve.saddle import settle
+from pneumorph.mechanics.solve.saddle import find_stable
 
 TOLERANCE = 1e-9
-"""Residual norm over the norm of the applied forces at which a state counts as an equilibrium."""
+"""Relative residual, over the norm of the applied forces, at which a state counts as an equilibrium."""
 
 
 SMALLEST_FRACTION = 1 / 20
-"""Part of the load that is still halved once when the load is stepped up."""
+"""Fraction of the load that is still halved once when the load is stepped up."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,15 @@ class Equilibrium:
     Attributes
     ----------
     state : State
-        Unknowns; what the next solve starts from.
-    u : (N, 3) displacements, mm; like the state those of half the body where only that is solved.
-    plate : (6,) translation (mm) and rotation vector (rad) of the plate; area mean and zero rotation of a free tip.
+        The unknowns, from which the next solve starts.
+    u : (N, 3) displacements, mm; of half the body where only that is solved.
+    plate : (6,) translation (mm) and rotation vector (rad) of the plate; of a free tip its mean displacement.
     volumes : dict of chamber volumes, mm³, of the whole body.
-    reaction : (6,) what the whole actuator exerts on whatever blocks the plate, N and N·mm; zero where nothing does.
+    reaction : (6,) what the whole actuator exerts on the blocks of its plate, N and N·mm; zero for free components.
     max_stretch : largest principal stretch at the quadrature points.
     residual : residual norm over applied forces.
-    negative_pivots : of the tangent at this state; 0 means stable, in half a body against symmetric motions alone.
-    factorisations, solves : what it cost.
+    negative_pivots : of the tangent at this state; 0 means stable; for half a body, against symmetric motions only.
+    factorisations, solves : the cost.
     """
 
     state: State
@@ -73,7 +73,7 @@ class NoEquilibrium:
     Attributes
     ----------
     reason : a sentence.
-    fraction : the part of the load up to which equilibria were found, 0…1 (0 where no load stepping was tried).
+    fraction : fraction of the load up to which equilibria were found (0 without load stepping).
     last : the last equilibrium on the way, if any.
     """
 
@@ -82,14 +82,14 @@ class NoEquilibrium:
     last: Equilibrium | None
 
 
-def configuration(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
-    """Nodes X (N, 3) mm, loads, and blocked plate components (6,) bool, ready for the solver."""
+def configure(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
+    """Make a configuration for the solver: nodes X (N, 3) mm, loads, and blocked plate components (6,) bool."""
     return Configuration(
         model, np.asarray(X, dtype=float), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
     )
 
 
-def loads(
+def build_loads(
     model: Model,
     pressures: dict[str, float],
     acceleration: np.ndarray | None = None,
@@ -98,7 +98,7 @@ def loads(
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
-    They are those of the whole body and, where the model is half of it, symmetric like it (see `mirror.mirror_of`).
+    They are given for the whole body. A half model gets its share; they must be symmetric (see `mirror.mirror_of`).
     """
     zero = np.zeros(6)
     share = 1.0 / model.copies
@@ -124,10 +124,10 @@ def solve(
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
-    Newton goes straight to the full load from `start`; without one, or where that fails, the load is stepped up with
-    steps that adapt: from the equilibrium of other loads on the same nodes that `since` tells, or else from rest,
-    weights and plate loads first, then pressures. `tolerance` is the residual norm over that of the applied forces at
-    which a state counts as converged.
+    Newton's method goes to the full load at once from `start`. Without a start, or if that fails, the load is raised in
+    adaptive steps: from `since`, the loads and equilibrium of another load case on the same nodes, or else from rest,
+    weights and plate loads first, then pressures. A state has converged when its residual is `tolerance` times the
+    norm of the applied forces.
     """
     before = tangent.factorisations, tangent.solves
     try:
@@ -143,16 +143,16 @@ def solve(
 
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
-    """A stable state near a prediction and its relative residual, or the reason why none was found."""
-    return (settle if at.model.mixed else minimise)(at, tangent, start, tolerance)
+    """A stable state near `start` with its relative residual, or the reason why none was found."""
+    return (find_stable if at.model.mixed else minimise)(at, tangent, start, tolerance)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
-    """From rest: weights and plate loads first, which make the body sag, then the pressures."""
+    """Raise the load from rest: weights and plate loads first, under which the body sags, then the pressures."""
     loads, since = at.loads, (scaled(at.loads, 0.0), rest(at.model))
     if np.any(loads.acceleration) or np.any(loads.wrench):
         sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure))
-        # As near as the full load asks for: a small weight's own forces may be lost in the rounding of the residual.
+        # Relative to the full load: the forces of a small weight may be lost in rounding errors of the residual.
         near = tolerance * max(1.0, applied_force(at, since[1]) / applied_force(sagging, since[1]))
         sag = _raise(sagging, since, tangent, before, near)
         if isinstance(sag, NoEquilibrium) or not np.any(loads.pressure):
@@ -164,27 +164,27 @@ def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> E
 def _raise(
     whole: Configuration, since: tuple[Loads, State], tangent: Tangent, before, tolerance: float
 ) -> Equilibrium | NoEquilibrium:
-    """From the equilibrium of other loads to those of `whole`, with steps that adapt."""
+    """Raise the load from another equilibrium to the loads of `whole`, in adaptive steps."""
     earlier, state = since
     residual, reached, step = 0.0, 0.0, 1.0
     last, at = None, None
     reason = ""
     while at is None or reached < 1.0:
         fraction = min(1.0, reached + step)
-        # At the full load the configuration is the caller's own, so that its factorisation is known again.
+        # At the full load use the caller's own configuration, so that its factorisation is recognised.
         part = whole if fraction == 1.0 else replace(whole, loads=_between(earlier, whole.loads, fraction))
         start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
-        # Cold, Newton's own test needs fewer factorisations than descent, and fails sooner where there is nothing.
-        found = settle(part, tangent, start, tolerance)
+        # From far away, `find_stable` needs fewer factorisations than descent, and fails sooner where nothing is found.
+        found = find_stable(part, tangent, start, tolerance)
         if isinstance(found, str) and last is not None:
-            found = settle(part, tangent, state, tolerance)
+            found = find_stable(part, tangent, state, tolerance)
         if isinstance(found, str) and step < SMALLEST_FRACTION and not part.model.mixed:
             found = minimise(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, step / 2
             if step < SMALLEST_FRACTION / 2:
-                held = None if at is None else read_off(at, tangent, state, 0.0, before)
-                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, held)
+                nearest = None if at is None else read_off(at, tangent, state, 0.0, before)
+                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, nearest)
             continue
         last = (reached, state)
         (state, residual), reached, at = found, fraction, part
@@ -193,12 +193,12 @@ def _raise(
 
 
 def _between(one, other, part: float):
-    """Loads, or a state, on the straight line from one to the other or beyond it."""
+    """Interpolate or extrapolate linearly between two loads, or two states."""
     return jax.tree.map(lambda a, b: a + part * (b - a), one, other)
 
 
 def _where(at: Configuration, fraction: float) -> str:
-    """The loads near which nothing was found."""
+    """The loads near which no equilibrium was found, in words."""
     pressures = at.loads.pressure
     if not np.any(pressures):
         return f"at {fraction:.2g} of the weight and the plate's loads"
@@ -207,7 +207,7 @@ def _where(at: Configuration, fraction: float) -> str:
 
 
 def read_off(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:
-    """Factorise at the converged state, for its stability and for the adjoint, and read the results off."""
+    """Evaluate a converged state; the tangent is factorised there, for stability and for the adjoint."""
     model = at.model
     tangent.move_to(at, state)
     negative = tangent.negative_pivots

@@ -1,7 +1,7 @@
-"""Mechanics of half a body: where that tells all, and the whole body that it stands for.
+"""Mechanics of half a body: when half is enough, and the whole body it represents.
 
-A half model sees symmetric motions alone. That a state is stable against all others, only the whole body's tangent can
-tell: it is factorised once at the mirrored state.
+A half model has symmetric motions only. Stability against all other motions follows from the tangent of the whole body,
+factorised once at the mirrored state.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from math import nan
 import numpy as np
 
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.model import Model, model
+from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfolded
@@ -30,7 +30,7 @@ def mirror_of(problem: Problem, pressures: Iterable[Pressures] | None = None) ->
     ----------
     problem : Problem
     pressures : iterable of {chamber: MPa}, optional
-        All that will be applied; by default those of the tasks, where free ones may grow different in two chambers.
+        All that will be applied; by default those of the tasks, where free ones may become unequal in two chambers.
     """
     if pressures is None:
         pressures = [
@@ -43,7 +43,7 @@ def mirror_of(problem: Problem, pressures: Iterable[Pressures] | None = None) ->
 
 def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> bool:
     mirror = np.array(MIRRORS[plane])
-    # Rotations and moments are axial vectors: a mirror turns round those components that it leaves of others.
+    # Rotations and moments are axial vectors: a mirror reverses the components that it keeps of other vectors.
     axial = np.prod(mirror) * mirror
     effector, gravity = problem.end_effector, problem.gravity
     weight = np.zeros(3) if gravity is None else gravity.acceleration * np.array(gravity.direction)
@@ -62,7 +62,7 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> boo
 
 
 def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
-    """Chambers beside the plane, each with its image."""
+    """Chambers off the plane, each with its mirror image."""
     for one in problem.body.chamber:
         image = mirror[:2] * one.center
         if np.allclose(image, one.center):
@@ -74,7 +74,7 @@ def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The whole body that a half model stands for."""
+    """The whole body that a half model represents."""
 
     half: Model
     image: Unfolded
@@ -82,7 +82,7 @@ class Whole:
     tangent: Tangent
 
     def configuration(self, at: Configuration) -> Configuration:
-        """The whole body where its half is, under the loads of which the half has its share."""
+        """The whole body at the nodes of the half, under the full loads."""
         pressure = dict(zip(self.half.chambers, at.loads.pressure, strict=True))
         loads = at.loads._replace(
             pressure=np.array([pressure[name] for name in self.model.chambers]),
@@ -92,16 +92,16 @@ class Whole:
         return Configuration(self.model, self.image.vectors(at.X), loads, at.blocked)
 
     def state(self, half: State) -> State:
-        """The state of the whole body whose halves are both in this one."""
+        """The symmetric state of the whole body, from the state of its half."""
         u = self.image.vectors(half.u)
         if not self.half.mixed:
             return State(u, half.plate)
         regions = len(self.half.rubbers)
-        pressure = half.pressure.reshape(regions, -1)[:, self.image.source]
-        return State(u, half.plate, pressure.ravel())
+        hydrostatic = half.hydrostatic.reshape(regions, -1)[:, self.image.source]
+        return State(u, half.plate, hydrostatic.ravel())
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
-        """Those of the whole body's tangent at a state of the half: 0 where it is stable against all motions."""
+        """Negative pivots of the whole body at a state of the half; 0 means stable against all motions."""
         self.tangent.factorise(self.configuration(at), self.state(state))
         return self.tangent.negative_pivots
 
@@ -111,5 +111,5 @@ def whole_of(half: Model, mesh: TetMesh) -> Whole:
     image = unfolded(mesh)
     rubber = half.rubber if len(half.rubbers) == 1 else half.rubbers
     weight = any(isinstance(term.energy, Weight) for term in half.terms)
-    body = model(image.mesh, rubber, half.plate, mixed=half.mixed, weight=weight)
+    body = build_model(image.mesh, rubber, half.plate, mixed=half.mixed, weight=weight)
     return Whole(half, image, body, Tangent(body))

@@ -1,14 +1,14 @@
-"""Equilibrium paths: the states of a body as the pressures grow together, through limit points and beyond.
+"""Equilibrium paths: the states of a body as its pressures grow in proportion, through limit points and beyond.
 
-The pressures are λ p̂, all other loads stay. Past a limit point, where a chamber balloons, λ falls while the body goes
-on moving; so the distance along the path is what is given, and λ is found with the state: Newton's method on the
-bordered system (Riks 1979; Crisfield 1981; Keller 1977)
+The pressures are λ p̂; all other loads stay. Past a limit point, where a chamber balloons, λ falls while the body keeps
+moving. So the arc length is prescribed and λ is found with the state, by Newton's method on the bordered system
+(Riks 1979; Crisfield 1981; Keller 1977)
 
     [ K   −f ] [dx]   [−R]
     [ tᵀ   0 ] [dλ] = [ 0],   f = Σ p̂_c ∂V_c/∂x,
 
-by two back-solves with the factorised tangent K, so it serves plain and mixed elements alike. t is the path's tangent
-K⁻¹f at the point before, of unit length in the displacements.
+with two back-solves with the factorised tangent K, for plain and mixed elements alike. t is the direction K⁻¹f of the
+path at the last point, with unit length in the displacements.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ from pneumorph.mechanics.solve.balance import (
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, read_off, solve
 
 TOLERANCE = 1e-8
-"""Residual norm over the norm of the applied forces at which a point counts as found."""
+"""Relative residual, over the norm of the applied forces, at which a point has converged."""
 
 MOST_POINTS, MOST_SECONDS = 100, 600.0
-"""A path ends after as many points, or when as much time has passed."""
+"""A path ends after this many points, or this much time."""
 
 FIRST_RISE = 0.05
-"""Part of the pressures that the first step adds."""
+"""Fraction of the pressures that the first step adds."""
 
 STRAIGHT, BENT = 0.97, 0.7
-"""Cosine of the angle between the tangents of neighbouring points above which steps grow, and below which a step is
-taken back: it may have gone astray to another path."""
+"""Cosines of the angle between the directions at neighbouring points: above the first, steps grow; below the second, a
+step is rejected, since it may have jumped to another path."""
 
 SHORTEST = 1e-3
-"""Shortest step over the first."""
+"""Shortest step, relative to the first."""
 
 MOST_CORRECTIONS, CONTRACTION = 15, 0.3
-"""Corrections per point; and the ratio of two of them above which the tangent is factorised anew."""
+"""Most corrections per point, and the ratio of two corrections above which the tangent is factorised again."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,10 @@ class PathPoint:
 
     Attributes
     ----------
-    load : λ, the pressures over those of the configuration.
+    load : λ, the ratio of the pressures to those of the configuration.
     pressures : dict by chamber, MPa.
     equilibrium : Equilibrium
-        Its `negative_pivots` are those of the free tangent at constant pressures.
+        Its `negative_pivots` are those of the tangent at constant pressures.
     """
 
     load: float
@@ -71,13 +71,13 @@ class PathPoint:
 
 @dataclass(frozen=True)
 class Path:
-    """A path of equilibria from no pressure on.
+    """A path of equilibria that starts without pressure.
 
     Attributes
     ----------
-    points : in their order along the path.
-    limits : the points where the pressures have an extremum, found by Newton's method on dλ/ds = 0.
-    reason : why it ends where it does, as a part of a sentence.
+    points : in order along the path.
+    limits : limit points, where the pressures have an extremum, dλ/ds = 0.
+    reason : why the path ends, as part of a sentence.
     """
 
     points: tuple[PathPoint, ...]
@@ -87,9 +87,9 @@ class Path:
 
 @dataclass(frozen=True)
 class _Place:
-    """A point, where it is, and the path's tangent there: dx/ds (n,), of unit length in the displacements, and dλ/ds.
+    """A point of the path and its direction there: dx/ds (n,), with unit length in the displacements, and dλ/ds.
 
-    `across` is dx/ds without the pressures: what the distance along the path is measured with.
+    `across` is dx/ds without the hydrostatic unknowns; it measures the distance along the path.
     """
 
     point: PathPoint
@@ -109,20 +109,20 @@ def follow(
     most: int = MOST_POINTS,
     seconds: float = MOST_SECONDS,
 ) -> Path | NoEquilibrium:
-    """Follow the path of equilibria from no pressure on.
+    """Follow the path of equilibria that starts without pressure.
 
     Parameters
     ----------
-    at : with the pressures p̂ that are scaled; weights, springs and plate loads stay as they are.
+    at : with the pressures p̂ that are scaled; weights, springs and plate loads stay.
     tangent : the linear solver of its model; left factorised at the last point tried.
-    volume : mm³; the path ends when the work-conjugate volume Σ p̂_c V_c / max p̂ passes it.
-    load : the path ends when λ passes it, on the way up.
-    first_limit : whether it ends at its first limit point.
-    most, seconds : bounds on the points and the time.
+    volume : mm³; the path ends when the conjugate volume Σ p̂_c V_c / max p̂ reaches it.
+    load : the path ends when λ reaches it from below.
+    first_limit : whether the path ends at its first limit point.
+    most, seconds : limits on the number of points and the time.
 
     Returns
     -------
-    NoEquilibrium where there is no state without pressures to begin at, or no pressure to raise.
+    NoEquilibrium if there is no state without pressures to start from, or no pressure to raise.
     """
     began = time.perf_counter()
     if not np.any(np.asarray(at.loads.pressure)):
@@ -162,10 +162,10 @@ def follow(
     return Path(tuple(place.point for place in places), tuple(limits), reason)
 
 
-def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equilibrium | NoEquilibrium:
-    """Why there is no stable state: the limit of the pressures that path following finds, told in a sentence.
+def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equilibrium | NoEquilibrium:
+    """Find out by path following why no stable state was found, and name the limit pressure.
 
-    Where the path leads to a stable state at the full pressures after all, that one.
+    Where the path leads to a stable state at the full pressures after all, that state is returned.
     """
     found = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
     if isinstance(found, NoEquilibrium):
@@ -200,7 +200,7 @@ def explained(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Eq
 
 
 def _in_words(at: Configuration, load: float) -> str:
-    """The pressures λ p̂, with the chambers' names where there are several."""
+    """The pressures λ p̂ as text, with chamber names where there are several."""
     names = at.model.chambers if len(at.model.chambers) > 1 else ("",)
     parts = [f"{1e3 * load * float(pressure):.4g} kPa" for pressure in at.loads.pressure]
     return ", ".join(f"{name} = {part}" if name else part for name, part in zip(names, parts, strict=True))
@@ -231,14 +231,14 @@ def _conjugate_volume(at: Configuration, equilibrium: Equilibrium) -> float:
 
 
 def _moving(at: Configuration) -> np.ndarray:
-    """1 for the unknowns whose motion measures the way along the path, 0 for pressures and held ones."""
-    moving = np.where(at.held, 0.0, 1.0)
-    moving[at.model.pressure_unknowns] = 0.0
+    """1 for the unknowns that measure the distance along the path, 0 for hydrostatic and constrained ones."""
+    moving = np.where(at.constrained, 0.0, 1.0)
+    moving[at.model.hydrostatic_unknowns] = 0.0
     return moving
 
 
 def _along(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
-    """dx/dλ = K⁻¹f with the factorisation at hand."""
+    """dx/dλ = K⁻¹f with the last factorisation."""
     push = pressure_force(at, at.model.state(vector), at.loads.pressure)
     return tangent.precondition(supported(at, push))
 
@@ -246,7 +246,7 @@ def _along(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarra
 def _place(
     at: Configuration, here: Configuration, tangent: Tangent, found: Equilibrium, load: float, before: _Place | None
 ) -> _Place:
-    """The point at an equilibrium of the configuration `here`, with the path's tangent."""
+    """The point at an equilibrium of the configuration `here`, with the direction of the path."""
     tangent.move_to(here, found.state)
     vector, moving = at.model.vector(found.state), _moving(at)
     along = _along(at, tangent, vector)
@@ -259,7 +259,7 @@ def _place(
 
 
 def _advance(at: Configuration, tangent: Tangent, here: _Place, step: float) -> _Place | None:
-    """The point at a distance `step` along the tangent of another; None where it was not found."""
+    """The point at distance `step` along the direction at `here`; None where it was not found."""
     before = tangent.factorisations, tangent.solves
     try:
         tangent.move_to(here.at, here.point.equilibrium.state)
@@ -278,7 +278,7 @@ def _advance(at: Configuration, tangent: Tangent, here: _Place, step: float) -> 
 def _corrected(
     at: Configuration, tangent: Tangent, here: _Place, step: float
 ) -> tuple[np.ndarray, float, float] | None:
-    """Unknowns, λ and relative residual at the given distance, by Newton's method on the bordered system."""
+    """Unknowns, λ and relative residual at distance `step`, by Newton's method on the bordered system."""
     vector, load = here.vector + step * here.direction, here.point.load + step * here.slope
     along = here.direction / here.slope
     scale = applied_force(_loaded(at, load), at.model.state(vector))
@@ -306,19 +306,19 @@ def _corrected(
 
 
 def _bordered(tangent: Tangent, residual, along, across) -> tuple[np.ndarray, float]:
-    """dx and dλ: the correction at constant λ, brought back to the given distance along the path."""
+    """dx and dλ: the correction at constant λ, moved along the path back to the prescribed distance."""
     change = tangent.precondition(-residual)
     rise = -float(across @ change) / float(across @ along)
     return change + rise * along, rise
 
 
 def _limit(at: Configuration, tangent: Tangent, here: _Place, following: _Place, step: float) -> _Place:
-    """The limit point between two points: dλ/ds = 0 of the cubic through both with their slopes, twice over."""
+    """The limit point between two points: dλ/ds = 0 of the cubic through both, refined up to twice."""
     low, high = (0.0, here), (step, following)
     best = max(here, following, key=lambda place: abs(place.point.load))
     for _ in range(3):
         (a, left), (b, right) = low, high
-        # Slopes by the distance that is measured along the first point's tangent.
+        # dλ by the distance along the direction of the first point.
         rises = [place.slope / float(here.across @ place.direction) for place in (left, right)]
         at_limit = _stationary(b - a, left.point.load, right.point.load, *rises)
         found = _advance(at, tangent, here, a + at_limit)

@@ -1,4 +1,4 @@
-"""How an equilibrium moves with nodes and pressures, to first order."""
+"""First-order prediction of how an equilibrium changes with nodes and pressures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pneumorph.mechanics.solve.balance import pressure_force, supported
 def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, dp: np.ndarray) -> State:
     """The state after nodes move by dX (N, 3) mm and pressures by dp (C,) MPa: K du = −∂R/∂X dX − ∂R/∂p dp.
 
-    K is the tangent at `state` in the configuration `at`; where something else is factorised, it is factorised anew.
+    K is the tangent at `state` in the configuration `at`; it is factorised again if something else was.
     """
     model = at.model
     push = -model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, dX))

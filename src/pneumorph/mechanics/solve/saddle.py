@@ -1,9 +1,9 @@
-"""Equilibrium as a stationary point, for mixed elements: a minimum in the displacements, a maximum in the pressures.
+"""Equilibrium of mixed elements: a saddle point of Π, minimal in the displacements and maximal in π.
 
 Newton's method with the affine-invariant monotonicity test (Deuflhard 2011, Newton Methods for Nonlinear Problems,
-algorithm NLEQ-ERR): a step is right when the next correction by the same factorisation is smaller. No energy is
-compared, and eliminating the pressures to get one would make the path to it as narrow as κ/μ is large. A correction
-that is much smaller is taken itself as the next step, without a new factorisation.
+algorithm NLEQ-ERR): a step is accepted when the next correction by the same factorisation is smaller. If that
+correction is much smaller, it is the next step, without a new factorisation. Energies are not compared: with π
+eliminated the potential is the more ill-conditioned the larger κ/μ.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ MOST_NEWTON_STEPS = 40
 SMALLEST_STEP = 1 / 64
 
 QUICK, SLOW = 0.2, 0.7
-"""Contraction below which an old factorisation goes on serving, and what is borne of it while it evens out a rough
-start: an assembly with factorisation costs some twelve back-solves."""
+"""Contraction below which an old factorisation is kept, and the one that is tolerated while it smooths a rough start:
+an assembly with factorisation costs about twelve back-solves."""
 
 SMOOTH = 0.02
-"""Relative residual below which no start counts as rough."""
+"""Relative residual below which a start does not count as rough."""
 
 MOST_TANGENTS_DOWN, STEPS_PER_FACTORISATION, LEAST_SHIFT = 100, 2, 1e-7
-"""Tangents on the way down from an unstable state, steps with each of them, and the least part by which its diagonal is
-raised."""
+"""On the way down from an unstable state: most tangents, steps with each of them, and the least fraction by which their
+diagonal is raised."""
 
 LARGEST_MOVE = 0.02
-"""Largest displacement in one step on the way down from an unstable state, in lengths of the body."""
+"""Largest displacement in one step on the way down, relative to the diagonal of the body's bounding box."""
 
 
-def settle(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
-    """The stable state near `start` with its relative residual, or the reason why none was found.
+def find_stable(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+    """A stable state near `start` with its relative residual, or the reason why none was found.
 
-    Where Newton's method ends in an unstable state, the way goes on downhill; where that leads nowhere, the unstable
-    state is the answer, and its negative pivots say so.
+    Where Newton's method ends in an unstable state, the search goes on downhill from there. If that finds nothing, the
+    unstable state is returned, with its negative pivots.
     """
     try:
         found = newton(at, tangent, start, tolerance)
@@ -68,15 +68,15 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
     vector = supported(at, model.vector(start))
     residual = residual_at(at, vector)
     if not np.isfinite(residual).all():
-        return "the starting state is no finite one"
+        return "the starting state is not finite"
     scale = applied_force(at, model.state(vector))
     size = float(np.linalg.norm(residual)) / scale
     if not tangent.ready and np.any(vector):
-        # A state carried over from another mesh is rough in detail; the tangent at rest evens it out.
+        # A state carried over from another mesh is rough in detail; steps with the tangent at rest smooth it.
         tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
     direction, fresh = None, True
     if tangent.ready:
-        # The factorisation may be of a time when other components of the plate were held.
+        # The factorisation may belong to other blocked components of the plate.
         direction, fresh = supported(at, tangent.precondition(-residual)), False
     for _ in range(MOST_NEWTON_STEPS):
         if size <= tolerance:
@@ -99,13 +99,13 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         direction, fresh = (correction, False) if kept else (None, True)
         if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-    return f"Newton did not settle in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+    return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
 def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: float, bound: float | None):
     """The unknowns after a step that passes the test, their residual, the next correction and its relative size.
 
-    Steps are halved down to `smallest`; without a `bound` on the contraction the test's own 1 − step/4 is it.
+    Steps are halved down to `smallest`. The contraction must be below `bound`, by default 1 − step/4.
     """
     before, step = length(at, direction), 1.0
     least = min(SMALLEST_RATIO, smallest_ratio(at, vector))
@@ -116,23 +116,23 @@ def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: flo
             correction = supported(at, tangent.precondition(-residual))
             contraction = length(at, correction) / max(before, 1e-300)
             if contraction <= (1 - step / 4 if bound is None else bound):
-                # Only after a whole step does the correction say how good the factorisation still is.
+                # Only after a full step does the correction show how good the factorisation still is.
                 return trial, residual, correction, contraction if step == 1.0 else 1.0
         step /= 2
     return None
 
 
 def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | None:
-    """A stable state below an unstable one, at which the tangent is factorised; None where none was reached.
+    """A stable state of less energy than an unstable one, whose tangent is factorised; None where none was reached.
 
-    A push along the softest motions, then steps of Newton's method on a tangent whose diagonal is raised just as much
-    as makes it stable: they follow the gradient flow of the potential with the pressures eliminated, and no motion
-    that gains energy is slowed to less than a third more from step to step.
+    A push along the softest motions, then Newton steps with a tangent whose diagonal is raised just enough to make it
+    stable: they follow the gradient flow of the potential with π eliminated. Motions that release energy grow by at
+    least a third in each step.
     """
     model = at.model
     reach = LARGEST_MOVE * float(np.linalg.norm(np.ptp(np.asarray(at.X)[: model.nodes], axis=0)))
-    moving = np.where(at.held, 0.0, 1.0)
-    moving[model.pressure_unknowns] = 0.0
+    moving = np.where(at.constrained, 0.0, 1.0)
+    moving[model.hydrostatic_unknowns] = 0.0
     push = moving * np.random.default_rng(0).standard_normal(model.size)
     for _ in range(4):
         push = tangent.precondition(moving * push)
@@ -154,7 +154,7 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
                     return found
         previous = np.inf
         for _ in range(STEPS_PER_FACTORISATION):
-            # The first step goes along the soft motions, the next ones take out what it upset in the stiff ones.
+            # The first step moves along the soft motions, the next ones correct the errors it made in the stiff ones.
             direction = supported(at, tangent.precondition(-residual))
             now = length(at, direction)
             if now > 2 * previous:

@@ -1,4 +1,4 @@
-"""Sweeps: a path of loads on one mesh, walked from equilibrium to equilibrium."""
+"""Sweeps: a sequence of loads on one mesh, solved one after the other."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, solve
-from pneumorph.mechanics.solve.path import explained
+from pneumorph.mechanics.solve.path import diagnose
 
 
 def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibrium | NoEquilibrium]:
-    """The equilibrium of every configuration of a path, each sought from the one before.
+    """The equilibrium of every configuration of a sweep, each solved from the one before.
 
-    All configurations share the nodes; what differs is their loads. Steps that are too long are made in several. Where
-    one has no equilibrium the walk is over: its `NoEquilibrium` tells the limit that path following finds, and the rest
-    of the path is answered without being tried.
+    All configurations have the same nodes and differ in their loads. Steps that are too long are subdivided. The sweep
+    ends where there is no equilibrium: that `NoEquilibrium` names the limit found by path following, and the rest is
+    not tried.
 
     Parameters
     ----------
-    path : configurations in the order they are walked.
+    path : configurations, in order.
     tangent : the linear solver of their model.
     """
     walked: list[tuple[Loads, State]] = []
@@ -34,7 +34,7 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
             continue
         found = solve(at, tangent, _start(walked, at.loads), since=walked[-1] if walked else None)
         if isinstance(found, NoEquilibrium):
-            found = explained(at, tangent, found)
+            found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
@@ -43,7 +43,7 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
 
 
 def _start(walked: list[tuple[Loads, State]], loads: Loads) -> State | None:
-    """The last state, carried on along the secant through the last two; None before the first."""
+    """The last state, extrapolated along the secant through the last two; None before the first."""
     if len(walked) < 2:
         return walked[-1][1] if walked else None
     (before, earlier), (now, state) = walked

@@ -1,4 +1,4 @@
-"""Numbers as people say them: motions in millimetres and degrees."""
+"""Numbers in the units users expect: motions in millimetres and degrees, pressures in kPa."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": 
 
 
 class Motion(NamedTuple):
-    """What a task came to, in the unit people use for it, and what it is called."""
+    """What a task achieves, in its usual unit, and what it is called."""
 
     value: float
     unit: str
@@ -52,15 +52,15 @@ def _motion(asked: Maximize, found: TaskResult) -> Motion:
     return Motion(sign * float(np.degrees(found.rotation[axis])), "°", word)
 
 
-def pressures(by_chamber: Mapping[str, float]) -> str:
+def format_pressures(by_chamber: Mapping[str, float]) -> str:
     """Chamber pressures in MPa as "60 kPa" or "A 60, B 0 kPa"."""
     if len(by_chamber) == 1:
         return f"{1e3 * next(iter(by_chamber.values())):.3g} kPa"
     return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in by_chamber.items()) + " kPa"
 
 
-def validity(rubber: Rubber, max_stretch: float) -> str:
-    """A sentence where a stretch is beyond what the rubber's parameters hold for; else nothing."""
+def validity_warning(rubber: Rubber, max_stretch: float) -> str:
+    """A warning where a stretch is beyond the range of the rubber's parameters; else empty."""
     if not rubber.beyond(max_stretch):
         return ""
     return (
@@ -69,7 +69,7 @@ def validity(rubber: Rubber, max_stretch: float) -> str:
     )
 
 
-def duration(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Seconds as "48 s", "3:05 min" or "1:02 h"."""
     whole = round(seconds)
     if whole < 60:
@@ -79,6 +79,6 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
 
 
-def analysed(mirror: str | None) -> str:
-    """What is to be said beside the size of a model about half the body that it is; nothing for a whole one."""
+def mirror_note(mirror: str | None) -> str:
+    """A note for a model of half a body, to follow its size; empty for a whole body."""
     return "" if mirror is None else f", half the body on one side of the plane {mirror}"

@@ -22,7 +22,7 @@ _DEPTHS = (0.3, 0.15, 0.5, 0.0, 0.8)  # trial distances into the solid, in edge 
 _LARGEST_HOLE = 24
 
 
-def mend(
+def repair(
     points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, mid_points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Put vertices next to poor elements and rebuild their surroundings.
