@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -77,11 +77,14 @@ def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
 
 @cache
 def _initial_shear_modulus(isochoric: Energy, parameters: tuple[float, ...]) -> float:
+    return float(_shear_curvature(isochoric, jnp.asarray(parameters, dtype=float)))
+
+
+@partial(jax.jit, static_argnums=0)
+def _shear_curvature(isochoric: Energy, parameters: Array) -> Array:
+    """∂²ψ/∂γ² of a simple shear γ at rest."""
     shear = jnp.zeros((3, 3)).at[0, 1].set(1.0)
-    given = jnp.asarray(parameters, dtype=float)
-    # Compiled as one: op by op it takes ten times as long.
-    curvature = jax.jit(jax.grad(jax.grad(lambda amount: isochoric(jnp.eye(3) + amount * shear, given))))
-    return float(curvature(0.0))
+    return jax.grad(jax.grad(lambda amount: isochoric(jnp.eye(3) + amount * shear, parameters)))(0.0)
 
 
 def neo_hookean_rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
