@@ -11,8 +11,9 @@ demo: $(READY)
 	@echo "The pictures are in runs/linear:"
 	@find runs/linear -name '*.png' | sort
 
+# Two processes of one thread each: most of the suite is Python and compiling, which use one core.
 test: $(READY)
-	$(BIN)/python -m pytest
+	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(READY)
 	$(BIN)/ruff check
