@@ -46,7 +46,7 @@ def test_eccentric_chamber_and_corner_of_its_disc(make_body, table):
     limits = build_limit_functions(body, table(wall=4.0))
     points = body.control_points()
     pairs = limits.pairs(points)
-    x = np.asarray(limits._positions([field.x for field in limits._fields(points)]))
+    x = np.asarray(limits.positions([field.x for field in limits.fields(points)]))
     distance = 4.0 * (1.0 - np.asarray(limits.values(points, pairs)["wall"]))
     q = np.arctan2(x[: len(distance), 1], x[: len(distance), 0])
     aside = np.hypot(8.0 * np.cos(q) - 2.0, 8.0 * np.sin(q) - 1.0) - 3.0

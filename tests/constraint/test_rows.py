@@ -8,7 +8,7 @@ import pytest
 from pneumorph.constraint import certify
 from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, sample_limits
-from pneumorph.constraint.shape_rows import _gradient
+from pneumorph.constraint.shape_rows import differentiated_shapes
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
@@ -94,7 +94,7 @@ def test_measures_at_places_are_those_of_any_point_of_the_surface(make_body, tab
     spans = surface.basis_r.spans
     r = np.array([0.3, 1.0, 1.5, 2.0, 7.4, spans - 1.0, spans - 0.4]) / spans
     q = np.linspace(0.05, 0.9, len(r))
-    value, _, _ = _gradient(surface, limits.fine[1], np.zeros(len(r), dtype=int), q, r, "per_mm")
+    value, _, _ = differentiated_shapes(surface, limits.fine[1], np.zeros(len(r), dtype=int), q, r, "per_mm")
     for one, place in zip(value, zip(q, r, strict=True), strict=True):
         assert one == pytest.approx(half_of_squared_curvatures(surface, *place), rel=1e-8)
 

@@ -115,16 +115,16 @@ def test_meshing_leaves_the_process_output_alone():
     code = """
 import os
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.mesh.volume import _silence
+from pneumorph.mesh.volume import silence
 
 def output():
     return os.fstat(1).st_ino
 
 before = output()
-with _silence():
+with silence():
     assert output() == before
 keep_netgen_quiet()
-with _silence():
+with silence():
     assert output() != before
 assert output() == before
 """

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from texts import EXTEND, problem_text
 
 from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material import energies
@@ -25,24 +26,7 @@ TRUE = {
 
 def elastomer(name):
     """The rubber of a library name, by way of a problem file."""
-    return rubber_of(
-        loads(f"""
-[material]
-name = "{name}"
-[body]
-length = "80 mm"
-radius = "9 mm"
-[[body.chamber]]
-name = "A"
-radius = "3 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "77 mm"]
-[[task]]
-name = "t"
-pressure = {{ A = "10 kPa" }}
-objective = {{ motion = "extension" }}
-""").material
-    )
+    return rubber_of(loads(problem_text(EXTEND, material=f'name = "{name}"')).material)
 
 
 @pytest.mark.parametrize("label", TRUE)

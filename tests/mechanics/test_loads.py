@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from texts import EXTEND, problem_text
 
 from pneumorph.mechanics import (
     Equilibrium,
@@ -94,17 +95,7 @@ def test_a_hanging_bar_and_a_beam_under_their_small_weight():
 
 def test_all_six_springs_have_a_key(built, tmp_path):
     path = tmp_path / "sprung.toml"
-    path.write_text("""
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "24 mm"
-radius = "8 mm"
-[[body.chamber]]
-name = "A"
-radius = "4 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "21 mm"]
+    springs = """
 [end_effector.spring]
 shift_x = "1 N/mm"
 shift_y = "2 N/mm"
@@ -112,9 +103,6 @@ axial = "3 N/mm"
 bending_x = "4 N*mm/rad"
 bending_y = "5 N*mm/rad"
 torsion = "6 N*mm/rad"
-[[task]]
-name = "extend"
-pressure = { A = "60 kPa" }
-objective = { kind = "maximize", motion = "extension" }
-""")
+"""
+    path.write_text(problem_text(springs + EXTEND))
     assert np.asarray(loads_of(load(path), built[1], {"A": 0.06}).spring) == pytest.approx([1, 2, 3, 4, 5, 6])

@@ -135,7 +135,7 @@ def test_pivots_beyond_the_hydrostatic_ones_count_the_unstable_motions(loaded):
     B, M = K[~hydrostatic][:, hydrostatic], K[hydrostatic][:, hydrostatic]
     condensed = K[~hydrostatic][:, ~hydrostatic] - B @ np.linalg.solve(M, B.T)
     best, plain = Tangent(built), SuperLU(built.sparsity.indptr, built.sparsity.indices)
-    best._refactorise(data, Origin(at, rest(built), 0.0))
+    best.refactorise(data, Origin(at, rest(built), 0.0))
     plain.refactorise(data)
     assert np.count_nonzero(np.linalg.eigvalsh(condensed) < 0) == 3
     assert best.negative_pivots == 3

@@ -5,6 +5,7 @@ It designs, holds limits, goes on after a stop as if nothing had happened, and s
 
 import numpy as np
 import pytest
+from texts import EXTEND, problem_text
 
 from pneumorph.analysis import to_json
 from pneumorph.constraint import certify
@@ -12,24 +13,7 @@ from pneumorph.errors import ComputationError, MeshError
 from pneumorph.optimize import DesignAccepted, Finished, MeshKept, Started, design
 from pneumorph.problem import loads
 
-FILE = """
-title = "Short linear actuator"
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "40 mm"
-radius = "8 mm"
-control_density = "0.6 /mm"
-ripple = { amplitude = "0.4 mm", period = "10 mm" }
-[[body.chamber]]
-name = "A"
-radius = "5 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "37 mm"]
-[[task]]
-name = "extend"
-pressure = { A = "60 kPa" }
-objective = { kind = "maximize", motion = "extension" }
+REST = """
 [limits]
 envelope = { radius = "12 mm" }
 [mesh]
@@ -38,6 +22,8 @@ size = "4 mm"
 iterations = ITERATIONS
 method = "METHOD"
 """
+BODY = 'control_density = "0.6 /mm"\nripple = { amplitude = "0.4 mm", period = "10 mm" }'
+FILE = problem_text(EXTEND + REST, 40, chambers=(("A", 5, "0 mm", "0 mm"),), body=BODY)
 
 
 def run(iterations, method="sqp", state=None):

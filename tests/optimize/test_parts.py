@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
+from texts import problem_text
 
 from pneumorph.constraint import build_limit_functions, certify
 from pneumorph.constraint.rows import linearised
@@ -23,18 +24,7 @@ from pneumorph.optimize.subproblem import build_sequential_quadratic, limits_by_
 from pneumorph.optimize.within import Within, least_motion, within
 from pneumorph.problem import loads
 
-FILE = """
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "30 mm"
-radius = "8 mm"
-control_density = "0.4 /mm"
-[[body.chamber]]
-name = "A"
-radius = "4 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "27 mm"]
+REST = """
 [[task]]
 name = "extend"
 pressure = { A = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }
@@ -42,6 +32,7 @@ objective = { kind = "maximize", motion = "extension" }
 [limits]
 envelope = { radius = "12 mm" }
 """
+FILE = problem_text(REST, 30, body='control_density = "0.4 /mm"')
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from texts import problem_text
 
 from pneumorph.analysis import analyse, answers, design_gradient, design_slopes, discretise, predicted
 from pneumorph.errors import ComputationError
@@ -14,23 +15,7 @@ from pneumorph.objective import Objective
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
 
-FILE = """
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "24 mm"
-radius = "8 mm"
-control_density = "0.3 /mm"
-[[body.chamber]]
-name = "A"
-radius = "2 mm"
-center = ["3.8 mm", "1 mm"]
-span = ["3 mm", "21 mm"]
-[[body.chamber]]
-name = "B"
-radius = "2 mm"
-center = ["-4 mm", "0 mm"]
-span = ["3 mm", "21 mm"]
+REST = """
 [gravity]
 direction = [-1, 0, 0]
 [[task]]
@@ -56,6 +41,8 @@ objective = { kind = "reach", position = ["4 mm", "0 mm", "26 mm"], rotation = [
 [mesh]
 size = "6 mm"
 """
+CHAMBERS = (("A", 2, "3.8 mm", "1 mm"), ("B", 2, "-4 mm", "0 mm"))
+FILE = problem_text(REST, chambers=CHAMBERS, body='control_density = "0.3 /mm"')
 
 
 @pytest.fixture(scope="module")

@@ -162,7 +162,7 @@ def test_three_units_have_three_scales():
     )
     lines = [history_entry(k, tasks={task.name: answer(2, 0.4 - 0.3 * k) for task in asked.task}) for k in (0, 1)]
     axes = Figure().subplots()
-    history._motions(axes, asked, lines)
+    history.draw_motions(axes, asked, lines)
     scales = axes.figure.axes
     assert [scale.get_ylabel() for scale in scales] == ["mm", "degrees", "objective"]
     assert scales[1].get_ylim()[0] == 0.0

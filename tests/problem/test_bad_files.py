@@ -3,28 +3,12 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from texts import TWO_BESIDE, problem_text
 
 from pneumorph.errors import ProblemError
 from pneumorph.problem import load, loads
 
-GOOD = """
-title = "Two chambers"
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "80 mm"
-radius = "12 mm"
-ripple = { amplitude = "0.2 mm", period = "10 mm" }
-[[body.chamber]]
-name = "A"
-radius = "3 mm"
-center = ["5 mm", "0 mm"]
-span = ["3 mm", "77 mm"]
-[[body.chamber]]
-name = "B"
-radius = "3 mm"
-center = ["-5 mm", "0 mm"]
-span = ["3 mm", "77 mm"]
+REST = """
 [end_effector]
 kind = "plate"
 spring = { axial = "4 N/mm" }
@@ -51,6 +35,8 @@ step = "0.2 mm"
 method = "sqp"
 iterations = 40
 """
+RIPPLE = 'ripple = { amplitude = "0.2 mm", period = "10 mm" }'
+GOOD = problem_text(REST, 80, 12, TWO_BESIDE, body=RIPPLE, head='title = "Two chambers"')
 
 TARGET = '"maximize", motion = "bending_y"'
 

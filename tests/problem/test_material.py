@@ -6,6 +6,7 @@ import tomllib
 import jsonschema
 import pytest
 from pydantic import TypeAdapter
+from texts import EXTEND, problem_text
 
 from pneumorph.mechanics import rubber_of
 from pneumorph.problem import loads
@@ -21,25 +22,11 @@ TABLES = {
     "arruda-boyce": 'shear_modulus = "0.3 MPa"\nlocking_stretch = 3.5',
     "ogden": 'terms = [{ modulus = "0.4 MPa", exponent = 1.8 }, { modulus = "-1 kPa", exponent = -2 }]',
 }
-REST = """
-[body]
-length = "80 mm"
-radius = "9 mm"
-[[body.chamber]]
-name = "A"
-radius = "3 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "77 mm"]
-[[task]]
-name = "t"
-pressure = { A = "10 kPa" }
-objective = { motion = "extension" }
-"""
 
 
 @pytest.mark.parametrize("model", TABLES)
 def test_models_read_back_and_are_as_stiff_as_they_say(model):
-    text = f'[material]\nmodel = "{model}"\n{TABLES[model]}\n{COMMON}{REST}'
+    text = problem_text(EXTEND, material=f'model = "{model}"\n{TABLES[model]}\n{COMMON}')
     problem = loads(text)
     assert loads(problem.to_toml()) == problem
     rubber = rubber_of(problem.material)
@@ -53,13 +40,13 @@ def test_models_read_back_and_are_as_stiff_as_they_say(model):
 
 
 def test_without_a_model_it_is_neo_hookean():
-    plain = loads(f'[material]\nshear_modulus = "0.3 MPa"\n{COMMON}{REST}').material
+    plain = loads(problem_text(EXTEND, material=f'shear_modulus = "0.3 MPa"\n{COMMON}')).material
     assert plain.model == "neo-hookean"
 
 
 @pytest.mark.parametrize("name", library())
 def test_every_name_of_the_library(name):
-    problem = loads(f'[material]\nname = "{name}"\n{REST}')
+    problem = loads(problem_text(EXTEND, material=f'name = "{name}"'))
     assert problem.material.name == name
     assert loads(problem.to_toml()) == problem
     assert TypeAdapter(Material).validate_python({"name": name}) == problem.material

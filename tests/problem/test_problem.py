@@ -8,6 +8,7 @@ import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from texts import TWO_BESIDE, problem_text
 
 from pneumorph.errors import ProblemError, Renamed
 from pneumorph.problem import load, loads
@@ -16,27 +17,13 @@ from pneumorph.problem.schema import SHIPPED, json_schema
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.toml"))
 
-LEAST = """
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "80 mm"
-radius = "12 mm"
-[[body.chamber]]
-name = "A"
-radius = "3 mm"
-center = ["5 mm", "0 mm"]
-span = ["3 mm", "77 mm"]
-[[body.chamber]]
-name = "B"
-radius = "3 mm"
-center = ["-5 mm", "0 mm"]
-span = ["3 mm", "77 mm"]
+BEND = """
 [[task]]
 name = "bend"
 pressure = { B = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }
 objective = { motion = "-bending_y" }
 """
+LEAST = problem_text(BEND, 80, 12, TWO_BESIDE)
 
 
 def test_inside_units_and_defaults():

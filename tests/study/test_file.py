@@ -9,7 +9,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem
 from pneumorph.study import load_study
 from pneumorph.study.file import Member
-from pneumorph.study.summary import _captions
+from pneumorph.study.summary import captions
 
 RIPPLE = '{ amplitude = "0.2 mm", period = "10 mm" }'
 BASE = tiny(control_density=f'"0.4 /mm"\nripple = {RIPPLE}', pressure='{ A = "20 kPa" }', size='"5 mm"')
@@ -84,10 +84,10 @@ def test_captions_tell_what_members_do_not_share():
     def members(*changes):
         return [Member(f"m{number}", each, cast(Problem, None)) for number, each in enumerate(changes)]
 
-    assert _captions(members({"mesh.size": "3 mm", "a.k": "1 N"}, {"mesh.size": "3 mm", "a.k": "2 N"})) == [
+    assert captions(members({"mesh.size": "3 mm", "a.k": "1 N"}, {"mesh.size": "3 mm", "a.k": "2 N"})) == [
         "k: 1 N",
         "k: 2 N",
     ]
     # Members of other base problems may have the same changes.
-    assert _captions(members({"mesh.size": "3 mm"}, {"mesh.size": "3 mm"})) == ["m0", "m1"]
-    assert _captions(members({"body.ripple": False}, {})) == ["ripple: none", "m1"]
+    assert captions(members({"mesh.size": "3 mm"}, {"mesh.size": "3 mm"})) == ["m0", "m1"]
+    assert captions(members({"body.ripple": False}, {})) == ["ripple: none", "m1"]

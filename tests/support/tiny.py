@@ -1,18 +1,8 @@
 """The text of a problem small and coarse enough to simulate in a second."""
 
-TINY = """
-title = "Tiny"
-[material]
-name = "Hei-Cast 8400"
-[body]
-length = "24 mm"
-radius = "8 mm"
-control_density = "0.3 /mm"
-[[body.chamber]]
-name = "A"
-radius = "4 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "21 mm"]
+from texts import problem_text
+
+REST = """
 [end_effector]
 spring = { axial = "0 N/mm" }
 [[task]]
@@ -24,6 +14,8 @@ size = "6 mm"
 [optimizer]
 iterations = 2
 """
+
+TINY = problem_text(REST, body='control_density = "0.3 /mm"', head='title = "Tiny"')
 
 
 def tiny(**changes: str) -> str:

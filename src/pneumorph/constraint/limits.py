@@ -88,7 +88,7 @@ class LimitFunctions:
         nets = self._nets(points)
         shapes = [measures(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
         tubes = [grid.positions(net) for net, grid in zip(nets, self.grids, strict=True)]
-        X = self._positions(tubes)
+        X = self.positions(tubes)
         wall = distances(X, self._wall_source, pairs.wall)
         fold = distances(X, self._fold_source, pairs.fold)
         clear = [jnp.minimum(x[2], self.length - x[2]).ravel() for x in tubes]
@@ -125,7 +125,7 @@ class LimitFunctions:
     def pairs(self, points: ArrayLike) -> Pairs:
         """Find every sample's partners again, at the control points (n_points, 3), or flat."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
-        fields = self._fields(points)
+        fields = self.fields(points)
         targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)]
         return Pairs(
             wall=joined(
@@ -199,14 +199,16 @@ class LimitFunctions:
         return 1.0 - jnp.concatenate([jnp.minimum(base, tip).ravel(), *rims])
 
     @cached_property
-    def _fields(self) -> Callable[[ArrayLike], list[Fields]]:
+    def fields(self) -> Callable[[ArrayLike], list[Fields]]:
+        """The fields of every surface's samples, of control points."""
+
         @jax.jit
         def fields(points: ArrayLike) -> list[Fields]:
             return [grid.fields(net) for net, grid in zip(self._nets(points), self.grids, strict=True)]
 
         return fields
 
-    def _positions(self, tubes: list[Array]) -> Array:
+    def positions(self, tubes: list[Array]) -> Array:
         """All samples that distances are taken between, (n, 3): the exterior's tube, then the closed chambers."""
         parts = [
             (closed_positions(x, grid) if grid.cavity else x).reshape(3, -1).T

@@ -45,7 +45,7 @@ def shapes(
         kind, cell = (np.concatenate(pair) for pair in zip(given[:2], worst[:2], strict=True))
         q, r = (np.concatenate(pair) for pair in zip(given[2:], worst[2:], strict=True))
         kind, cell, q, r = _distinct(samples, kind, cell, q, r)
-        value, entry, points = _gradient(surface, samples, kind, q, r, spec.stretch.form)
+        value, entry, points = differentiated_shapes(surface, samples, kind, q, r, spec.stretch.form)
         excess = scale[kind] * value + shift[kind]
         unknowns = (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48)
         rows.append(Part(kind, limits.first[number] + cell, excess, unknowns, scale[kind][:, None] * entry))
@@ -145,7 +145,7 @@ def _tangents(surface: TubeSurface, q: Floats, r: Floats) -> tuple[tuple[Floats,
     return (fields, parts.shrink[back, 0], parts.slope[back, 0]), by_r, by_q
 
 
-def _gradient(
+def differentiated_shapes(
     surface: TubeSurface, samples: Grid, kind: Ints, q: Floats, r: Floats, form: Form
 ) -> tuple[Floats, Floats, Ints]:
     """Measures (m,) at places, derivatives (m, 48) by the control points (m, 16) that they depend on."""

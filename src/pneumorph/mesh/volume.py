@@ -86,7 +86,7 @@ def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tu
     """Straight, positively oriented tetrahedra inside closed triangles; the given points come first."""
     moved = points + _APART * size * np.random.default_rng(0).standard_normal(points.shape)
     mesh = _netgen_mesh(moved, triangles)
-    with _silence():
+    with silence():
         try:
             mesh.GenerateVolumeMesh(maxh=size, optimize3d="")
         except Exception as error:  # Netgen has no error class of its own here
@@ -106,7 +106,7 @@ def _optimised(
     mesh = _netgen_mesh(points, triangles)
     mesh.AddElements(dim=3, index=1, data=np.ascontiguousarray(tets[:, [0, 2, 1, 3]], dtype=np.int32), base=0)
     mesh.SetMaterial(1, "solid")
-    with _silence():
+    with silence():
         mesh.OptimizeVolumeMesh(netgen.MeshingParameters(maxh=size, optimize3d=moves, optsteps3d=steps))
     return _arrays(mesh)
 
@@ -136,7 +136,8 @@ def keep_netgen_quiet() -> None:
 
 
 @contextmanager
-def _silence() -> Iterator[None]:
+def silence() -> Iterator[None]:
+    """Netgen's output off the screen where a command has asked for it, see `keep_netgen_quiet`."""
     netgen.SetMessageImportance(0)
     if not _redirected:
         yield

@@ -30,7 +30,7 @@ def draw_history(path: Path, problem: Problem, history: History) -> None:
     """Save the picture of a history."""
     figure = Figure(figsize=(12.5, 4.2), layout="constrained", facecolor="white")
     motions, limits, seconds = figure.subplots(1, 3)
-    _motions(motions, problem, history)
+    draw_motions(motions, problem, history)
     _limits(limits, problem.limits, history)
     _seconds(seconds, history)
     for axes in (motions, limits, seconds):
@@ -45,7 +45,7 @@ def _designs(history: History) -> np.ndarray:
     return np.array([entry.iteration for entry in history])
 
 
-def _motions(axes: Axes, problem: Problem, history: History) -> None:
+def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
     """One curve per task; a scale for each unit, the first on the left."""
     found = {task.name: [motion_of(task, entry.tasks[task.name]) for entry in history] for task in problem.task}
     units = list(dict.fromkeys(motions[0].unit for motions in found.values()))

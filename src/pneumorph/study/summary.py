@@ -78,22 +78,22 @@ def write_sheet(study: Study, out: Path, finished: Iterable[str]) -> Path:
     members = [member for member in study.members if member.name in done]
     tiles = [
         Tile(member.name, caption, open_run(out / member.name))
-        for member, caption in zip(members, _captions(members), strict=True)
+        for member, caption in zip(members, captions(members), strict=True)
     ]
     path = out / "sheet.png"
     draw_sheet(path, study.title, tiles)
     return path
 
 
-def _captions(members: Sequence[Member]) -> list[str]:
+def captions(members: Sequence[Member]) -> list[str]:
     """What sets members apart, for users: the changes that not all share, or their names where these do not differ."""
     common = [item for item in members[0].changes.items() if all(item in each.changes.items() for each in members)]
-    captions = [
+    motions = [
         "\n".join(f"{key.split('.')[-1]}: {_short(value)}" for key, value in changes) or each.name
         for each in members
         for changes in [[item for item in each.changes.items() if item not in common]]
     ]
-    return captions if len(set(captions)) == len(members) else [each.name for each in members]
+    return motions if len(set(motions)) == len(members) else [each.name for each in members]
 
 
 def _short(value: Any) -> str:

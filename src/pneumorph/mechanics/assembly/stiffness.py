@@ -35,14 +35,14 @@ def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
         half, A, G = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3))
         slopes = np.empty((3, 9))
         for point in range(4):
-            _moduli(derivatives[:, point, e], F[:, :, point, e], slopes, A)
+            moduli_by_invariants(derivatives[:, point, e], F[:, :, point, e], slopes, A)
             _gradients(derivative[point], inverse_jacobian[:, :, point, e], G)
             _add(A, G, half, local)
         blocks[e] = local
 
 
 @numba.njit(cache=True, fastmath=True)
-def _moduli(w, F, slopes, A):
+def moduli_by_invariants(w, F, slopes, A):
     """∂²w/∂F∂F = Σ w_a ∂²I_a + Σ w_ab ∂I_a ⊗ ∂I_b at one point, into A (9, 9)."""
     # ∂I₁ = 2 F, ∂I₂ = 2 (I₁ F − F FᵀF), ∂J = cof F.
     left, right = np.zeros((3, 3)), np.zeros((3, 3))

@@ -83,7 +83,7 @@ class Tangent:
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
         began = time.perf_counter()
-        self._refactorise(self._assembled(at, state), Origin(at, state, 0.0))
+        self.refactorise(self._assembled(at, state), Origin(at, state, 0.0))
         self.unit_seconds = time.perf_counter() - began
 
     def is_of(self, at: Configuration, state: State) -> bool:
@@ -110,14 +110,14 @@ class Tangent:
         The fractions tried are 0, `least`, and then four times the last. The diagonal of π stays.
         """
         data = self._assembled(at, state)
-        self._refactorise(data, Origin(at, state, 0.0))
+        self.refactorise(data, Origin(at, state, 0.0))
         diagonal, shift = np.abs(data[self._model.diagonal]), 0.0
         diagonal[self._model.hydrostatic_unknowns] = 0.0
         while self.negative_pivots > 0 and shift < 10:
             shift = 4 * shift or least
             raised = data.copy()
             raised[self._model.diagonal] += shift * diagonal
-            self._refactorise(raised, Origin(at, state, shift))
+            self.refactorise(raised, Origin(at, state, shift))
         return shift
 
     def _assembled(self, at: Configuration, state: State) -> np.ndarray:
@@ -125,7 +125,8 @@ class Tangent:
             raise ValueError("the configuration belongs to another model")
         return tangent(self._model, at.X, state, at.loads, at.blocked)
 
-    def _refactorise(self, data: np.ndarray, origin: Origin) -> None:
+    def refactorise(self, data: np.ndarray, origin: Origin) -> None:
+        """Factorise these values of the tangent, which belong to `origin`."""
         self.origin = None
         self._factor.refactorise(data)
         self.factorisations += 1
