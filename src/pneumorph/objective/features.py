@@ -113,7 +113,7 @@ def measure_features(model: Model, X: np.ndarray, state: State, slabs: Slabs = N
     """Features of a state on nodes X (N, 3).
 
     With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its
-    rotation the polar factor of its mean deformation; how many half turns that is tell the sections below it.
+    rotation the polar factor of its mean deformation; the sections below it tell how often it has turned round.
     """
     return features_of(kind_of(model), measure(model, X, state, slabs))
 
@@ -136,8 +136,8 @@ def measures_pulled_back(
     """Derivatives by X (k, N, 3) and by the unknowns of cotangents·measures, for k cotangents at once."""
     u = displacement(model.tip, X, state)
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
-    parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]] = []
-    parts.append((sums.volumes, model.cavities, cotangents.volume, ()))
+    parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
+    parts = [(sums.volumes, model.cavities, cotangents.volume, ())]
     if len(slabs.middle):
         parts.append((_slab_moments, model.tets, cotangents.sections, (slabs.middle, slabs.half)))
     if not model.plate:

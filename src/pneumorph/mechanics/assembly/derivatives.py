@@ -65,8 +65,8 @@ def pullback(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads,
         for chunk in seen.chunks()
     ]
     X, u, own = (_rows([part[k] for part in parts], at.X) for k in range(3))
-    acting = [part[3] for part in parts]
-    return Pulled(X, u, own, jax.tree.map(lambda first, *rest: sum(map(np.asarray, rest), np.asarray(first)), *acting))
+    acting = jax.tree.map(lambda *each: np.sum(each, axis=0), *(part[3] for part in parts))
+    return Pulled(X, u, own, acting)
 
 
 def hessians(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> np.ndarray:
@@ -90,10 +90,6 @@ def _summed(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u
     return jnp.sum(weight * energy.energies(Local(X, u, hydrostatic, plate, at.data), loads))
 
 
-def _slopes(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u, hydrostatic, plate):
-    return Forces(*jax.grad(_summed, argnums=(5, 6, 7))(energy, weight, at, loads, X, u, hydrostatic, plate))
-
-
 @jax.jit
 def _forces(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) -> tuple[Array, Forces]:
     value, found = jax.value_and_grad(_summed, argnums=(5, 6, 7))(energy, weight, at, loads, *at[:4])
@@ -103,7 +99,7 @@ def _forces(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) -> t
 @jax.jit
 def _change(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, along, dloads: Loads) -> Forces:
     def slopes(loads, *seen):
-        return _slopes(energy, weight, at, loads, *seen)
+        return Forces(*jax.grad(_summed, argnums=(5, 6, 7))(energy, weight, at, loads, *seen))
 
     return jax.jvp(slopes, (loads, *at[:4]), (dloads, *along))[1]
 

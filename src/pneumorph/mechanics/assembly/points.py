@@ -164,23 +164,6 @@ def nodal_forces(stress, A, measure, derivative, forces):
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
-def nodal_force_changes(stress, dstress, A, dA, measure, growth, derivative, forces):
-    """Change (M, 10, 3) of `nodal_forces` with the stresses, with A and with the volumes."""
-    for e in range(forces.shape[0]):
-        carried = np.empty((3, 3))
-        forces[e] = 0.0
-        for q in range(4):
-            for i in range(3):
-                for k in range(3):
-                    value = 0.0
-                    for j in range(3):
-                        value += (dstress[i, j, q, e] + growth[q, e] * stress[i, j, q, e]) * A[k, j, q, e]
-                        value += stress[i, j, q, e] * dA[k, j, q, e]
-                    carried[i, k] = measure[q, e] * value
-            _spread(carried, derivative[q], forces[e])
-
-
-@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def shape_forces(work, stress, dstress, slope, F, A, measure, derivative, forces):
     """Derivative (M, 10, 3) of ∫ P : ∇w by the nodes X, at constant nodal u and w.
 

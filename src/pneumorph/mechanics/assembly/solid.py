@@ -71,7 +71,11 @@ def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[n
         points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
         dhydrostatic = _at_points(along.hydrostatic[chunk], seen.chunk)
         stress, slope, dstress, dslope = _along(solid, here, dF, dhydrostatic)
-        points.nodal_force_changes(stress, dstress, here.A, dA, here.measure, growth, TET_DN, u[chunk])
+        # The forces ∫ P : δF are linear in the stress, in A and in the volumes: each changes in its turn.
+        with_A = np.empty((seen.chunk, 10, 3))
+        points.nodal_forces(dstress + growth * stress, here.A, here.measure, TET_DN, u[chunk])
+        points.nodal_forces(stress, dA, here.measure, TET_DN, with_A)
+        u[chunk] += with_A
         if seen.hydrostatics.shape[1]:
             hydrostatic[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
 
