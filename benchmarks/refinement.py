@@ -8,7 +8,7 @@ mesh, is carried over to the coarsest of them, from there to the next finer one,
 
 import sys
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, answers, carried_over, discretise
+from pneumorph.analysis import Analysis, Discretisation, analyse, carried_over, discretise, task_results
 from pneumorph.analysis.checkpoint import unpack
 from pneumorph.errors import MeshError
 from pneumorph.geometry import build_design_space, starting_body
@@ -71,7 +71,7 @@ def states_of(found: Analysis) -> dict[str, State]:
 
 
 def tell(size: str, disc: Discretisation, found: Analysis, problem: Problem) -> None:
-    results = answers(disc, found)
+    results = task_results(disc, found)
     words = ", ".join(f"{task.name} {motion_of(task, results[task.name])}" for task in problem.task)
     print(f"{size:>7s} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
 

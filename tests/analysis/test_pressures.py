@@ -3,14 +3,14 @@
 import pint
 import pytest
 
-from pneumorph.analysis.pressures import legs_of
+from pneumorph.analysis.pressures import pressure_paths
 from pneumorph.errors import ProblemError
 
 
 def path_of(chambers=("A", "B"), **given):
-    """The path of the one sweep that pressures ask for."""
-    (leg,) = legs_of(given, chambers)
-    return leg.path
+    """The pressures of the only sweep, at every step."""
+    (only,) = pressure_paths(given, chambers)
+    return only.steps
 
 
 def test_pressures():
@@ -25,25 +25,25 @@ def test_pressures():
 
 
 def test_one_by_one():
-    legs = legs_of({"A": "0:60:20kPa", "B": "10:20:10kPa", "C": "5kPa"}, ("A", "B", "C"), one_by_one=True)
-    assert [leg.swept for leg in legs] == [("A",), ("B",)]
-    assert [step["A"] for step in legs[0].path] == pytest.approx([0.0, 0.02, 0.04, 0.06])
-    assert all(step["B"] == pytest.approx(0.01) for step in legs[0].path)
-    assert [step["B"] for step in legs[1].path] == pytest.approx([0.01, 0.02])
-    assert all(step["A"] == 0.0 and step["C"] == 0.005 for step in legs[1].path)
+    paths = pressure_paths({"A": "0:60:20kPa", "B": "10:20:10kPa", "C": "5kPa"}, ("A", "B", "C"), one_by_one=True)
+    assert [path.swept for path in paths] == [("A",), ("B",)]
+    assert [step["A"] for step in paths[0].steps] == pytest.approx([0.0, 0.02, 0.04, 0.06])
+    assert all(step["B"] == pytest.approx(0.01) for step in paths[0].steps)
+    assert [step["B"] for step in paths[1].steps] == pytest.approx([0.01, 0.02])
+    assert all(step["A"] == 0.0 and step["C"] == 0.005 for step in paths[1].steps)
     with pytest.raises(ProblemError, match="no chamber is swept"):
-        legs_of({"A": "5kPa"}, ("A",), one_by_one=True)
+        pressure_paths({"A": "5kPa"}, ("A",), one_by_one=True)
 
 
 @pytest.mark.parametrize("asked", ["", "0:60kPa", "0:60:0kPa", "0:60:-5kPa", "0:60:5mm", "0:60:1e-9kPa", 60, None])
 def test_pressures_that_are_none(asked):
     with pytest.raises(ProblemError, match=r"^pressure A="):
-        legs_of({"A": asked}, ("A",))
+        pressure_paths({"A": asked}, ("A",))
 
 
 def test_an_unknown_chamber():
     with pytest.raises(ProblemError, match='no chamber "C"; take one of A'):
-        legs_of({"C": "1 kPa"}, ("A",))
+        pressure_paths({"C": "1 kPa"}, ("A",))
 
 
 def test_sweeps_of_different_lengths():

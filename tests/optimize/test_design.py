@@ -93,7 +93,7 @@ def test_a_run_of_an_earlier_version_goes_on(three):
     state = dict(accepted(events)[2].state)
     old = {name: value for name, value in state.items() if name != "prices" and not name.startswith("curvature_")}
     assert isinstance(next(design(problem, old)), Started)
-    with pytest.raises(ComputationError, match="begin again in another directory"):
+    with pytest.raises(ComputationError, match="start the run again in another directory"):
         next(design(problem, old | {"phi": old["phi"][:-1]}))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from texts import problem_text
 
-from pneumorph.analysis import analyse, answers, design_gradient, design_slopes, discretise, predicted
+from pneumorph.analysis import analyse, design_gradient, design_slopes, discretise, predicted, task_results
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
@@ -128,7 +128,7 @@ def test_an_objective_without_value_or_derivative_is_an_error(case):
 
 def test_answers_tell_what_the_objective_is_made_of(case):
     _, _, disc, _, at = case
-    found = answers(disc, at)
+    found = task_results(disc, at)
     curve, reach = found["curve"], found["reach"]
     assert curve.objective == pytest.approx(
         2 * 3 * curve.errors["orientation_rad"] ** 2 + 0.01 * 3 * curve.errors["position_mm"] ** 2

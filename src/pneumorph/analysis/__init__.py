@@ -1,4 +1,4 @@
-"""One design analysed: its mesh, the equilibria of its tasks, the gradient, and the results as reported and stored."""
+"""Analysis of one design: mesh, equilibria of its tasks, gradient, and the results as reported and stored."""
 
 from pneumorph.analysis.analyse import (
     Analysis,
@@ -10,14 +10,15 @@ from pneumorph.analysis.analyse import (
     predicted,
     stable,
 )
-from pneumorph.analysis.answers import answers
 from pneumorph.analysis.fields import Fields, fields_of, nodal_stress, nodal_stretch, sag_of, unpack_fields
-from pneumorph.analysis.gradient import GradientCheck, Probe, gradient_check, probe
+from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, gradient_check
 from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import Slopes, design_gradient, design_slopes
+from pneumorph.analysis.task_results import task_results
 
 __all__ = [
+    "AnalysedBody",
     "Analysis",
     "Curve",
     "Discretisation",
@@ -25,14 +26,13 @@ __all__ = [
     "GradientCheck",
     "HistoryEntry",
     "Motion",
-    "Probe",
     "RunResult",
     "Simulation",
     "Slopes",
     "SweepStep",
     "TaskResult",
     "analyse",
-    "answers",
+    "analyse_body",
     "build_discretisation",
     "carried_over",
     "design_gradient",
@@ -45,9 +45,9 @@ __all__ = [
     "nodal_stretch",
     "predicted",
     "prepare_simulation",
-    "probe",
     "sag_of",
     "stable",
+    "task_results",
     "to_json",
     "unpack_fields",
 ]

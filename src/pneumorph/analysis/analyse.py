@@ -1,4 +1,4 @@
-"""One design analysed: its mesh, the equilibrium of every task, and the objective."""
+"""Analyse a design: mesh it, find the equilibrium of every task, and evaluate the objective."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ from pneumorph.problem import Problem
 Starts = Mapping[str, State]
 
 DESIGN_TOLERANCE = 1e-6
-"""Relative residual of the equilibria in the loop: J and its gradient are then good to some five digits."""
+"""Relative residual of the equilibria in the design loop: J and its gradient then have about five correct digits."""
 
 
 @dataclass(frozen=True, eq=False)
 class Discretisation:
-    """A mesh that follows the control points, its mechanical model, and for every task a linear solver and objective.
+    """A mesh that follows the control points, its mechanical model, and a linear solver and an objective for each task.
 
-    `built_at` (n_points, 3) are the control points it was meshed for.
+    `built_at` (n_points, 3) are the control points, in mm, for which it was meshed.
     """
 
     morph: Morph
@@ -59,7 +59,7 @@ class Discretisation:
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """A design with all its equilibria.
+    """A design with the equilibria of all its tasks.
 
     Attributes
     ----------
@@ -83,12 +83,12 @@ class Analysis:
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body, or half of it where a mirror plane allows that, and make it ready for analysis."""
+    """Mesh a body, or half of it where a mirror plane allows that, and build its model for analysis."""
     return build_discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
-    """Make a mesh of the body with the given control points ready for analysis."""
+    """Build the model of a mesh, which was made for the control points `built_at` (n_points, 3) mm."""
     model = model_of(problem, morph.mesh)
     tangents = {task.name: Tangent(model) for task in problem.task}
     return Discretisation(morph, built_at, model, tangents, objectives(problem))
@@ -103,16 +103,16 @@ def analyse(
     tolerance: float = DESIGN_TOLERANCE,
     explain: bool = False,
 ) -> Analysis | NoEquilibrium:
-    """Solve every task's equilibrium on the mesh moved to the design, from the given states or from rest.
+    """Find the equilibrium of every task on the mesh moved to the design, from the given states or from rest.
 
-    Tasks are solved one after the other, each with all cores: in threads beside each other two cores gain nothing
-    (0.9 to 1.3 of the time, measured with two and three tasks). With `explain` a missing equilibrium is answered with
-    the limit pressure that path following finds, which takes its time.
+    Tasks are solved one after another, each with all cores: solving them in parallel threads took 0.9 to 1.3 times as
+    long (two cores, two and three tasks). With `explain`, the reason for a missing equilibrium includes the limit
+    pressure; the path following that finds it takes much longer.
 
     Raises
     ------
     ComputationError
-        When an objective is not a number there.
+        If the objective of a task is not a finite number for this design.
     """
     points = space.control_points(phi)
     X, pressures = disc.morph.positions(points), space.pressures(phi)
@@ -128,13 +128,15 @@ def analyse(
         configurations[task.name], equilibria[task.name] = at, found
         values[task.name] = disc.objectives[task.name].at(disc.model, at.X, found.state)
         if not np.isfinite(values[task.name]):
-            raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
+            raise ComputationError(
+                f"the objective of task {task.name} is {values[task.name]} here; fix its function"
+            )
     value = sum(task.weight * values[task.name] for task in problem.task)
     return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
 
 
 def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
-    """Whether each task's state is stable, where half the body was analysed against all motions of the whole too."""
+    """Whether the state of each task is stable; where half the body was analysed, against all motions of the whole."""
     found = {name: equilibrium.stable for name, equilibrium in analysis.equilibria.items()}
     if disc.model.mirror is None:
         return found
@@ -146,7 +148,7 @@ def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
 
 
 def predicted(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
-    """First-order states of all tasks at a design near an analysed one, on the same mesh."""
+    """First-order prediction of the states of all tasks for a design near an analysed one, on the same mesh."""
     dX = disc.morph.push(space.control_points(phi) - analysis.points)
     pressures = space.pressures(phi)
     states = {}
@@ -157,10 +159,10 @@ def predicted(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi:
 
 
 def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
-    """States of one mesh, at nodes X_old (N, 3), interpolated to another mesh of the same body."""
+    """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body."""
     model, carried = new.model, {}
     for name, state in states.items():
-        # The plate moves the tip's nodes: their rows of the state are empty.
+        # The nodes of the tip move with the plate: their rows in the state are unused.
         u = displacement(old.model.tip, X_old, state)
         mesh = old.morph.mesh.at(X_old)
         if not model.mixed:

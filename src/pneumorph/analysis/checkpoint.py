@@ -1,4 +1,4 @@
-"""What the loop needs to go on after a stop: the design, its mesh and its states, as plain arrays."""
+"""What the design loop needs to resume after an interruption: the design, its mesh and its states, as plain arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pneumorph.problem import Problem
 
 
 def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
-    """Arrays from which `unpack` makes the same design, mesh and equilibria."""
+    """Arrays from which `unpack` restores the design, its mesh and its equilibria."""
     carrier = disc.morph
     arrays = {
         "phi": analysis.phi,
@@ -36,11 +36,17 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
 
 
 def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tuple[Discretisation, Analysis]:
-    """The mesh and the analysed design that were packed."""
+    """Restore a mesh and the analysed design from the arrays of `pack`.
+
+    Raises
+    ------
+    ComputationError
+        If the number of design variables has changed since, or an equilibrium is not found again.
+    """
     if len(arrays["phi"]) != space.n:
         raise ComputationError(
-            f"the run was made with {len(arrays['phi'])} design variables, this version has {space.n} for its problem; "
-            "begin again in another directory"
+            f"the run was made with {len(arrays['phi'])} design variables, but this version of pneumorph has {space.n} "
+            "for the same problem; start the run again in another directory"
         )
     points = arrays["mesh_points"]
     faces = {name.removeprefix("face "): value for name, value in arrays.items() if name.startswith("face ")}

@@ -1,4 +1,4 @@
-"""Displacements, stretches and stresses of a design, which pictures and exports read instead of solving again."""
+"""Displacements, stretches and stresses of a design: pictures and exports use them and solve nothing."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from pneumorph.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Fields:
-    """A design's mesh and what the equilibria do to it.
+    """The mesh of a design, with the displacements and stretches of every task.
 
     Attributes
     ----------
     mesh : TetMesh
-        At rest; half the body where only that was analysed, see `whole`.
+        The body at rest; half of it where only that was analysed, see `whole`.
     u : {task: (N, 3) mm}
         Displacements of the nodes.
     stretch : {task: (N,)}
         Largest principal stretch at the nodes.
     sag : (N, 3) mm or None
-        Displacements without pressures, where weight or loads on the plate move the body then and it was solved for.
+        Displacements under weight and plate loads alone, without pressure; None where there are none of these loads or
+        this equilibrium was not computed.
     """
 
     mesh: TetMesh
@@ -38,7 +39,7 @@ class Fields:
     sag: np.ndarray | None = None
 
     def whole(self) -> Fields:
-        """The same of the whole body."""
+        """The same fields on the whole body."""
         image = unfolded(self.mesh)
         return Fields(
             image.mesh,
@@ -48,7 +49,7 @@ class Fields:
         )
 
     def pack(self) -> dict[str, np.ndarray]:
-        """Arrays from which `unpack_fields` makes the same."""
+        """Arrays from which `unpack_fields` restores these fields."""
         arrays = {"points": self.mesh.points, "tets": self.mesh.tets}
         arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
         arrays |= {f"u {name}": u for name, u in self.u.items()}
@@ -57,7 +58,7 @@ class Fields:
 
 
 def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
-    """The fields that were packed; KeyError where some are missing."""
+    """Restore fields from the arrays of `Fields.pack`; KeyError if some are missing."""
 
     def named(kind: str) -> dict[str, np.ndarray]:
         return {key.removeprefix(f"{kind} "): each for key, each in arrays.items() if key.startswith(f"{kind} ")}
@@ -67,32 +68,32 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
 
 
 def fields_of(disc: Discretisation, analysis: Analysis, sag: np.ndarray | None = None) -> Fields:
-    """The fields of an analysed design."""
+    """Collect the fields of an analysed design."""
     mesh = disc.morph.mesh.at(analysis.X)
     u = {name: found.u for name, found in analysis.equilibria.items()}
     return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag)
 
 
 def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
-    """Displacements (N, 3) of a design without pressures; None where nothing moves it then, or nothing was found."""
+    """Displacements (N, 3) in mm without pressures; None without weight and plate loads, or without an equilibrium."""
     effector = problem.end_effector
     if problem.gravity is None and not any((*effector.force, *effector.moment)):
         return None
     at = configure(disc.model, analysis.X, loads_of(problem, disc.model, {}), guided_of(problem))
-    # A solver of its own: those of the tasks keep the factorisations that the next design begins with.
+    # With another solver: those of the tasks keep the factorisations from which the next design starts.
     found = solve(at, Tangent(disc.model))
     return found.u if isinstance(found, Equilibrium) else None
 
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
-    """Largest principal stretch at the nodes (N,)."""
+    """Largest principal stretch at the nodes (N,), from displacements u (N, 3) in mm."""
     F = _deformation_gradients(mesh, u)
     squares = np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)
     return _at_nodes(mesh, np.sqrt(squares[..., -1]))
 
 
 def nodal_stress(mesh: TetMesh, u: np.ndarray, rubber: Rubber) -> np.ndarray:
-    """Equivalent (von Mises) Cauchy stress at the nodes (N,), MPa; the pressure in the rubber has no part in it."""
+    """Von Mises stress at the nodes (N,) in MPa, of the Cauchy stress; hydrostatic stress does not contribute."""
     F = _deformation_gradients(mesh, u)
     parameters = jnp.asarray(rubber.parameters, dtype=float)
     # Energies take the points as trailing axes.
@@ -112,11 +113,11 @@ def _deformation_gradients(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
 
 
 def _at_nodes(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
-    """A field (N,) from values (M, 4) at the quadrature points, averaged round every corner.
+    """A field (N,) from values (M, 4) at the quadrature points, averaged over the elements at every corner node.
 
-    Mid-side nodes get the mean of their ends: they have too few elements around them for an average of their own.
+    Mid-side nodes get the mean of the ends of their edge: too few elements share them for an average of their own.
     """
-    # Linear through the four points of the rule, so its values at the corners follow from theirs.
+    # Linear extrapolation from the four points of the rule to the corners.
     barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
     at_corners, corners = values @ np.linalg.inv(barycentric).T, mesh.tets[:, :4].ravel()
     count = np.bincount(corners, minlength=len(mesh.points))

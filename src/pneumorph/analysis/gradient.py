@@ -1,4 +1,4 @@
-"""Whether the gradient of a problem's objective is right: Taylor tests on one of its bodies."""
+"""Check the gradient of a problem's objective by Taylor tests on one of its bodies."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from pneumorph.problem import Pressure, Problem
 from pneumorph.sensitivity import TaylorTest, taylor_test
 
 FIRST_STEP = 0.05
-"""The tests' first step: largest motion of a control point in mm; a pressure moves by this part of itself."""
+"""First step of the tests: largest motion of a control point in mm, and the fraction by which pressures change."""
 
 LEAST_PRESSURE = 0.01
-"""A chamber without pressure is tested with steps of this one, MPa."""
+"""The pressure, in MPa, of which steps are fractions where the chamber's own is smaller."""
 
 NOISE = 1e-8
-"""Remainders below this part of the largest displacement are the solver's tolerance and say nothing."""
+"""Remainders below this fraction of the largest displacement are rounding errors and the solver's tolerance."""
 
 
 @dataclass(frozen=True)
@@ -34,40 +34,40 @@ class GradientCheck:
     tests : {direction: TaylorTest}
         Along two random motions of all control points, and along a change of all pressures.
     noise : float
-        Remainders below it are the solver's tolerance and say nothing.
+        Remainders below it are rounding errors and the solver's tolerance.
     """
 
     tests: Mapping[str, TaylorTest]
     noise: float
 
     def is_right(self, name: str) -> bool:
-        """Whether one test is passed, or has no remainder to speak of."""
+        """Whether one test is passed, or its remainders are below `noise`."""
         return self.is_exact(name) or self.tests[name].passed
 
     def is_exact(self, name: str) -> bool:
-        """Whether one test has no remainder to speak of."""
+        """Whether all remainders of one test are below `noise`."""
         return bool(self.tests[name].remainders.max() < self.noise)
 
     @property
     def passed(self) -> bool:
-        """Whether all tests are."""
+        """Whether all tests are passed."""
         return all(map(self.is_right, self.tests))
 
     def __str__(self) -> str:
         return "\n".join(map(self.line, self.tests))
 
     def line(self, name: str) -> str:
-        """What came of one test, as a line."""
+        """The outcome of one test, as a line of text."""
         if self.is_exact(name):
-            return f"{name}: right, with no remainder to speak of"
+            return f"{name}: right, with no remainder above rounding"
         rates = ", ".join(f"{rate:.3f}" for rate in self.tests[name].rates)
         verdict = "right" if self.tests[name].passed else "WRONG"
         return f"{name}: {verdict}, the remainder falls with order {rates}"
 
 
 @dataclass(frozen=True, eq=False)
-class Probe:
-    """A body of a problem, analysed to the last digit, with every pressure a variable of its design."""
+class AnalysedBody:
+    """A body of a problem, solved to full precision, with every pressure as a design variable."""
 
     problem: Problem
     body: Body
@@ -76,21 +76,21 @@ class Probe:
     analysis: Analysis
 
 
-def probe(problem: Problem, body: Body) -> Probe:
-    """Mesh and analyse a body.
+def analyse_body(problem: Problem, body: Body) -> AnalysedBody:
+    """Mesh a body of a problem and analyse it with every pressure as a design variable.
 
     Raises
     ------
     ComputationError
-        When it cannot be meshed or has no equilibrium.
+        If it cannot be meshed or has no equilibrium.
     """
     space = build_design_space(_with_free_pressures(problem), body)
     disc = discretise(problem, body)
-    return Probe(problem, body, space, disc, _analysed(problem, space, disc, space.start))
+    return AnalysedBody(problem, body, space, disc, _analysed(problem, space, disc, space.start))
 
 
-def gradient_check(at: Probe) -> GradientCheck:
-    """Test the gradient there."""
+def gradient_check(at: AnalysedBody) -> GradientCheck:
+    """Test the gradient at an analysed body by Taylor remainders."""
     problem, space, disc = at.problem, at.space, at.disc
     slope = design_gradient(problem, space, disc, at.analysis)
     random = np.random.default_rng(1)
@@ -111,7 +111,7 @@ def gradient_check(at: Probe) -> GradientCheck:
 
 
 def _with_free_pressures(problem: Problem) -> Problem:
-    """The problem with every pressure designed, 1 mm of Φ being as much as the pressure itself, to test them all."""
+    """The problem with every pressure as a design variable, so scaled that 1 mm of Φ is the pressure itself."""
 
     def freed(pressure: Pressure) -> Pressure:
         width = max(abs(pressure.start), LEAST_PRESSURE)

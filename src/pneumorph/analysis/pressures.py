@@ -1,4 +1,4 @@
-"""Pressures as users write them: "60 kPa" holds a chamber's pressure, "0:60:5 kPa" sweeps it."""
+"""Pressures as users write them: "60 kPa" is constant, "0:60:5 kPa" is swept from 0 to 60 kPa in steps of 5."""
 
 from __future__ import annotations
 
@@ -13,34 +13,35 @@ from pneumorph import units
 from pneumorph.errors import ProblemError
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
-_FIX = "write A=60kPa to hold it or A=0:60:5kPa to sweep it"
+_FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
 MOST_STEPS = 10_000
 
 
 @dataclass(frozen=True)
-class Leg:
-    """A sweep: the chambers swept in it, none where all are held, and the pressures given at every step in MPa."""
+class PressurePath:
+    """The pressures of one sweep: names of the swept chambers (none if all are constant), and MPa at every step."""
 
     swept: tuple[str, ...]
-    path: list[dict[str, float]]
+    steps: list[dict[str, float]]
 
 
-def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: bool = False) -> list[Leg]:
-    """The sweeps that pressures ask for.
+def pressure_paths(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: bool = False) -> list[PressurePath]:
+    """Read the pressures that a user gives for a simulation.
 
-    Swept chambers step together, so they need the same number of steps; or one by one, a leg for each, while the others
-    wait at the start of theirs. A path has the pressures of the chambers that are given one, and one step where nothing
-    is swept.
+    Swept chambers change together, in one path, and need the same number of steps. With `one_by_one` each has its own
+    path, during which the others stay at the start of theirs. If nothing is swept, there is one path of one step. A
+    step has only the chambers in `given`.
 
     Parameters
     ----------
     given : {chamber: "60 kPa", "0:60:5 kPa" or a pint quantity}
     chambers : names of all chambers.
+    one_by_one : whether to sweep one chamber after another.
 
     Raises
     ------
     ProblemError
-        For what is no pressure, an unknown chamber, or sweeps of different lengths.
+        If a value is not a pressure, a chamber is unknown, or the numbers of steps differ.
     """
     constant: dict[str, float] = {}
     swept: dict[str, np.ndarray] = {}
@@ -57,18 +58,20 @@ def legs_of(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: boo
     if one_by_one:
         if not swept:
             raise ProblemError(f"one by one: no chamber is swept; {_FIX}")
-        waiting = constant | {name: float(values[0]) for name, values in swept.items()}
-        return [Leg((name,), [waiting | {name: float(value)} for value in values]) for name, values in swept.items()]
+        first = constant | {name: float(values[0]) for name, values in swept.items()}
+        return [
+            PressurePath((name,), [first | {name: float(value)} for value in values]) for name, values in swept.items()
+        ]
     lengths = {name: len(values) for name, values in swept.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{name} {count}" for name, count in lengths.items())
         raise ProblemError(
-            f"pressure: swept chambers step together but have different numbers of steps ({counts}); "
+            f"pressure: the swept chambers have different numbers of steps ({counts}); "
             "give them the same number, or sweep them one by one"
         )
-    steps = next(iter(lengths.values()), 1)
-    path = [constant | {name: float(values[step]) for name, values in swept.items()} for step in range(steps)]
-    return [Leg(tuple(swept), path)]
+    count = next(iter(lengths.values()), 1)
+    steps = [constant | {name: float(values[step]) for name, values in swept.items()} for step in range(count)]
+    return [PressurePath(tuple(swept), steps)]
 
 
 def _read(name: str, asked: Any) -> np.ndarray:
@@ -76,7 +79,7 @@ def _read(name: str, asked: Any) -> np.ndarray:
     text = units.text_of(asked)
     match = _SHAPE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise ProblemError(f"pressure {name}={asked}: is not a chamber with its pressure; {_FIX}")
+        raise ProblemError(f"pressure {name}={asked}: is not a pressure; {_FIX}")
     numbers, unit = match.groups()
     try:
         values = [units.parse(f"{number} {unit or ''}", units.PRESSURE) for number in numbers.split(":")]
@@ -86,10 +89,10 @@ def _read(name: str, asked: Any) -> np.ndarray:
         return np.array(values)
     start, stop, step = values
     if step == 0 or (stop - start) / step < 0:
-        raise ProblemError(f"pressure {name}={asked}: steps of this size do not lead from start to stop; {_FIX}")
+        raise ProblemError(f"pressure {name}={asked}: this step does not lead from start to stop; {_FIX}")
     count = (stop - start) / step
     if count > MOST_STEPS:
-        raise ProblemError(f"pressure {name}={asked}: has more than {MOST_STEPS} steps; take larger ones")
-    # A last step that rounding makes fall short of the stop still counts as the stop.
+        raise ProblemError(f"pressure {name}={asked}: has more than {MOST_STEPS} steps; use larger ones")
+    # A last step just short of the stop by rounding is the stop.
     values = start + step * np.arange(int(np.floor(count + 1e-9)) + 1)
     return np.clip(values, min(start, stop), max(start, stop))

@@ -1,6 +1,6 @@
-"""What is found, one type to one result, and the JSON that is made of it: here and nowhere else.
+"""Records of results, one type for each kind of result, and their JSON: the only place that reads or writes it.
 
-Everything is in mm, N, MPa and rad. The keys in files carry the units; fields of another name say theirs.
+Values are in mm, N, MPa and rad. In files the key names the unit; a field without a unit in its key states it here.
 """
 
 from __future__ import annotations
@@ -19,31 +19,32 @@ Vector = tuple[float, float, float]
 Pressures = Mapping[str, float]
 
 NOWHERE: Vector = (math.nan, math.nan, math.nan)
-"""In place of a vector that was not found."""
+"""In place of a vector of a step without an equilibrium."""
 
 
 @dataclass(frozen=True)
 class TaskResult:
-    """What a design makes of a task.
+    """The result of a design in one task.
 
     Attributes
     ----------
     pressures : {chamber: MPa}
     objective : float
-        The task's own, without its weight; smaller is better.
+        Value of the task's objective, without its weight; smaller is better.
     errors : {name: float}
-        How far a target is missed, where the task has one: "position_mm", "orientation_rad".
+        Distance from the target, for tasks with a target: "position_mm", "orientation_rad".
     translation, rotation : (3,) mm, rad
-        Of the tip; the rotation is a rotation vector.
+        Translation and rotation vector of the tip.
     section_positions, section_rotations : (S, 3) mm, rad
-        Of the sections that the objective looks at.
+        Centres and rotation vectors of the sections in the objective.
     volumes : {chamber: mm³}
-        Of the inflated chambers.
+        Volumes of the inflated chambers.
     max_stretch : float
         Largest principal stretch.
     beyond_validity : bool
-        Whether that is beyond what the rubber's parameters hold for.
+        Whether it is beyond the range for which the rubber's parameters are valid.
     stable : bool
+        Whether the state is stable; see `RunResult` for half bodies.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -61,32 +62,33 @@ class TaskResult:
 
 @dataclass(frozen=True)
 class HistoryEntry:
-    """An accepted design in a line of ``history.jsonl``.
+    """An accepted design: one line of ``history.jsonl``.
 
     Attributes
     ----------
     iteration : int
-        0 is the start.
+        Number of the design; 0 is the start.
     objective : float
-        The weighted sum of the tasks'.
+        J, the weighted sum of the tasks' objectives.
     tasks : {task: TaskResult}
     limits : {key: value}
-        Worst certified value of every limit over the surfaces; None without such a limit.
+        Worst certified value of every limit over the surfaces; None if the problem has no such limit.
     held : bool
-        Whether every limit is held.
+        Whether every limit is kept.
     elements, dofs : int
+        Size of the mesh and number of unknowns.
     factorisations : int
-        Of all tries.
+        Number of factorisations, those for rejected steps included.
     seconds : {phase: s}
         "geometry", "equilibrium", "gradient", "subproblem" and "total".
     equivalents : float or None
-        Time of the whole iteration over that of one tangent assembly with factorisation on the same mesh.
+        Time of the whole iteration, in multiples of one assembly and factorisation of the tangent on the same mesh.
     remeshed : bool
         Whether the design has a new mesh.
     step, ratio, evaluations : float mm, float, int; None for the start
-        Longest motion of a control point, actual over predicted gain, evaluations of the limits in the sub-problem.
+        Largest motion of a control point, actual over predicted gain, evaluations of the limits in the sub-problem.
     optimality : float or None
-        The part of the objective's gradient that the limits leave.
+        The part of the objective's gradient that the limits do not balance; 0 at an optimum.
     """
 
     iteration: int
@@ -103,13 +105,13 @@ class HistoryEntry:
     step: float | None = field(metadata={"key": "step_mm"}, default=None)
     ratio: float | None = None
     evaluations: int | None = None
-    # The first runs have none.
+    # Missing in runs of early versions.
     optimality: float | None = None
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What a task achieves, in its usual unit: "mm", "°", or "" for a plain objective."""
+    """What a design achieves in a task, in the unit "mm" or "°", or "" for the value of an objective."""
 
     value: float
     unit: str
@@ -117,7 +119,22 @@ class Motion:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What ``result.json`` says: how a run ended and what its last design, which is its best, is like."""
+    """Contents of ``result.json``: how a run ended, and the results of its last design, which is its best.
+
+    Attributes
+    ----------
+    title : title of the problem.
+    completed : whether the design loop ended by itself, and did not fail.
+    reason : why it ended, as a sentence.
+    iterations, best : number of the last design, and of the best.
+    objective, optimality, limits, held : as in `HistoryEntry`, of the last design.
+    motions : {task: Motion}
+    tasks : {task: TaskResult}
+        If the run is completed, `stable` is against all motions of the whole body, even where half was analysed.
+    seconds : {phase: s}, over all designs.
+    peak_memory : MB, or None if the system does not report it.
+    versions : {package: version}
+    """
 
     title: str
     completed: bool
@@ -137,24 +154,25 @@ class RunResult:
 
 @dataclass(frozen=True)
 class SweepStep:
-    """One step of a sweep: an equilibrium, or the reason why there is none, all else being empty or not a number.
+    """One step of a sweep: an equilibrium, or the reason why none was found (other fields are then empty or NaN).
 
     Attributes
     ----------
     task : str
-        Whose pressures the chambers have that are not given any.
+        The task that gives the pressures of chambers for which the user gave none.
     pressures : {chamber: MPa}
     converged : bool
-        Whether there is an equilibrium.
+        Whether an equilibrium was found.
     translation, rotation : (3,) mm, rad
-        Of the tip.
+        Translation and rotation vector of the tip.
     reaction : {component: N or N·mm}
-        What the actuator exerts on whatever blocks or springs hold its plate.
+        Force or torque that the actuator exerts on the blocks and springs at its plate.
     volumes : {chamber: mm³}
+        Volumes of the inflated chambers.
     max_stretch, beyond_validity, stable
-        As in `TaskResult`.
+        As in `TaskResult`; `stable` is against all motions of the whole body.
     reason : str
-        A sentence where there is none; else empty.
+        Why no equilibrium was found, as a sentence; else empty.
     """
 
     task: str
@@ -174,7 +192,7 @@ Record = TypeVar("Record", bound="DataclassInstance")
 
 
 def to_json(record: Any) -> dict[str, Any]:
-    """A record as files have it: plain values under their keys, null for what is not a finite number."""
+    """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
     if isinstance(record, SweepStep):
         if record.converged:
@@ -185,12 +203,12 @@ def to_json(record: Any) -> dict[str, Any]:
 
 
 def from_json(kind: type[Record], content: Mapping[str, Any]) -> Record:
-    """A record from what `to_json` made of it.
+    """Restore a record from the object that `to_json` made of it.
 
     Raises
     ------
     KeyError
-        When a key is missing.
+        If a key is missing.
     """
     values = {}
     for each in fields(kind):

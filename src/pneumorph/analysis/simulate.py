@@ -1,4 +1,4 @@
-"""A body simulated: its equilibria at the tasks' pressures, or along sweeps of pressure, with its plate held or not."""
+"""Simulate a body: equilibria at the tasks' pressures or along pressure sweeps, free or with motions blocked."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis.answers import vector
-from pneumorph.analysis.pressures import Leg, legs_of
+from pneumorph.analysis.pressures import PressurePath, pressure_paths
 from pneumorph.analysis.records import SweepStep
+from pneumorph.analysis.task_results import vector
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -35,18 +35,18 @@ from pneumorph.problem import Problem
 from pneumorph.problem.components import COMPONENT_OF, component_of
 
 BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
-"""The plate components that each word holds."""
+"""The plate components that each word of the option `block` holds at zero."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One sweep.
+    """The steps of one sweep.
 
     Attributes
     ----------
-    task : the task whose pressures the chambers have that are not swept.
-    swept : names of the chambers that are.
-    steps : as far as it was walked.
+    task : the task that gives the pressures of all other chambers.
+    swept : names of the swept chambers.
+    steps : all that have been computed.
     """
 
     task: str
@@ -61,40 +61,41 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A meshed body and the sweeps to be made of it.
+    """A meshed body, ready for its sweeps.
 
     Attributes
     ----------
+    problem, mesh, model : the problem, the mesh and its mechanical model.
     pressures : {task: {chamber: MPa}}
-        Those of the chambers that are given none.
-    legs : the sweeps, each made for every task.
+        Pressures of the chambers that `paths` leave out.
+    paths : the pressures of the sweeps, each computed for every task.
     blocked : (6,) bool
-        Plate components that are held.
+        Plate components that are held at zero.
     """
 
     problem: Problem
     mesh: TetMesh
     model: Model
     pressures: Mapping[str, Mapping[str, float]]
-    legs: list[Leg]
+    paths: list[PressurePath]
     blocked: np.ndarray
 
     @property
     def count(self) -> int:
-        """Number of all steps."""
-        return len(self.pressures) * sum(len(leg.path) for leg in self.legs)
+        """Number of steps of all sweeps."""
+        return len(self.pressures) * sum(len(path.steps) for path in self.paths)
 
-    def walk(self, curves: list[Curve]) -> Iterator[SweepStep]:
-        """Find the steps one after the other; each is put in the last of `curves`, to which every sweep adds one."""
+    def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
+        """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
         whole = None if self.model.mirror is None else whole_of(self.model, self.mesh)
         for task, own in self.pressures.items():
-            for leg in self.legs:
-                curves.append(Curve(task, leg.swept, []))
-                along = [{**own, **given} for given in leg.path]
+            for path in self.paths:
+                curves.append(Curve(task, path.swept, []))
+                along = [{**own, **given} for given in path.steps]
                 loads = [loads_of(self.problem, self.model, each) for each in along]
-                path = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
-                for pressures, at, found in zip(along, path, sweep(path, tangent), strict=True):
+                configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
+                for pressures, at, found in zip(along, configurations, sweep(configurations, tangent), strict=True):
                     step = _step(task, pressures, at, found, whole)
                     curves[-1].steps.append(step)
                     yield step
@@ -114,31 +115,32 @@ def prepare_simulation(
     ----------
     problem, body : the body is one of the problem's.
     pressures : {task: {chamber: MPa}}
-        Of the chambers that are given none.
-    given : {chamber: "60 kPa" or "0:60:5 kPa"}, see `legs_of`.
-    block : motions of the plate that are blocked, of `BLOCKS`.
-    one_by_one : sweep one chamber after the other.
+        Pressures of the chambers that are not in `given`.
+    given : {chamber: "60 kPa" or "0:60:5 kPa"}, see `pressure_paths`.
+    block : motions of the plate to block, keys of `BLOCKS`.
+    one_by_one : sweep one chamber after another.
 
     Raises
     ------
     ProblemError
-        For what is no pressure, chamber or motion.
+        If a pressure, chamber or motion is not a valid one.
     MeshError
+        If the body cannot be meshed.
     """
-    legs = legs_of(given, tuple(chamber.name for chamber in problem.body.chamber), one_by_one)
+    paths = pressure_paths(given, tuple(chamber.name for chamber in problem.body.chamber), one_by_one)
     blocked = _blocked(problem, list(block))
-    applied = [{**own, **each} for own in pressures.values() for leg in legs for each in leg.path]
+    applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
     mesh = mesh_body(body, problem.mesh.size, mirror_of(problem, applied)).mesh
-    return Simulation(problem, mesh, model_of(problem, mesh), pressures, legs, blocked)
+    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked)
 
 
 def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
-    """The plate components (6,) that are held."""
+    """The plate components (6,) that are held at zero."""
     if names and problem.end_effector.kind == "free":
-        raise ProblemError('block: a free tip has no plate to hold; take kind = "plate" in [end_effector]')
+        raise ProblemError('block: a free tip has no plate to hold; set kind = "plate" in [end_effector]')
     for name in names:
         if name not in BLOCKS:
-            raise ProblemError(f'block: "{name}" is not known here; take one of {", ".join(BLOCKS)}')
+            raise ProblemError(f'block: "{name}" is not a motion of the plate; take one of {", ".join(BLOCKS)}')
     blocked = {component for name in names for component in BLOCKS[name]}
     return np.array([component in blocked for component in COMPONENTS]) | guided_of(problem)
 
@@ -163,7 +165,7 @@ def _step(
 
 
 def _reaction(at: Configuration, found: Equilibrium) -> dict[str, float]:
-    """What the actuator exerts on whatever blocks or springs hold its plate, N and N·mm."""
+    """Force (N) or torque (N·mm) that the actuator exerts on the blocks and springs at its plate, by component."""
     spring = at.model.copies * np.asarray(at.loads.spring)
     exerted = found.reaction + spring * found.plate
     return {

@@ -1,4 +1,4 @@
-"""First derivatives of an analysed design by its variables: an adjoint to every task, or to every residual of one."""
+"""First derivatives of the objective by the design variables, with one adjoint for each task or residual."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from pneumorph.sensitivity import gradient, residual_jacobian
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """First derivatives of an analysed design's objective by Φ.
+    """First derivatives of the objective of an analysed design by Φ.
 
     Attributes
     ----------
     total : (n,) dJ/dΦ.
-    rest : (n,) the part of it that comes from tasks whose objective is no sum of squares.
-    factors : (k, n) W so that WᵀW is the Gauss–Newton part of the Hessian, that of the sums of squares.
+    rest : (n,) the part of dJ/dΦ from tasks whose objective is not a sum of squares.
+    factors : (k, n) W, with WᵀW the Gauss–Newton Hessian of the tasks whose objective is a sum of squares.
     """
 
     total: np.ndarray
@@ -30,12 +30,12 @@ class Slopes:
 
 
 def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> Slopes:
-    """Derivatives of an analysed design, exact for the discrete problem: an adjoint to every task or residual.
+    """Derivatives of an analysed design, exact for the discrete problem, by one adjoint for each task or residual.
 
     Raises
     ------
     ComputationError
-        When an objective has no derivative there.
+        If an objective has no derivative at this design.
     """
     rest, squares, factors = np.zeros(space.n), np.zeros(space.n), [np.zeros((0, space.n))]
     for task in problem.task:
@@ -49,7 +49,7 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
 
 
 def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> np.ndarray:
-    """dJ/dΦ (n,) of an analysed design alone, by one adjoint to every task; raises as `design_slopes` does."""
+    """dJ/dΦ (n,) of an analysed design, by one adjoint for each task; raises as `design_slopes` does."""
     return sum(
         (task.weight * _task_gradient(space, disc, analysis, task.name) for task in problem.task), np.zeros(space.n)
     )
@@ -60,8 +60,7 @@ def _task_gradient(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     found = gradient(at, disc.tangents[name], equilibrium, disc.objectives[name])
     if not np.isfinite(found.X).all():
         raise ComputationError(
-            f"the objective of task {name} has no derivative here, as a root or a norm of zero has none; "
-            "write it with squares"
+            f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"
         )
     return space.pullback(disc.morph.pullback(found.X), {name: found.pressure})
 

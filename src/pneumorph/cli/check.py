@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph.analysis import Probe, answers, gradient_check, probe
+from pneumorph.analysis import AnalysedBody, analyse_body, gradient_check, task_results
 from pneumorph.constraint import certify
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import adjusted_columns
@@ -29,12 +29,12 @@ def check(problem: Path) -> None:
         console.print(Text(text, style=style), soft_wrap=True)
 
     design = starting_design(asked) if run is None or run.latest is None else run.best
-    at = probe(asked, design.body)
+    at = analyse_body(asked, design.body)
     for line in _description(at):
         say(line)
     for sentence in adjusted_columns(asked.body):
         say(f"symmetry  {sentence}")
-    found = answers(at.disc, at.analysis)
+    found = task_results(at.disc, at.analysis)
     for task in asked.task:
         motion = motion_of(task, found[task.name])
         say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
@@ -50,7 +50,7 @@ def check(problem: Path) -> None:
     say("The problem is sound and its gradient is exact.")
 
 
-def _description(at: Probe) -> list[str]:
+def _description(at: AnalysedBody) -> list[str]:
     problem, space = at.problem, at.space
     table, model = problem.model_dump(), at.disc.model
     body, rubber, springs = table["body"], table["material"], table["end_effector"]["spring"]

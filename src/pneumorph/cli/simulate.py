@@ -41,7 +41,7 @@ def simulate(
     for option, path in files.items():
         _check(option, path)
     simulation = design.simulation(given, block, one_by_one)
-    if files["--png"] is not None and not simulation.legs[0].swept:
+    if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model, console = simulation.model, Console()
     size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{mirror_note(model.mirror)}"
@@ -50,7 +50,7 @@ def simulate(
     stopped = False
     try:
         with _progress(console, simulation.count) as progress:
-            for step in simulation.walk(curves):
+            for step in simulation.run(curves):
                 console.print(_row(step), soft_wrap=True)
                 progress.advance(progress.task_ids[0])
     except KeyboardInterrupt:

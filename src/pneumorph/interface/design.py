@@ -20,10 +20,10 @@ from pneumorph.analysis import (
     Simulation,
     TaskResult,
     analyse,
-    answers,
     discretise,
     fields_of,
     prepare_simulation,
+    task_results,
 )
 from pneumorph.constraint import LimitReading, certify
 from pneumorph.errors import ComputationError, ProblemError
@@ -91,7 +91,7 @@ class Design:
     @property
     def results(self) -> Mapping[str, TaskResult]:
         """What the design makes of every task."""
-        return answers(*self._analysed) if self.entry is None else self.entry.tasks
+        return task_results(*self._analysed) if self.entry is None else self.entry.tasks
 
     @cached_property
     def fields(self) -> Fields:
@@ -147,7 +147,7 @@ class Design:
         """
         began, curves = time.perf_counter(), list[Curve]()
         prepared = self.simulation(pressures, block, one_by_one)
-        for _ in prepared.walk(curves):
+        for _ in prepared.run(curves):
             pass
         return Sweep(prepared, curves, time.perf_counter() - began)
 

@@ -1,5 +1,5 @@
 """A run on disk."""
 
-from pneumorph.run.directory import RunDirectory, StoredDesign, create, open_run, resume, unlike
+from pneumorph.run.directory import RunDirectory, StoredDesign, create, first_difference, open_run, resume
 
-__all__ = ["RunDirectory", "StoredDesign", "create", "open_run", "resume", "unlike"]
+__all__ = ["RunDirectory", "StoredDesign", "create", "first_difference", "open_run", "resume"]

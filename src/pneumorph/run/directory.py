@@ -196,7 +196,7 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
     if not (path / "problem.toml").exists():
         return create(path, problem)
     stored = load(path / "problem.toml")
-    key = unlike(stored, problem)
+    key = first_difference(stored, problem)
     if key:
         raise ProblemError(
             f"{path}: holds a run of another problem ({key} differs); name another --out or take {path}/problem.toml"
@@ -220,7 +220,7 @@ def _started(path: Path, problem: Problem) -> RunDirectory:
     return RunDirectory(path, problem)
 
 
-def unlike(one: Problem, other: Problem) -> str | None:
+def first_difference(one: Problem, other: Problem) -> str | None:
     """The first key in which two problems differ but for the number of iterations; None where there is none."""
     return next(_differences(one.model_dump(), other.model_dump()), None)
 

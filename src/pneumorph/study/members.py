@@ -15,7 +15,7 @@ from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output import run_pictures
 from pneumorph.problem import Problem
-from pneumorph.run import open_run, resume, unlike
+from pneumorph.run import first_difference, open_run, resume
 
 TOPIC = "pneumorph"
 
@@ -40,7 +40,7 @@ def finished(directory: Path, problem: Problem) -> bool:
     if not (directory / "problem.toml").exists():
         return False
     run = open_run(directory)
-    key = unlike(run.problem, problem)
+    key = first_difference(run.problem, problem)
     if key:
         raise ProblemError(f"{directory}: holds a run of another problem ({key} differs); name another --out")
     result = run.result()

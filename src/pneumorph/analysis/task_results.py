@@ -1,4 +1,4 @@
-"""What an analysed design makes of its tasks."""
+"""The results of an analysed design, task by task."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pneumorph.analysis.records import TaskResult, Vector
 from pneumorph.mechanics import rotation_vector
 
 
-def answers(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
-    """The result of every task."""
+def task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
+    """The result of every task of an analysed design, by the task's name."""
     found = {}
     for name, equilibrium in analysis.equilibria.items():
         objective = disc.objectives[name]
@@ -34,5 +34,5 @@ def answers(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
 
 
 def vector(components) -> Vector:
-    """Three components as plain numbers."""
+    """Three components as Python floats."""
     return cast(Vector, tuple(map(float, np.asarray(components))))
