@@ -36,7 +36,7 @@ def test_one_by_one():
 
 
 @pytest.mark.parametrize("asked", ["", "0:60kPa", "0:60:0kPa", "0:60:-5kPa", "0:60:5mm", "0:60:1e-9kPa", 60, None])
-def test_pressures_that_are_none(asked):
+def test_values_that_are_not_pressures(asked):
     with pytest.raises(ProblemError, match=r"^pressure A="):
         pressure_paths({"A": asked}, ("A",))
 
@@ -47,5 +47,5 @@ def test_an_unknown_chamber():
 
 
 def test_sweeps_of_different_lengths():
-    with pytest.raises(ProblemError, match=r"step together.*one by one"):
+    with pytest.raises(ProblemError, match=r"different numbers of steps.*one by one"):
         path_of(A="0:60:20kPa", B="0:60:30kPa")

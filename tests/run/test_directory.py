@@ -202,4 +202,4 @@ def test_damage_is_told(tmp_path):
     (tmp_path / "copy" / "history.jsonl").write_text("3\n")
     assert "is damaged" in refusal(open_run(tmp_path / "copy").history)
     (tmp_path / "run" / "designs" / "0001.npz").unlink()
-    assert "put the files back" in refusal(open_run(tmp_path / "run").latest)
+    assert "restore the files" in refusal(open_run(tmp_path / "run").latest)

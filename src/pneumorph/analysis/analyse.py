@@ -128,9 +128,7 @@ def analyse(
         configurations[task.name], equilibria[task.name] = at, found
         values[task.name] = disc.objectives[task.name].at(disc.model, at.X, found.state)
         if not np.isfinite(values[task.name]):
-            raise ComputationError(
-                f"the objective of task {task.name} is {values[task.name]} here; fix its function"
-            )
+            raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
     value = sum(task.weight * values[task.name] for task in problem.task)
     return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
 

@@ -1,4 +1,4 @@
-"""One run driven to its end: the design loop with a run directory."""
+"""Run the design loop to its end and store its designs in a run directory."""
 
 from pneumorph.drive.single import Outcome, drive
 

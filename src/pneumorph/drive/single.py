@@ -1,4 +1,4 @@
-"""Drive the design loop of one run directory to its end."""
+"""Run the design loop to its end and store its designs in a run directory."""
 
 from __future__ import annotations
 
@@ -19,9 +19,14 @@ from pneumorph.run import RunDirectory, StoredDesign
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: the reason as a sentence, and whether the loop came to its own end.
+    """How a run ended.
 
-    At its own end it knows of every task whether its state is stable, as a whole body too.
+    Attributes
+    ----------
+    reason : why it ended, as a sentence.
+    completed : whether the loop ended by itself, and did not fail.
+    stable : {task: bool}
+        If completed, whether the last state of each task is stable, against all motions of the whole body.
     """
 
     reason: str
@@ -30,14 +35,14 @@ class Outcome:
 
 
 def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
-    """Go on with a run, from its checkpoint where there is one, and write ``result.json`` at its end.
+    """Run the design loop, from the checkpoint if there is one, and write ``result.json`` at its end.
 
-    Every accepted design is on disk before `show` hears of it.
+    `show` is called with every event, for an accepted design once it is on disk.
 
     Raises
     ------
     ComputationError
-        When the loop fails; what there is has then been summed up in ``result.json``.
+        If the loop fails; ``result.json`` then has the results so far.
     """
     state = run.checkpoint()[1] if run.latest() is not None else None
     try:
@@ -64,7 +69,7 @@ def _conclude(run: RunDirectory, outcome: Outcome) -> None:
 
 
 def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> RunResult:
-    """What ``result.json`` says."""
+    """The contents of ``result.json``."""
     last = history[-1]
     motions = {task.name: motion_of(task, last.tasks[task.name]) for task in problem.task}
     return RunResult(
@@ -100,7 +105,7 @@ def _version(package: str) -> str | None:
 
 
 def peak_memory() -> float | None:
-    """Peak memory of this process in MB; None where the system does not report it."""
+    """Peak memory of this process in MB; None if the system does not report it."""
     try:
         import resource
     except ImportError:

@@ -1,4 +1,4 @@
-"""A run on disk."""
+"""Runs on disk."""
 
 from pneumorph.run.directory import RunDirectory, StoredDesign, create, first_difference, open_run, resume
 

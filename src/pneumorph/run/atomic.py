@@ -1,4 +1,4 @@
-"""Files that are either the old one or the new one, never a torn one."""
+"""Write files so that an interruption leaves the old content or the new one, never a mixture."""
 
 import io
 import os
@@ -12,24 +12,24 @@ from pneumorph.errors import ProblemError
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Replace `path` in one step, after the content has reached the disk."""
-    waiting = path.with_name(f".{path.name}.new")
-    with waiting.open("wb") as file:
+    """Replace the file at `path` in one step, once the new content is on disk."""
+    temporary = path.with_name(f".{path.name}.new")
+    with temporary.open("wb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
-    os.replace(waiting, path)
+    os.replace(temporary, path)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Replace the .npz at `path` in one step."""
+    """Replace the .npz file at `path` in one step."""
     content = io.BytesIO()
     np.savez(content, allow_pickle=False, **arrays)
     write_bytes(path, content.getvalue())
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """All arrays of an .npz; ProblemError when it is missing or damaged."""
+    """All arrays of an .npz file; ProblemError if it is missing or damaged."""
     try:
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
@@ -40,7 +40,7 @@ def read_arrays(path: Path) -> dict[str, np.ndarray]:
 
 
 def append_line(path: Path, line: str) -> None:
-    """Add a line by a single write, so that a kill leaves all of it, a torn tail, or nothing."""
+    """Append a line by a single write: an interruption leaves all of it, an incomplete last line, or nothing."""
     handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     try:
         os.write(handle, f"{line}\n".encode())
@@ -50,6 +50,6 @@ def append_line(path: Path, line: str) -> None:
 
 
 def complete_lines(path: Path) -> list[str]:
-    """The lines that were written to their end; a torn tail is left out."""
+    """The complete lines of a file; an incomplete last one is left out."""
     text = path.read_bytes().decode("utf-8", errors="replace") if path.exists() else ""
     return text.split("\n")[:-1]

@@ -1,9 +1,9 @@
-"""The run directory: the problem as run, every accepted design, and the state to go on from after a kill.
+"""The run directory: the problem, every accepted design, and the state from which an interrupted run can be resumed.
 
-In it are ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``fields/NNNN.npz`` of
-the first and the last design, ``checkpoint.npz`` and ``result.json``. A design is recorded in the order shape, fields,
-history line, checkpoint; the checkpoint seals it. Whatever lies beyond the checkpoint is the iteration that was in
-progress, and `resume` removes it.
+It contains ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``fields/NNNN.npz``
+of the first and the last design, ``checkpoint.npz`` and ``result.json``. A design is stored in the order shape, fields,
+history line, checkpoint, and counts once the checkpoint is written. Files newer than the checkpoint belong to an
+unfinished iteration; `resume` removes them.
 """
 
 import json
@@ -22,7 +22,7 @@ from pneumorph.problem import Problem, load
 from pneumorph.run import atomic
 
 Checkpoint = dict[str, Any]
-"""Arrays and JSON values by name: what the optimiser needs to go on."""
+"""Arrays and JSON values by name: what the design loop needs to resume."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class StoredDesign:
     chambers : dict of str to ndarray, shape (n_r, n_q, 3), mm
         Control net of every chamber, by its name in the problem.
     pressures : dict of str to dict of str to float, MPa
-        By task, then by chamber.
+        Pressures by task, then by chamber.
     """
 
     exterior: np.ndarray
@@ -45,11 +45,11 @@ class StoredDesign:
 
     @classmethod
     def of(cls, body: Body, pressures: dict[str, dict[str, float]]) -> "StoredDesign":
-        """The design of a body at these pressures."""
+        """The stored form of a body and its pressures."""
         return cls(body.exterior.net, {chamber.name: chamber.net for chamber in body.chambers}, pressures)
 
     def body(self, problem: Problem) -> Body:
-        """The body of this design of a problem."""
+        """The body of this design; `problem` is the one it was made for."""
         start = starting_body(problem.body)
         nets = [self.exterior, *(self.chambers[chamber.name] for chamber in start.chambers)]
         return start.with_control_points(np.concatenate([net.reshape(-1, 3) for net in nets]))
@@ -57,13 +57,13 @@ class StoredDesign:
 
 @dataclass(frozen=True)
 class RunDirectory:
-    """A directory that holds a run of `problem`. Made by `create`, `resume` and `open_run`."""
+    """The directory of a run of `problem`. Made by `create`, `resume` and `open_run`."""
 
     path: Path
     problem: Problem
 
     def record(self, entry: HistoryEntry, design: StoredDesign, fields: Fields, state: Checkpoint) -> None:
-        """Store an accepted design: its history entry, its shape and pressures, its fields, and the state."""
+        """Store an accepted design: history entry, shape and pressures, fields, and the state for resuming after it."""
         iteration = entry.iteration
         atomic.write_arrays(self._design_path(iteration), self._design_arrays(design))
         self.write_fields(iteration, fields)
@@ -77,11 +77,11 @@ class RunDirectory:
         atomic.write_arrays(self._fields_path(iteration), fields.pack())
 
     def fields(self, iteration: int) -> Fields | None:
-        """The stored fields of a design; None where there are none: the first and the last design have them."""
+        """The stored fields of a design, None without: only those of the first and the last design are kept."""
         path = self._fields_path(iteration)
         if not path.exists():
             return None
-        with _damage_told(path):
+        with _reporting_damage(path):
             return unpack_fields(atomic.read_arrays(path))
 
     def write_result(self, result: RunResult) -> None:
@@ -90,7 +90,7 @@ class RunDirectory:
         atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
 
     def result(self) -> RunResult | None:
-        """What ``result.json`` says; None where the run has not come to an end."""
+        """Contents of ``result.json``; None if the run has not ended."""
         path = self.path / "result.json"
         if not path.exists():
             return None
@@ -100,13 +100,19 @@ class RunDirectory:
             raise ProblemError(f"{path}: cannot be read ({error}); remove it and run with --resume") from None
 
     def history(self) -> list[HistoryEntry]:
-        """The history in the order of iterations; a torn last line is ignored."""
+        """The history in the order of iterations; an incomplete last line is ignored."""
         path = self.path / "history.jsonl"
-        with _damage_told(path):
+        with _reporting_damage(path):
             return [from_json(HistoryEntry, json.loads(text)) for text in atomic.complete_lines(path)]
 
     def latest(self) -> int | None:
-        """The last iteration on which history line, design and checkpoint agree; None before the first."""
+        """The iteration of the checkpoint; None before the first.
+
+        Raises
+        ------
+        ProblemError
+            If its history line or its design is missing.
+        """
         if not (self.path / "checkpoint.npz").exists():
             return None
         iteration, _ = self.checkpoint()
@@ -114,23 +120,23 @@ class RunDirectory:
             return iteration
         raise ProblemError(
             f"{self.path}: design {iteration} of its checkpoint is not in history.jsonl and designs/; "
-            "put the files back or name another directory"
+            "restore the files or name another directory"
         )
 
     def checkpoint(self) -> tuple[int, Checkpoint]:
         """Iteration and state of the checkpoint."""
         path = self.path / "checkpoint.npz"
-        with _damage_told(path):
+        with _reporting_damage(path):
             arrays = atomic.read_arrays(path)
             plain = json.loads(arrays.pop("json").item())
             state = {name.removeprefix("array "): array for name, array in arrays.items()}
             return plain["iteration"], plain["state"] | state
 
     def load_design(self, iteration: int) -> StoredDesign:
-        """The design of an iteration; ProblemError when there is none."""
+        """The design of an iteration; ProblemError if there is none."""
         path = self._design_path(iteration)
         chambers = [chamber.name for chamber in self.problem.body.chamber]
-        with _damage_told(path):
+        with _reporting_damage(path):
             arrays = atomic.read_arrays(path)
             pressures = zip((task.name for task in self.problem.task), arrays["pressures"], strict=True)
             return StoredDesign(
@@ -156,41 +162,41 @@ class RunDirectory:
         nets = {f"chamber_{name}": design.chambers[name] for name in chambers}
         return {"exterior": design.exterior, **nets, "pressures": np.array(rows)}
 
-    def _drop_what_is_unsealed(self) -> None:
-        """Remove what a kill left beyond the checkpoint, so that the run goes on as if it had not begun."""
+    def _remove_unfinished(self) -> None:
+        """Remove what is newer than the checkpoint: an iteration that was interrupted while it was being stored."""
         latest = self.latest()
-        sealed = -1 if latest is None else latest
+        finished = -1 if latest is None else latest
         lines = atomic.complete_lines(self.path / "history.jsonl")
-        text = "".join(f"{line}\n" for line in lines if json.loads(line)["iteration"] <= sealed)
+        text = "".join(f"{line}\n" for line in lines if json.loads(line)["iteration"] <= finished)
         atomic.write_bytes(self.path / "history.jsonl", text.encode())
         for stored in (self.path / "designs").glob("[0-9]*.npz"):
-            if int(stored.stem) > sealed:
+            if int(stored.stem) > finished:
                 stored.unlink()
-        self._keep_fields_of((0, sealed) if sealed >= 0 else ())
+        self._keep_fields_of((0, finished) if finished >= 0 else ())
 
 
 def create(path: str | Path, problem: Problem) -> RunDirectory:
-    """A new run directory for `problem`; ProblemError when there is something in it already."""
+    """Make a new run directory for `problem`; ProblemError if it exists and is not empty, or cannot be made."""
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
         if any(not entry.name.startswith(".") for entry in path.iterdir()):
-            raise ProblemError(f"{path}: is not empty; add --resume to go on with the run in it, or name another --out")
+            raise ProblemError(f"{path}: is not empty; add --resume to resume the run in it, or name another --out")
         return _started(path, problem)
     except OSError as error:
         raise ProblemError(f"{path}: cannot be a run directory ({error.strerror}); name another --out") from None
 
 
 def resume(path: str | Path, problem: Problem) -> RunDirectory:
-    """The directory of a run of `problem` that was stopped, without what was in progress when it was.
+    """Prepare the directory of an interrupted run of `problem` for resuming: remove what was unfinished.
 
-    The number of iterations may differ from that of the stopped run. A directory in which nothing had begun becomes
-    a new one.
+    The number of iterations may differ from that of the interrupted run. Without a run in the directory a new one is
+    made.
 
     Raises
     ------
     ProblemError
-        When it holds a run of another problem, or something that is no run.
+        If it contains a run of another problem, or other files but no run.
     """
     path = Path(path)
     if not (path / "problem.toml").exists():
@@ -199,15 +205,15 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
     key = first_difference(stored, problem)
     if key:
         raise ProblemError(
-            f"{path}: holds a run of another problem ({key} differs); name another --out or take {path}/problem.toml"
+            f"{path}: contains a run of another problem ({key} differs); name another --out or use {path}/problem.toml"
         )
     run = _started(path, problem)
-    run._drop_what_is_unsealed()
+    run._remove_unfinished()
     return run
 
 
 def open_run(path: str | Path) -> RunDirectory:
-    """A run directory to read; nothing in it is changed. ProblemError when it is none."""
+    """Open a run directory for reading; nothing in it is changed. ProblemError if it is not a run directory."""
     path = Path(path)
     if not (path / "problem.toml").exists():
         raise ProblemError(f"{path}: is not a run directory (no problem.toml in it); name the --out of a design")
@@ -221,13 +227,13 @@ def _started(path: Path, problem: Problem) -> RunDirectory:
 
 
 def first_difference(one: Problem, other: Problem) -> str | None:
-    """The first key in which two problems differ but for the number of iterations; None where there is none."""
+    """The first key in which two problems differ, other than the number of iterations; None if they do not."""
     return next(_differences(one.model_dump(), other.model_dump()), None)
 
 
 @contextmanager
-def _damage_told(path: Path) -> Iterator[None]:
-    """Say in one line that a file of a run does not hold what it should."""
+def _reporting_damage(path: Path) -> Iterator[None]:
+    """Raise ProblemError, one line, where the contents of a run's file are not what they should be."""
     try:
         yield
     except (KeyError, TypeError, ValueError) as error:
@@ -236,7 +242,7 @@ def _damage_told(path: Path) -> Iterator[None]:
 
 
 def _differences(one: Any, other: Any, key: str = "") -> Iterator[str]:
-    """The keys in which two dumped problems differ; the number of iterations is allowed to."""
+    """The keys in which two dumped problems differ, other than the number of iterations."""
     if isinstance(one, dict) and isinstance(other, dict):
         for name in {**one, **other}:
             yield from _differences(one.get(name), other.get(name), f"{key}.{name}" if key else name)

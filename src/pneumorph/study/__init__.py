@@ -1,4 +1,4 @@
-"""Many designs at once: a study file's members, run on Dask, and what they came to."""
+"""Studies: many designs at once on Dask, and a summary of their results."""
 
 from pneumorph.study.file import Member, Study, load_study
 from pneumorph.study.members import run_member

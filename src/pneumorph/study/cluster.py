@@ -1,4 +1,4 @@
-"""Run the members of a study on Dask: a cluster on this machine, or the scheduler at an address."""
+"""Run the members of a study on Dask: on this machine, on the scheduler at an address, or on SLURM."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
 
 KILLS = 5
-"""A member whose workers are killed this often is given up; until then it goes on elsewhere from its checkpoint."""
+"""A member fails after so many killed workers; before that, another worker resumes it from its checkpoint."""
 
 
 @contextmanager
@@ -29,13 +29,13 @@ def connected(address: str | None, workers: int | None = None) -> Iterator[Clien
     Parameters
     ----------
     address : "tcp://…", "slurm", or None for this machine
-        SLURM's queue, cores and memory come from Dask's own configuration (jobqueue.slurm).
-    workers : how many to start; by default one to a core of this machine. A scheduler at an address has its own.
+        For SLURM, queue, cores and memory come from Dask's own configuration (jobqueue.slurm).
+    workers : number of workers to start, by default one per core of this machine; unused with a scheduler's address.
 
     Raises
     ------
     ProblemError
-        When no scheduler answers at the address, or SLURM cannot be used here.
+        If no scheduler answers at the address, or SLURM cannot be used here.
     """
     logging.getLogger("distributed").setLevel(logging.ERROR)
     count = workers or os.cpu_count() or 1
@@ -47,7 +47,9 @@ def connected(address: str | None, workers: int | None = None) -> Iterator[Clien
         try:
             client = Client(address, timeout=20)
         except (OSError, ValueError, TypeError) as error:
-            raise ProblemError(f"--cluster {address}: no scheduler answers there ({error}); check it runs") from None
+            raise ProblemError(
+                f"--cluster {address}: no scheduler answers there ({error}); check that it is running"
+            ) from None
         with client:
             yield client
         return
@@ -72,22 +74,24 @@ def _slurm(workers: int) -> Any:
     try:
         cluster = SLURMCluster()
     except (ValueError, TypeError) as error:
-        raise ProblemError(f"--cluster slurm: {error}; say so in Dask's configuration under jobqueue.slurm") from None
+        raise ProblemError(f"--cluster slurm: {error}; set it in Dask's configuration under jobqueue.slurm") from None
     cluster.scale(jobs=workers)
     return cluster
 
 
 def run_members(
-    client: Client, members: Mapping[str, Member], out: Path, hear: Callable[[str, HistoryEntry], None]
+    client: Client, members: Mapping[str, Member], out: Path, on_design: Callable[[str, HistoryEntry], None]
 ) -> Iterator[MemberEnd]:
-    """Run members, each in its directory under `out`, and yield their ends as they come; `hear` gets the name and
-    the history entry of every design that is accepted."""
+    """Run members, each in its directory under `out`, and yield their ends as they come.
 
-    def heard(event: tuple[Any, dict[str, Any]]) -> None:
-        _, news = event
-        hear(news["name"], from_json(HistoryEntry, news["entry"]))
+    `on_design` is called with the member's name and the history entry of every accepted design.
+    """
 
-    client.subscribe_topic(TOPIC, heard)
+    def received(event: tuple[Any, dict[str, Any]]) -> None:
+        _, message = event
+        on_design(message["name"], from_json(HistoryEntry, message["entry"]))
+
+    client.subscribe_topic(TOPIC, received)
     futures = {
         client.submit(
             run_on_worker, name, member.problem, str((out / name).absolute()), key=f"{name}-{os.urandom(4).hex()}",
@@ -101,6 +105,6 @@ def run_members(
         if error is None:
             yield future.result()
         elif isinstance(error, KilledWorker):
-            yield MemberEnd(name, False, "its workers were killed again and again; is there enough memory?")
+            yield MemberEnd(name, False, "its workers were killed repeatedly; is there enough memory?")
         else:
             yield MemberEnd(name, False, f"{type(error).__name__}: {error}".splitlines()[0])

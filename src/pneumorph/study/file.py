@@ -4,12 +4,12 @@
     base = "bending.toml"                       # beside the study file
     [grid]                                      # every combination of the values
     "end_effector.spring.bending_y" = ["0 N*mm/rad", "100 N*mm/rad"]
-    [[member]]                                  # or one by one; a grid is applied to every member
+    [[member]]                                  # or listed one by one; with a grid, it is applied to every member
     name = "long"
-    base = "linear.toml"                        # instead of the study's
+    base = "linear.toml"                        # instead of the base of the study
     set = { "body.length" = "120 mm", "body.ripple" = false }      # false leaves a key out
 
-Keys are those of the problem file, with numbers for tables that come several times: ``task[0].pressure.A``.
+Keys are those of the problem file, with numbers for tables that may be repeated: ``task[0].pressure.A``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MOST_MEMBERS = 1000
 
 @dataclass(frozen=True)
 class Member:
-    """One design of a study: a name that is also a directory's, what sets it apart, and its problem."""
+    """One design of a study: its name, which is also its directory's, its changes to the base, and its problem."""
 
     name: str
     changes: Mapping[str, Any]
@@ -43,37 +43,37 @@ class Member:
 
 @dataclass(frozen=True)
 class Study:
-    """A title and the members."""
+    """A study: its title and its members."""
 
     title: str
     members: tuple[Member, ...]
 
 
 def load_study(path: str | Path) -> Study:
-    """Read a study file and every problem it makes.
+    """Read a study file and build the problem of every member.
 
     Raises
     ------
     ProblemError
-        One line: the file or key, what is wrong, and how to fix it.
+        If the file or one of the problems has a mistake.
     """
     path = Path(path)
     data = _table(path)
     for key in data:
         if key not in ("title", "base", "grid", "member"):
-            raise ProblemError(f"{path}: {key}: is no key of a study; take title, base, grid or member")
+            raise ProblemError(f"{path}: {key}: is not a key of a study; use title, base, grid or member")
     grid, listed = data.get("grid", {}), data.get("member", [{}])
     if not isinstance(grid, dict) or not all(isinstance(values, list) and values for values in grid.values()):
-        raise ProblemError(f'{path}: grid: needs a list of values to every key, e.g. "body.length" = ["80 mm"]')
+        raise ProblemError(f'{path}: grid: needs a list of values for every key, e.g. "body.length" = ["80 mm"]')
     if not isinstance(listed, list) or not all(isinstance(member, dict) for member in listed):
-        raise ProblemError(f"{path}: member: is a table that may come several times; write [[member]]")
+        raise ProblemError(f"{path}: member: is a table that may be repeated; write [[member]]")
     if "grid" not in data and "member" not in data:
-        raise ProblemError(f"{path}: has neither a [grid] nor a [[member]]; add what is to be varied")
+        raise ProblemError(f"{path}: has neither a [grid] nor a [[member]]; add the changes that make the designs")
     count = len(listed)
     for values in grid.values():
         count *= len(values)
     if count > MOST_MEMBERS:
-        raise ProblemError(f"{path}: makes {count} designs, above {MOST_MEMBERS}; shorten the lists")
+        raise ProblemError(f"{path}: makes {count} designs, more than {MOST_MEMBERS}; shorten the lists")
     members = tuple(_members(path, data.get("base"), grid, listed))
     names = [member.name for member in members]
     for name in names:
@@ -88,7 +88,7 @@ def _members(path: Path, base: Any, grid: dict[str, list], listed: list[dict]) -
         where = f"{path}: member[{index}]"
         for key in entry:
             if key not in ("name", "base", "set"):
-                raise ProblemError(f"{where}.{key}: is no key of a member; take name, base or set")
+                raise ProblemError(f"{where}.{key}: is not a key of a member; use name, base or set")
         source = entry.get("base", base)
         if not isinstance(source, str):
             raise ProblemError(f'{path}: base: is missing; name a problem file, e.g. base = "linear.toml"')
@@ -96,7 +96,7 @@ def _members(path: Path, base: Any, grid: dict[str, list], listed: list[dict]) -
             bases[source] = _table(path.parent / source)
         own = entry.get("set", {})
         if not isinstance(own, dict):
-            raise ProblemError(f'{where}.set: is a table of changes, e.g. set = {{ "body.length" = "90 mm" }}')
+            raise ProblemError(f'{where}.set: is not a table; write e.g. set = {{ "body.length" = "90 mm" }}')
         for values in product(*grid.values()):
             changes = {**own, **dict(zip(grid, values, strict=True))}
             parts = [str(entry["name"])] if "name" in entry else [_named(own)] if own else []
@@ -127,7 +127,7 @@ def _named(changes: Mapping[str, Any]) -> str:
 
 
 def _in_words(key: str, value: Any) -> str:
-    """A change in few words: the key's last part and the value."""
+    """A change in a few words: the last part of the key, and the value."""
     word = key.split(".")[-1]
     if value is False:
         return f"no {word}"
@@ -137,5 +137,5 @@ def _in_words(key: str, value: Any) -> str:
 
 
 def _slug(name: str) -> str:
-    """A name that every file system takes."""
+    """A name that every file system accepts."""
     return re.sub(r"[^A-Za-z0-9.,_+-]+", "-", name.replace(", ", ",")).strip("-.") or "base"

@@ -1,4 +1,4 @@
-"""Run one member of a study where a Dask worker is: its run directory is on a disk that all workers share."""
+"""Run one member of a study on a Dask worker; run directories are on a disk that all workers share."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TOPIC = "pneumorph"
 
 @dataclass(frozen=True)
 class MemberEnd:
-    """How a member ended: its name, whether the loop came to its own end, and why, as a sentence."""
+    """How the run of a member ended: the member's name, whether the loop ended by itself, and why, as a sentence."""
 
     name: str
     completed: bool
@@ -30,36 +30,38 @@ class MemberEnd:
 
 
 def finished(directory: Path, problem: Problem) -> bool:
-    """Whether a run of this problem has come to its end in a directory; one of another number of designs goes on.
+    """Whether a directory contains a completed run of this problem, with the same number of designs.
 
     Raises
     ------
     ProblemError
-        When the directory holds a run of another problem.
+        If the directory contains a run of another problem.
     """
     if not (directory / "problem.toml").exists():
         return False
     run = open_run(directory)
     key = first_difference(run.problem, problem)
     if key:
-        raise ProblemError(f"{directory}: holds a run of another problem ({key} differs); name another --out")
+        raise ProblemError(f"{directory}: contains a run of another problem ({key} differs); name another --out")
     result = run.result()
     return run.problem == problem and result is not None and result.completed
 
 
-def run_member(name: str, problem: Problem, directory: str, tell: Callable[[str, HistoryEntry], None]) -> MemberEnd:
-    """Start or go on with a member's run; a failure of the computation is an end too, not an error.
+def run_member(
+    name: str, problem: Problem, directory: str, on_design: Callable[[str, HistoryEntry], None]
+) -> MemberEnd:
+    """Start or resume the run of a member; if the computation fails, its end says so and nothing is raised.
 
     Parameters
     ----------
-    name, problem : of the member.
-    directory : of its run.
-    tell : hears of every accepted design: the name and its history entry.
+    name, problem : name and problem of the member.
+    directory : its run directory.
+    on_design : called with the name and the history entry of every accepted design.
     """
 
     def show(event: Event) -> None:
         if isinstance(event, DesignAccepted):
-            tell(name, event.entry)
+            on_design(name, event.entry)
 
     run = resume(directory, problem)
     try:
@@ -71,18 +73,18 @@ def run_member(name: str, problem: Problem, directory: str, tell: Callable[[str,
 
 
 def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
-    """`run_member` on a Dask worker, which tells the scheduler of every design."""
+    """`run_member` on a Dask worker, which sends a message about every design to the scheduler."""
     from distributed import get_worker
 
     keep_netgen_quiet()
     worker = get_worker()
 
-    def tell(name: str, entry: HistoryEntry) -> None:
-        # Messages to the scheduler are of plain values.
+    def send(name: str, entry: HistoryEntry) -> None:
+        # Messages to the scheduler consist of plain values.
         worker.log_event(TOPIC, {"name": name, "entry": to_json(entry)})
 
     try:
-        return run_member(name, problem, directory, tell)
+        return run_member(name, problem, directory, send)
     finally:
-        # A worker runs many members: compiled kernels are kept on disk, not in its memory.
+        # A worker runs many members, and compiled kernels are on disk: it need not keep them in memory.
         jax.clear_caches()

@@ -1,4 +1,4 @@
-"""What a study came to: a table of all members, and a sheet of their final shapes."""
+"""Results of a study: a table of all members, and a sheet of their final shapes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pneumorph.study.file import Member, Study
 
 
 def summary(study: Study, out: Path) -> list[dict[str, Any]]:
-    """A row to every member, in the study's order; what a member has not come to is empty."""
+    """A row for every member, in the order of the study; values that a member does not have yet are missing."""
     changed = list(dict.fromkeys(key for member in study.members for key in member.changes))
     rows = []
     for member in study.members:
@@ -72,7 +72,7 @@ def write_sheet(study: Study, out: Path, finished: Iterable[str]) -> Path:
     Raises
     ------
     NoPicture
-        Where this machine cannot draw off-screen.
+        If this machine cannot draw off-screen.
     """
     done = set(finished)
     members = [member for member in study.members if member.name in done]
@@ -86,14 +86,14 @@ def write_sheet(study: Study, out: Path, finished: Iterable[str]) -> Path:
 
 
 def captions(members: Sequence[Member]) -> list[str]:
-    """What sets members apart, for users: the changes that not all share, or their names where these do not differ."""
+    """A caption for each member: the changes that not all members share, or its name if these do not distinguish it."""
     common = [item for item in members[0].changes.items() if all(item in each.changes.items() for each in members)]
-    motions = [
+    words = [
         "\n".join(f"{key.split('.')[-1]}: {_short(value)}" for key, value in changes) or each.name
         for each in members
         for changes in [[item for item in each.changes.items() if item not in common]]
     ]
-    return motions if len(set(motions)) == len(members) else [each.name for each in members]
+    return words if len(set(words)) == len(members) else [each.name for each in members]
 
 
 def _short(value: Any) -> str:
