@@ -1,8 +1,8 @@
-"""A model as an input file for CalculiX, in Abaqus' language.
+"""Write a model as an input file for CalculiX and Abaqus.
 
 The file is complete: ten-node tetrahedra (C3D10), the neo-Hookean rubber, clamped base, rigid plate, springs, dead and
-follower loads, gravity. Its only word that Abaqus does not know is ``ROT NODE`` of the rigid plate (a node whose
-displacements are CalculiX's rotations); there, strike it and use degrees of freedom 4 to 6 of the reference node.
+follower loads, gravity. Abaqus does not know one keyword, ``ROT NODE`` of the rigid plate (a node whose displacements
+are the rotations in CalculiX); for Abaqus, delete it and use degrees of freedom 4 to 6 of the reference node.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mesh.tets import TetMesh, area_vectors
 
 FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
-"""Corners of the faces P1 to P4 of a C3D10 (Abaqus and CalculiX manuals), ascending."""
+"""Corners of the faces P1 to P4 of a C3D10 element (Abaqus and CalculiX manuals), ascending."""
 
 
 def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3) -> str:
@@ -26,27 +26,27 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     Parameters
     ----------
     mesh : TetMesh
-        Faces "base", "tip" and "chamber <name>". Node and element k of the mesh are k + 1 in the file. Of half a body
-        the whole is written, whose first nodes and elements are those of the half.
+        With faces "base", "tip" and "chamber <name>". Node and element k of the mesh are k + 1 in the file. For half a
+        body the whole is written, whose first nodes and elements are those of the half.
     at : Configuration
-        Made of the mesh's model; supports other than the clamped base are not written.
+        Loads and blocks, on the model of this mesh; supports other than the clamped base are not written.
     increment : float
-        First part of the load to try.
+        Fraction of the load in the first increment.
     tolerance : float
-        Largest residual over the mean force at which an increment counts as converged. By default CalculiX' own: asked
-        for a millionth, it cuts its steps to three thousandths of the load.
+        Largest residual over the mean force at which an increment has converged. The default is that of CalculiX:
+        with 1e-6 it reduces its increments to 0.003 of the load.
 
     Raises
     ------
     ProblemError
-        If the rubber is none that the file can hold.
+        If the rubber is not neo-Hookean.
     """
     mesh, at = as_whole(mesh, at)
     return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment, tolerance), ""])
 
 
 def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
-    """The whole body that half a mesh and its configuration stand for; a whole one comes back as it is."""
+    """The mesh and configuration of the whole body from those of half of it; whole ones are returned unchanged."""
     if mesh.mirror is None:
         return mesh, at
     whole = whole_of(at.model, mesh)
@@ -89,10 +89,10 @@ def _rubber(at: Configuration) -> Iterator[str]:
     rubber = at.model.rubber
     if rubber.isochoric is not neo_hookean:
         raise ProblemError(
-            "an input file for Abaqus and CalculiX is written for neo-Hookean rubbers only; export vtu instead"
+            "input files for Abaqus and CalculiX can be written for neo-Hookean rubbers only; export vtu instead"
         )
     shear, bulk = rubber.parameters
-    # Its energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
+    # Abaqus' energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
     yield "*MATERIAL, NAME=RUBBER"
     yield "*HYPERELASTIC, NEO HOOKE"
     yield f"{shear / 2:.12e}, {2 / bulk:.12e}"
@@ -129,7 +129,7 @@ def _step(mesh: TetMesh, at: Configuration, increment: float, tolerance: float) 
 
 
 def plate_nodes(mesh: TetMesh) -> tuple[int, int]:
-    """Numbers in the file of the plate's reference node and of the node that holds its rotation."""
+    """Numbers, in the file, of the plate's reference node and of the node for its rotation."""
     return len(mesh.points) + 1, len(mesh.points) + 2
 
 
@@ -141,7 +141,7 @@ def tip_centre(mesh: TetMesh) -> np.ndarray:
 
 
 def element_faces(mesh: TetMesh, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Element and face (0…3 of `FACES`) of triangles (nf, 6); triangles that belong to no element are left out."""
+    """Elements and their faces (0…3, see `FACES`) for triangles (nf, 6); triangles without an element are left out."""
     count = len(mesh.points)
 
     def keys(corners: np.ndarray) -> np.ndarray:
@@ -157,7 +157,7 @@ def element_faces(mesh: TetMesh, triangles: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _rows(numbers: np.ndarray) -> Iterator[str]:
-    """Numbers, sixteen to a line as the format allows."""
+    """Lines of numbers, sixteen per line, the most that the format allows."""
     for start in range(0, len(numbers), 16):
         yield ", ".join(map(str, numbers[start : start + 16]))
 

@@ -1,4 +1,4 @@
-"""A design cut open, at rest and inflated side by side, the inflated body coloured by its largest principal stretch."""
+"""Pictures of a design cut open: at rest and inflated side by side, coloured by the largest principal stretch."""
 
 from __future__ import annotations
 
@@ -13,27 +13,33 @@ from pneumorph.output import render
 from pneumorph.output.view import Job, Shape, View, colour_map
 
 MARGIN = 4.0
+"""Around the bodies, mm."""
+
 INCHES_PER_MM = 0.085
 BAR = 10.0
+"""Length of the scale bar, mm."""
+
 LETTER = 0.08
-"""Inches that a letter of the words above the bodies takes, on average."""
+"""Average width of a letter in the titles above the bodies, inches."""
 
 
 def bodies_figure(
     shapes: dict[str, Shape], view: View, extent: np.ndarray, stretch: tuple[float, float], title: str
 ) -> Figure:
-    """A picture of bodies side by side, to scale; it is to be saved with 160 dots per inch.
+    """A figure of bodies side by side, to scale, to be saved with 160 dots per inch.
 
     Parameters
     ----------
-    shapes : by the words that stand above them.
+    shapes : the bodies by their titles.
+    view : how they are seen.
     extent : (4,) left, right, bottom, top of every panel in mm, see `View.extent`.
-    stretch : the range of the colours.
+    stretch : least and largest stretch of the colours.
+    title : of the figure.
 
     Raises
     ------
     NoPicture
-        Where this machine cannot draw off-screen.
+        If this machine cannot draw off-screen.
     """
     extent = extent + MARGIN * np.array([-1.0, 1.0, -1.0, 1.0])
     pictures = render.images(Job(list(shapes.values()), view, extent, stretch))

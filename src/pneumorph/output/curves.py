@@ -1,4 +1,4 @@
-"""What an actuator does along sweeps of pressure: its motion, what it exerts where it is held, volumes and stretch."""
+"""Pictures of an actuator along pressure sweeps: motion, force and torque where it is held, volumes and stretch."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from pneumorph.output.sweeps import AXES, reactions
 
 DASHES = ("-", "--", ":", "-.")
 SHOWN = 0.02
-"""Components below this part of the largest beside them are left out: they are what the mesh lacks in symmetry."""
+"""Components below this fraction of the largest in the same panel are not drawn: a slightly unsymmetric mesh causes
+them."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One diagram: its title, the unit of its values, the lines in it by name, and what is too small to be shown."""
+    """One diagram: title, unit, lines by name, and the value below which the whole panel is left out."""
 
     title: str
     unit: str
@@ -31,7 +32,7 @@ class Panel:
 
 
 def curves_figure(curves: Sequence[Curve], title: str = "") -> Figure:
-    """The picture of all sweeps in which something was found."""
+    """A figure of all sweeps that have an equilibrium."""
     curves = [curve for curve in curves if curve.found]
     panels = [panel for panel in _panels(curves) if _peak(panel, curves) > panel.least]
     columns = len(panels) if len(panels) < 4 else -(-len(panels) // 2)
@@ -55,7 +56,7 @@ def _panels(curves: Sequence[Curve]) -> list[Panel]:
         return lambda step: factor * of(step)[index]
 
     def reaction_lines(names: Sequence[str]) -> dict[str, Callable[[SweepStep], float]]:
-        """Reactions by axis: "shift_x" and "bending_x" are along and about the first."""
+        """Reactions by axis: "shift_x" is along x, "bending_x" about x."""
         return {
             axis: part(lambda step: step.reaction, name)
             for axis, name in zip(AXES, names, strict=True)
@@ -76,8 +77,8 @@ def _panels(curves: Sequence[Curve]) -> list[Panel]:
     ]
 
 
-def _named(way: str, lines: dict[str, Callable[[SweepStep], float]]) -> dict[str, Callable[[SweepStep], float]]:
-    return {f"{way} {axis}": line for axis, line in lines.items()}
+def _named(preposition: str, lines: dict[str, Callable[[SweepStep], float]]) -> dict[str, Callable[[SweepStep], float]]:
+    return {f"{preposition} {axis}": line for axis, line in lines.items()}
 
 
 def _peak(panel: Panel, curves: Sequence[Curve], only: str | None = None) -> float:
@@ -86,7 +87,7 @@ def _peak(panel: Panel, curves: Sequence[Curve], only: str | None = None) -> flo
 
 
 def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
-    """A line per curve and component: colours tell components apart where there is one curve, else the curves."""
+    """A line per curve and component: colours distinguish components if there is one curve, otherwise curves."""
     peak = _peak(panel, curves)
     shown = [name for name in panel.lines if _peak(panel, curves, name) > SHOWN * peak]
     for number, curve in enumerate(curves):
@@ -119,7 +120,7 @@ def _along(curve: Curve, step: SweepStep) -> float:
 
 
 def _pressure(curves: Sequence[Curve]) -> str:
-    """What the pressure axis is called."""
+    """The label of the pressure axis."""
     swept = {curve.swept for curve in curves}
     if len(swept) > 1:
         return "pressure of the swept chamber, kPa"
@@ -131,7 +132,7 @@ def _pressure(curves: Sequence[Curve]) -> str:
 
 
 def _name_curves(figure: Figure, curves: Sequence[Curve]) -> None:
-    """Below all, what tells the curves apart: tasks, swept chambers, or both."""
+    """A legend below all panels that distinguishes the curves by task, swept chambers, or both."""
     if len(curves) < 2:
         return
     tasks, swept = {curve.task for curve in curves}, {curve.swept for curve in curves}

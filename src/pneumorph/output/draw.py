@@ -1,4 +1,4 @@
-"""Bodies drawn by VTK, off-screen."""
+"""Draw bodies off-screen by VTK; run by `render` as a process of its own."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ DOTS_PER_MM = 14.0
 
 
 def main() -> None:
-    """Draw the job in the file of the first argument into the .npz of the second."""
-    asked, answered = sys.argv[1:]
-    with Path(asked).open("rb") as file:
+    """Read a job from the file named by the first argument and save its pictures as .npz by the second."""
+    source, destination = sys.argv[1:]
+    with Path(source).open("rb") as file:
         job: Job = pickle.load(file)
-    np.savez(answered, *[draw(job, shape) for shape in job.shapes])
+    np.savez(destination, *[draw(job, shape) for shape in job.shapes])
 
 
 def draw(job: Job, shape: Shape) -> np.ndarray:
@@ -34,10 +34,10 @@ def draw(job: Job, shape: Shape) -> np.ndarray:
         skin, **_look(job, shape, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,
         ambient=0.4, diffuse=0.6, specular=0.12, specular_power=12,
     )  # fmt: skip
-    # The cut is a plane: without light its colours are those of the scale.
+    # The cut is plane: without lighting its colours are those of the scale.
     plotter.add_mesh(face, **_look(job, shape, CUT), show_scalar_bar=False, lighting=False, interpolate_before_map=True)
     across, up, camera = job.view.axes()
-    # A little towards the camera, so that the line is not half buried in the surfaces that meet in it.
+    # Slightly towards the camera, or the surfaces that meet in the line would hide half of it.
     plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
     _light(plotter, job.view)
     focus = (left + right) / 2 * across + (bottom + top) / 2 * up
@@ -52,12 +52,12 @@ def draw(job: Job, shape: Shape) -> np.ndarray:
 
 
 def _look(job: Job, shape: Shape, plain: str) -> dict[str, Any]:
-    """Colours by the field, or plain ones for a shape without."""
+    """Colours of the field, or a plain one for a shape without a field."""
     return {"color": plain} if shape.field is None else {"scalars": "field", "cmap": colour_map(), "clim": job.range}
 
 
 def _light(plotter: pv.Plotter, view: View) -> None:
-    """A key light from the upper left, weaker ones from the right below and beside the camera, all far away."""
+    """A key light from the upper left, weaker ones from the lower right and from the camera, all distant."""
     right, up, camera = view.axes()
     for direction, intensity in (
         (camera - 0.8 * right + 0.9 * up, 0.65),

@@ -1,4 +1,4 @@
-"""A design for other programs."""
+"""Export a design for other programs."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ FORMATS = ("vtu", "inp")
 
 
 def export(path: Path, format: str, problem: Problem, fields: Fields, pressures: Mapping[str, float]) -> None:
-    """Write a design.
+    """Write a design to a file.
 
     Parameters
     ----------
-    path : where to.
+    path : the file.
     format : one of `FORMATS`.
-    problem, fields : the design's; of half a body the whole is written.
+    problem, fields : problem and fields of the design; for half a body the whole is written.
     pressures : {chamber: MPa}
-        Of the loads in an input file.
+        Pressures of the load case in an input file ("inp").
 
     Raises
     ------
     ProblemError
-        For a rubber that the format cannot hold, or a path that cannot be written.
+        If the format does not support the rubber, or the file cannot be written.
     """
     whole = fields.whole()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if format == "vtu":
-            # VTK goes by the name's ending and says nothing of a file that it cannot open.
+            # VTK chooses the format by the suffix, and does not report a file that it cannot open.
             path.touch()
             named = path if path.suffix == ".vtu" else path.with_name(f"{path.name}.vtu")
             grid(problem, whole).save(named)

@@ -1,4 +1,4 @@
-"""A tension test and the models fitted to it."""
+"""Picture of a tension test and the rubber models fitted to it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pneumorph.mechanics.material.fit import Fit, TensionTest
 
 
 def draw_fits(path: Path, test: TensionTest, fits: Sequence[Fit], title: str) -> None:
-    """Save the picture of nominal stress over stretch, the fits dashed where they are not stable in tension."""
+    """Save a picture of nominal stress over stretch; models that are not stable are dashed."""
     figure = Figure(figsize=(7.5, 5.0), layout="constrained", facecolor="white")
     axes = figure.subplots()
     stretch = np.linspace(min(1.0, test.stretch.min()), test.stretch.max(), 200)

@@ -1,4 +1,4 @@
-"""Numbers in the units users expect: motions in millimetres and degrees, pressures in kPa."""
+"""Format results for users: motions in millimetres and degrees, pressures in kPa."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": 
 
 
 class Motion(NamedTuple):
-    """What a task achieves, in its usual unit, and what it is called."""
+    """What a design achieves in a task: value, unit ("mm", "°" or ""), and the word for it."""
 
     value: float
     unit: str
@@ -28,7 +28,7 @@ class Motion(NamedTuple):
 
 
 def motion_of(task: Task, found: TaskResult) -> Motion:
-    """What a task asks for, out of what was found: a motion, the error of a target, or an objective."""
+    """The quantity that a task is about, from its result: a motion, the distance from a target, or the objective."""
     match task.objective:
         case Maximize() as asked:
             return _motion(asked, found)
@@ -37,7 +37,7 @@ def motion_of(task: Task, found: TaskResult) -> Motion:
         case MatchCurve() | MatchSections():
             return Motion(float(np.degrees(found.errors["orientation_rad"])), "°", "error of the sections")
         case Reach(position=None):
-            return Motion(float(np.degrees(found.errors["orientation_rad"])), "°", "turn from the target")
+            return Motion(float(np.degrees(found.errors["orientation_rad"])), "°", "angle from the target")
         case Reach():
             return Motion(found.errors["position_mm"], "mm", "distance from the target")
     return Motion(found.objective, "", "objective")
@@ -60,12 +60,12 @@ def format_pressures(by_chamber: Mapping[str, float]) -> str:
 
 
 def validity_warning(rubber: Rubber, max_stretch: float) -> str:
-    """A warning where a stretch is beyond the range of the rubber's parameters; else empty."""
+    """A warning if a stretch is beyond the range of the rubber's parameters; else empty."""
     if not rubber.beyond(max_stretch):
         return ""
     return (
-        f"the rubber is stretched to {max_stretch:.2f}, beyond the {rubber.valid_stretch:.3g} up to which its "
-        "parameters hold: the motion is extrapolated"
+        f"the rubber is stretched to {max_stretch:.2f}, but its parameters are valid up to {rubber.valid_stretch:.3g} "
+        "only: the motion is extrapolated"
     )
 
 
@@ -80,5 +80,5 @@ def format_duration(seconds: float) -> str:
 
 
 def mirror_note(mirror: str | None) -> str:
-    """A note for a model of half a body, to follow its size; empty for a whole body."""
+    """A note that half the body is modelled, to be appended to the size of the model; empty for a whole body."""
     return "" if mirror is None else f", half the body on one side of the plane {mirror}"

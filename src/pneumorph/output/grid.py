@@ -11,9 +11,9 @@ from pneumorph.problem import Problem
 
 
 def grid(problem: Problem, fields: Fields) -> pv.UnstructuredGrid:
-    """The body at rest (mm), with data at the nodes for every task.
+    """The body at rest (mm), with point data for every task.
 
-    They are "<task> displacement" (mm), "<task> stretch" (the largest principal one) and "<task> stress" (von Mises,
+    They are "<task> displacement" (mm), "<task> stretch" (largest principal stretch) and "<task> stress" (von Mises,
     MPa).
     """
     mesh, rubber = fields.mesh, rubber_of(problem.material)

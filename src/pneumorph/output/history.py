@@ -1,4 +1,4 @@
-"""How a run went: what the tasks came to, the limits and the time of every design."""
+"""Picture of a run's history: results of the tasks, limits and time, design by design."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ History = Sequence[HistoryEntry]
 
 
 def draw_history(path: Path, problem: Problem, history: History) -> None:
-    """Save the picture of a history."""
+    """Save a picture of a history."""
     figure = Figure(figsize=(12.5, 4.2), layout="constrained", facecolor="white")
     motions, limits, seconds = figure.subplots(1, 3)
     draw_motions(motions, problem, history)
@@ -46,7 +46,7 @@ def _designs(history: History) -> np.ndarray:
 
 
 def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
-    """One curve per task; a scale for each unit, the first on the left."""
+    """Draw one curve per task, with an axis for each unit, the first on the left."""
     found = {task.name: [motion_of(task, entry.tasks[task.name]) for entry in history] for task in problem.task}
     units = list(dict.fromkeys(motions[0].unit for motions in found.values()))
     scales: dict[str, Axes] = {}
@@ -67,7 +67,7 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
             _designs(history), values, "o-", color=f"C{number}", markersize=3, linewidth=1.5, label=label
         )
     for unit, scale in scales.items():
-        # An error is read off by its height above zero.
+        # Errors are compared with zero.
         if not any(
             isinstance(task.objective, Maximize | Custom) for task in problem.task if found[task.name][0].unit == unit
         ):
@@ -82,18 +82,18 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
 
 
 def _heading(problem: Problem) -> str:
-    """What the tasks' curves are, all together."""
+    """The title of the panel: what the curves of all tasks show."""
     words = {
         "motion of the tip" if isinstance(task.objective, Maximize)
         else "objective" if isinstance(task.objective, Custom)
         else "error"
         for task in problem.task
     }  # fmt: skip
-    return words.pop() if len(words) == 1 else "what the tasks come to"
+    return words.pop() if len(words) == 1 else "results of the tasks"
 
 
 def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
-    """Below the axes, where it hides nothing."""
+    """Put the legend below the axes, where it hides nothing."""
     axes.legend(
         handles=handles,
         fontsize=8,
@@ -107,7 +107,7 @@ def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
 
 
 def _limits(axes: Axes, limits: Limits, history: History) -> None:
-    """The part of each limit that the worst place on the body uses."""
+    """Draw the fraction of each limit that is used at the worst place of the body."""
     for number, (limit, key, bound) in enumerate(in_history(limits)):
         values = [entry.limits[key] for entry in history]
         used = [np.nan if value is None else limit.used(value, bound) for value in values]
@@ -116,12 +116,12 @@ def _limits(axes: Axes, limits: Limits, history: History) -> None:
     top = max(1.2, 1.05 * axes.get_ylim()[1])
     axes.axhspan(1.0, top, color="#c0392b", alpha=0.07, linewidth=0)
     axes.set_ylim(0.0, top)
-    axes.set_title("limits: part used at the worst place (1 is the limit)", fontsize=10)
+    axes.set_title("limits: fraction used at the worst place", fontsize=10)
     _legend(axes, axes.get_legend_handles_labels()[0], 6)
 
 
 def _seconds(axes: Axes, history: History) -> None:
-    """Where the time of every design went."""
+    """Draw the time of every design, by phase."""
     designs, base = _designs(history), np.zeros(len(history))
     for phase, (word, colour) in PHASES.items():
         spent = np.array([entry.seconds.get(phase) or 0.0 for entry in history])

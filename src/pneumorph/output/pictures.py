@@ -1,4 +1,4 @@
-"""All pictures of a run."""
+"""Draw all pictures of a run."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from pneumorph.output.view import Shape, View
 from pneumorph.problem import MatchCurve, MatchSections, Maximize, ObjectiveSpec, Problem, Reach
 from pneumorph.run import RunDirectory
 
-NO_FIELDS = "its displacements are not stored, as in runs of earlier versions"
+NO_FIELDS = "its displacements are not stored (runs of early versions do not have them)"
 
 MOST = 0.998
-"""The colours end at this quantile of the stretch, so that a single sharp corner does not pale all the rest."""
+"""Quantile of the stretch at which the colour scale ends, so that one sharp corner does not stretch it."""
 
 
 @dataclass(frozen=True)
 class Pictures:
-    """The pictures that were made, and a sentence for each that could not be."""
+    """The pictures that were drawn, and a sentence for each that could not be drawn."""
 
     paths: tuple[Path, ...]
     missing: tuple[str, ...]
@@ -38,9 +38,9 @@ class Pictures:
 def run_pictures(run: RunDirectory) -> Pictures:
     """Draw a run into its folder ``pictures``.
 
-    There are history.png, profile.png, start.png and final.png; shape.png (with several, one shape_<task>.png each) for
-    tasks with a target curve or sections; pressures.png where pressures are designed. What cannot be drawn is reported,
-    never an error.
+    Always history.png, profile.png, start.png and final.png; shape.png (shape_<task>.png if there are several) for
+    tasks with a target curve or target sections; pressures.png if pressures are design variables. A picture that cannot
+    be drawn is reported and raises nothing.
     """
     folder = run.path / "pictures"
     folder.mkdir(exist_ok=True)
@@ -60,7 +60,7 @@ def run_pictures(run: RunDirectory) -> Pictures:
 
 
 def _draw_shapes(folder: Path, problem: Problem, history: History) -> list[Path]:
-    """Target and achieved curve of every task that has one."""
+    """Draw target and achieved curve of every task that has a target curve or target sections."""
     tasks = [task for task in problem.task if isinstance(task.objective, MatchCurve | MatchSections)]
     paths = [folder / ("shape.png" if len(tasks) == 1 else f"shape_{task.name}.png") for task in tasks]
     for task, path in zip(tasks, paths, strict=True):
@@ -70,7 +70,7 @@ def _draw_shapes(folder: Path, problem: Problem, history: History) -> list[Path]
 
 
 def _draw_bodies(folder: Path, run: RunDirectory, history: History) -> tuple[list[Path], list[str]]:
-    """Start and final design to the same scale and in the same colours."""
+    """Draw the starting and the final design, to the same scale and in the same colours."""
     problem, missing = run.problem, []
     shapes: dict[Path, dict[str, Shape]] = {}
     for name, entry in (("start", history[0]), ("final", history[-1])):
@@ -95,12 +95,12 @@ def _draw_bodies(folder: Path, run: RunDirectory, history: History) -> tuple[lis
 
 
 def design_figure(problem: Problem, fields: Fields, results: Mapping[str, TaskResult]) -> Figure:
-    """The picture of one design at rest and inflated.
+    """A figure of one design at rest and inflated.
 
     Raises
     ------
     NoPicture
-        Where this machine cannot draw off-screen.
+        If this machine cannot draw off-screen.
     """
     shapes, view = _shapes(problem, fields, results), view_of(problem)
     highest = max(float(np.quantile(shape.field, MOST)) for shape in shapes.values() if shape.field is not None)
@@ -108,12 +108,12 @@ def design_figure(problem: Problem, fields: Fields, results: Mapping[str, TaskRe
 
 
 def final_shapes(run: RunDirectory) -> dict[str, Shape]:
-    """The last design of a run at rest and inflated for every task, by the words above each.
+    """The last design of a run, at rest and inflated for every task, by the title of each picture.
 
     Raises
     ------
     NoPicture
-        Where its fields are not stored.
+        If its fields are not stored.
     """
     last = run.history()[-1]
     fields = run.fields(last.iteration)
@@ -123,7 +123,7 @@ def final_shapes(run: RunDirectory) -> dict[str, Shape]:
 
 
 def _shapes(problem: Problem, half: Fields, results: Mapping[str, TaskResult]) -> dict[str, Shape]:
-    """A design at rest, under its weight, and inflated for every task, by the words above each."""
+    """A design at rest, under its weight, and inflated for every task, by the title of each picture."""
     fields = half.whole()
     mesh = fields.mesh
     shapes = {"at rest": Shape(mesh, np.zeros_like(mesh.points))}
@@ -140,7 +140,7 @@ def _shapes(problem: Problem, half: Fields, results: Mapping[str, TaskResult]) -
 
 
 def view_of(problem: Problem) -> View:
-    """Looking at the plane in which most tasks bend, cut so that chambers are seen."""
+    """A view of the plane in which the tasks bend most, cut so that chambers are visible."""
     about = np.zeros(3)
     for task in problem.task:
         about += np.abs(_axis(task.objective))
@@ -149,7 +149,7 @@ def view_of(problem: Problem) -> View:
 
 
 def _offset(problem: Problem, normal: np.ndarray) -> float:
-    """Where to cut: through the axis, or in front of it through the nearest chambers where none is on the axis."""
+    """Where to cut: through the axis if it passes through a chamber, otherwise through the nearest chamber in front."""
     places = [(float(np.dot([*chamber.center, 0.0], normal)), chamber.radius) for chamber in problem.body.chamber]
     if any(abs(place) < radius for place, radius in places):
         return 0.0
@@ -157,7 +157,7 @@ def _offset(problem: Problem, normal: np.ndarray) -> float:
 
 
 def _axis(objective: ObjectiveSpec) -> np.ndarray:
-    """How much a task bends about x, y and z, in parts of all it does."""
+    """How much a task bends about x and y and twists about z (3,), as fractions of its whole motion."""
     match objective:
         case Maximize(component=component):
             return np.array([component == name for name in ("bending_x", "bending_y", "twist")], float)

@@ -1,4 +1,4 @@
-"""Pressures that were designed with the shape: what they were in every design, and their bounds."""
+"""Picture of pressures that are design variables: their values in every design, and their bounds."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ GREY = "#666666"
 
 
 def has_free_pressures(problem: Problem) -> bool:
-    """Whether any pressure is designed with the shape."""
+    """Whether any pressure is a design variable."""
     return any(pressure.free for task in problem.task for pressure in task.pressure.values())
 
 
 def draw_pressures(path: Path, problem: Problem, history: Sequence[HistoryEntry]) -> None:
-    """Save the picture: a panel for every task, a curve for every chamber, dashed lines at the bounds."""
+    """Save a picture with a panel for every task, a curve for every chamber, and dashed lines at the bounds."""
     columns = min(PER_ROW, len(problem.task))
     rows = -(-len(problem.task) // columns)
     figure = Figure(figsize=(1.2 + 3.6 * columns, 0.7 + 2.8 * rows), layout="constrained", facecolor="white")
@@ -36,7 +36,7 @@ def draw_pressures(path: Path, problem: Problem, history: Sequence[HistoryEntry]
             axes.set_axis_off()
             continue
         _task(axes, problem.task[number], history)
-        # The lowest panel of a column has the numbers, also above an empty place.
+        # The lowest panel of a column has the tick labels, even if the place below it is empty.
         if number + columns >= len(problem.task):
             axes.set_xlabel("design", fontsize=9)
             axes.tick_params(labelbottom=True)
@@ -56,7 +56,7 @@ def _task(axes: Axes, task: Task, history: Sequence[HistoryEntry]) -> None:
         values = [KILO * entry.tasks[task.name].pressures[chamber] for entry in history]
         axes.plot(designs, values, "o-", color=colour, markersize=3, linewidth=1.5, label=f"chamber {chamber}")
         if pressure.free:
-            # Bounds that all chambers share are nobody's.
+            # Bounds that all chambers share are grey.
             shade = GREY if len(bounds) == 1 else colour
             for bound in (pressure.min, pressure.max):
                 axes.axhline(KILO * bound, color=shade, linewidth=0.8, linestyle="--", zorder=1)

@@ -1,4 +1,4 @@
-"""The walls in profile: distance from their own axis along z, of exterior and chambers, before and after."""
+"""Picture of the walls in profile: radius of exterior and chambers along z, of the start and the final design."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ HEIGHTS = 400
 
 
 def radius_along_z(tube: TubeSurface, density: int = 8) -> tuple[np.ndarray, np.ndarray]:
-    """Heights z (n,) in mm, and the least, mean and largest radius (3, n) over q about the tube's centre line.
+    """Heights z (n,) in mm, and the least, mean and largest radius (3, n) over q, about the tube's centre line.
 
-    Each line of constant q is read at common heights; where walls overhang, its outermost branch counts.
+    All lines of constant q are evaluated at the same heights; where a wall overhangs, the largest radius counts.
     """
     q = np.linspace(0.0, 1.0, density * tube.net.shape[1], endpoint=False)
     r = np.linspace(0.0, 1.0, density * tube.net.shape[0])
@@ -55,7 +55,7 @@ def draw_profile(path: Path, start: Body, final: Body, envelope: float | None) -
         axes.set_aspect("equal", adjustable="box")
         axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(labelsize=8)
-    # Shared by both, so set once both are drawn.
+    # Both panels share it, so it is set when both are drawn.
     lower.set_ylim(0.0, 1.05 * lower.get_ylim()[1])
     lower.set_xlabel("z / mm (base at 0)", fontsize=9)
     handles, labels = lower.get_legend_handles_labels()

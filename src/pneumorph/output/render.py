@@ -1,4 +1,4 @@
-"""Drawing in a process of its own: where there is no OpenGL, VTK may end the process."""
+"""Draw in a process of its own, because VTK may end the process if there is no OpenGL."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CHILD = "from pneumorph.output.draw import main; main()"
 
 
 class NoPicture(Exception):
-    """The picture could not be made on this machine."""
+    """The picture cannot be drawn on this machine."""
 
 
 def images(job: Job) -> list[np.ndarray]:
@@ -26,15 +26,15 @@ def images(job: Job) -> list[np.ndarray]:
     Raises
     ------
     NoPicture
-        Where this machine cannot draw off-screen.
+        If this machine cannot draw off-screen.
     """
     with tempfile.TemporaryDirectory() as folder:
-        asked, answered = Path(folder) / "job", Path(folder) / "images.npz"
-        asked.write_bytes(pickle.dumps(job))
-        command = [sys.executable, "-c", CHILD, str(asked), str(answered)]
+        source, destination = Path(folder) / "job", Path(folder) / "images.npz"
+        source.write_bytes(pickle.dumps(job))
+        command = [sys.executable, "-c", CHILD, str(source), str(destination)]
         try:
             subprocess.run(command, capture_output=True, timeout=SECONDS, check=True)
-            with np.load(answered) as found:
+            with np.load(destination) as found:
                 return [found[name] for name in found.files]
         except subprocess.TimeoutExpired:
             raise NoPicture(f"drawing took more than {SECONDS} s") from None

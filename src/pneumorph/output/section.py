@@ -1,4 +1,4 @@
-"""Bodies cut open: quadratic elements broken into small flat ones, and cut by a plane of the undeformed body."""
+"""Cut bodies open: divide quadratic elements into small linear ones and cut these by a plane of the undeformed body."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, tet_shape, triangle_s
 from pneumorph.output.view import Shape
 
 HALVINGS = 2
-"""How often elements are halved for drawing; their curved sides then look smooth."""
+"""How often elements are halved for drawing, so that their curved sides look smooth."""
 
 ASIDE = 1e-3
-"""Way in mm of the cut from the axis: in its plane a symmetric mesh has edges, where a cut would find pieces twice."""
+"""Offset of the cut in mm: symmetric meshes have faces in the plane itself, where both neighbours would be cut."""
 
 CREASE = 50.0
-"""Angle in degrees from which two facets meet in an edge that is drawn sharp."""
+"""Angle in degrees between two facets from which their edge is drawn sharp."""
 
 
 def cut_open(shape: Shape, normal: np.ndarray, offset: float = 0.0) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
-    """Skin, cut face and the line around it of the half of a body towards which `normal` (3,) points, as moved by u.
+    """Cut a body open and deform it by u; returns its skin, the cut face and the line around that face.
 
-    The plane is parallel to the axis of the body at rest, `offset` mm from it, so the same rubber is cut whatever the
-    motion. All have point data "field" where the shape has a field.
+    The part towards which `normal` (3,) points is kept. The plane is parallel to the axis of the body at rest, `offset`
+    mm from it, so the cut is through the same material for every motion. All three have point data "field" if the shape
+    has a field.
     """
     mesh, place = shape.mesh, offset + ASIDE
     origin = tuple(place * normal)
@@ -40,7 +41,7 @@ def cut_open(shape: Shape, normal: np.ndarray, offset: float = 0.0) -> tuple[pv.
     solid = pv.UnstructuredGrid({pv.CellType.TETRA: cells}, points)
     solid.point_data.update(_carried(shape, crossed, _TETRAHEDRA, tet_shape))
     face = solid.slice(normal=tuple(normal), origin=origin)
-    # Smooth shading between creases, for the skin alone: the cut has no use for normals.
+    # Smooth shading between creases for the skin; the cut face is not shaded.
     shaded = cast(
         pv.PolyData, _moved(skin).compute_normals(feature_angle=CREASE, split_vertices=True, consistent_normals=False)
     )
@@ -48,22 +49,22 @@ def cut_open(shape: Shape, normal: np.ndarray, offset: float = 0.0) -> tuple[pv.
 
 
 def _moved(surface: pv.PolyData) -> pv.PolyData:
-    """The surface where its points have gone, those of neighbouring elements joined."""
+    """The surface in its deformed position, with the points of neighbouring elements merged."""
     moved = surface.copy()
-    # Points that are equal to the last digit are joined by hashing; with a tolerance it would take a minute.
+    # Points with equal coordinates are merged by hashing; with a tolerance it would take a minute.
     moved.points = np.round(surface.point_data["moved"], 5)
     return cast(pv.PolyData, moved.clean())
 
 
 def _flat(points: np.ndarray, elements: np.ndarray, pieces: np.ndarray, shape) -> tuple[np.ndarray, np.ndarray]:
-    """Points and cells of the flat pieces of quadratic elements; every element has points of its own."""
+    """Points and cells of the linear pieces of quadratic elements; elements do not share points."""
     values = shape(pieces[..., 1:]).reshape(-1, elements.shape[1])
     places = np.einsum("pa,eai->epi", values, points[elements]).reshape(-1, 3)
     return places, np.arange(len(places)).reshape(-1, pieces.shape[1])
 
 
 def _carried(shape: Shape, elements: np.ndarray, pieces: np.ndarray, functions) -> dict[str, np.ndarray]:
-    """Where the points of `_flat` have gone, and the field there."""
+    """Deformed positions of the points of `_flat`, and the field there."""
     values = functions(pieces[..., 1:]).reshape(-1, elements.shape[1])
     moved = (shape.mesh.points + shape.u)[elements]
     carried = {"moved": np.einsum("pa,eai->epi", values, moved).reshape(-1, 3)}
@@ -73,7 +74,10 @@ def _carried(shape: Shape, elements: np.ndarray, pieces: np.ndarray, functions) 
 
 
 def _pieces(edges: np.ndarray, children: np.ndarray) -> np.ndarray:
-    """Barycentric corners (pieces, k, k) of a simplex halved again and again; children name corners, then mid-sides."""
+    """Barycentric corners (pieces, k, k) of a repeatedly halved simplex.
+
+    `children` are the corners of its parts, numbered corners first, then the middles of `edges`.
+    """
     pieces = np.eye(edges.max() + 1)[None]
     for _ in range(HALVINGS):
         middles = pieces[:, edges].mean(axis=2)

@@ -1,4 +1,4 @@
-"""Contact sheet: the final designs of several runs beside each other, at rest and inflated, all to one scale."""
+"""Sheet of shapes: the final designs of several runs side by side, at rest and inflated, all to one scale."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from pneumorph.run import RunDirectory
 
 MOST_PER_ROW = 4
 SCALE = 0.45
-"""Of the pictures of single runs."""
+"""Size of the pictures, relative to those of single runs."""
 
 
 @dataclass(frozen=True)
 class Tile:
-    """A finished run, and what sets it apart in words."""
+    """A finished run with its name and its caption."""
 
     name: str
-    words: str
+    caption: str
     run: RunDirectory
 
 
@@ -35,7 +35,7 @@ def draw_sheet(path: Path, title: str, tiles: list[Tile]) -> None:
     Raises
     ------
     NoPicture
-        Where this machine cannot draw off-screen.
+        If this machine cannot draw off-screen.
     """
     shapes = [list(final_shapes(tile.run).values()) for tile in tiles]
     view = view_of(tiles[0].run.problem)
@@ -65,14 +65,14 @@ def draw_sheet(path: Path, title: str, tiles: list[Tile]) -> None:
         motions = ", ".join(str(motion_of(task, last.tasks[task.name])) for task in tile.run.problem.task)
         figure.text(
             (column * wide + wide / 2) / width, (base + high - 0.1) / height,
-            f"{tile.words}\n{motions}, {last.iteration} designs", ha="center", va="top", fontsize=7, color="#333333",
+            f"{tile.caption}\n{motions}, {last.iteration} designs", ha="center", va="top", fontsize=7, color="#333333",
         )  # fmt: skip
     figure.suptitle(title, fontsize=11, fontweight="bold", y=1.0 - 0.1 / height, va="top")
     figure.savefig(path, dpi=160)
 
 
 def _columns(count: int) -> int:
-    """As many as leave the fewest places empty, and rather more of them than fewer."""
+    """The number of columns that leaves the fewest places empty; of several the largest."""
     if count <= MOST_PER_ROW:
         return count
     return min(range(MOST_PER_ROW, 2, -1), key=lambda columns: -count % columns)

@@ -1,4 +1,4 @@
-"""The equilibria along sweeps of pressure as a table that spreadsheets read."""
+"""The equilibria along pressure sweeps as a table for spreadsheets."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pneumorph.mechanics import COMPONENTS
 
 AXES = ("x", "y", "z")
 UNITS = {name: "N" if name in COMPONENTS[:3] else "N*mm" for name in COMPONENTS}
-"""Of the reactions."""
+"""Units of the reactions."""
 
 
 def reactions(curves: Sequence[Curve]) -> list[str]:
-    """The plate components in which something blocks or springs back, in their usual order."""
+    """The plate components with a block or a spring, in their usual order."""
     blocked = {name for curve in curves for step in curve.found for name in step.reaction}
     return [name for name in COMPONENTS if name in blocked]
 
@@ -25,7 +25,7 @@ Row = list[str | float | bool]
 
 
 def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], list[Row]]:
-    """Header, with units, and a row per step; what was not found is NaN."""
+    """Header, with units, and a row per step; values of steps without an equilibrium are NaN."""
     blocked = reactions(curves)
     header = ["task", "swept"]
     header += [f"pressure_{name}_kPa" for name in chambers]
@@ -57,7 +57,7 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str]) -> 
 
 
 def csv_text(curves: Sequence[Curve], chambers: Sequence[str]) -> str:
-    """The table as text: a line per step, what was not found is left empty."""
+    """The table as CSV: a line per step; values of steps without an equilibrium are empty."""
     header, rows = table(curves, chambers)
     text = io.StringIO()
     written = csv.writer(text, lineterminator="\n")

@@ -1,4 +1,4 @@
-"""What is drawn, and how it is looked at."""
+"""What is drawn, from where it is seen, and its colours."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from matplotlib.colors import LinearSegmentedColormap
 from pneumorph.mesh.tets import TetMesh
 
 COLOURS = ("#cdd8e2", "#f5e6a8", "#f4a24e", "#d6321f", "#7a0403")
-"""From rubber at rest to rubber stretched most."""
+"""Colours of the rubber, from no stretch to the largest."""
 
 CUT = "#9fb0c0"
-"""Of the cut through rubber at rest."""
+"""Colour of the cut face of a body at rest."""
 
 RIM = "#46525e"
-"""Of the line around a cut."""
+"""Colour of the line around a cut face."""
 
 
 def colour_map() -> LinearSegmentedColormap:
-    """The colours of stretch."""
+    """The colour map of the stretch."""
     return LinearSegmentedColormap.from_list("stretch", COLOURS)
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A body to draw: its mesh at rest, displacements u (N, 3) in mm, and a field on the nodes (N,) that colours it."""
+    """A body to draw: its mesh at rest, displacements u (N, 3) in mm, and a field (N,) at the nodes for its colours."""
 
     mesh: TetMesh
     u: np.ndarray
@@ -35,13 +35,14 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """How bodies are looked at, by parallel projection.
+    """A view of bodies, in parallel projection.
 
     Attributes
     ----------
-    normal : (3,) unit vector across z; what lies in front of a plane, against it, is cut away.
-    offset : mm from the axis to that plane, along the normal.
-    elevation, turn : degrees by which the camera stands above the horizon and beside the normal.
+    normal : (3,) unit vector perpendicular to z, away from the camera: the normal of the plane of the cut. The part in
+        front of the plane is removed.
+    offset : distance of the plane from the axis along the normal, mm.
+    elevation, turn : degrees by which the camera is above the horizon and to the side of the normal.
     """
 
     normal: np.ndarray
@@ -69,7 +70,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Shapes to draw, each in a picture of its own of the same extent (mm) and with the same range of colours."""
+    """Shapes to draw, each in its own picture, all with the same extent (mm) and range of colours."""
 
     shapes: list[Shape]
     view: View
