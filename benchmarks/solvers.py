@@ -61,7 +61,7 @@ def ngsolve(mesh: TetMesh) -> dict:
     import ngsolve as ng
 
     def whole():
-        body = symbolic.twin(mesh)
+        body = symbolic.ngsolve_mesh(mesh)
         space = ng.VectorH1(body.mesh, order=2, dirichlet="base")
         u = space.TrialFunction()
         in_tets = {ng.TET: ng.IntegrationRule([tuple(point) for point in TET_RULE.tolist()], [1 / 24] * 4)}

@@ -14,7 +14,7 @@ def test_ngsolve_has_the_curved_volume():
     needs(symbolic.ngsolve)
     ng = symbolic.ngsolve()
     mesh = octant(4, 8, (1, 2, 2))
-    body = symbolic.twin(mesh)
+    body = symbolic.ngsolve_mesh(mesh)
     # The wall and the outside see all of a body whose other faces lie in planes through the origin.
     assert ng.Integrate(ng.CF(1) * ng.dx, body.mesh) == pytest.approx(mesh.volume(), rel=1e-12)
 
@@ -22,9 +22,9 @@ def test_ngsolve_has_the_curved_volume():
 def test_ngsolve_coefficients_and_nodal_values_are_one_to_one():
     needs(symbolic.ngsolve)
     mesh = octant(4, 8, (1, 2, 2))
-    body = symbolic.twin(mesh)
+    body = symbolic.ngsolve_mesh(mesh)
     u = np.random.default_rng(0).standard_normal(mesh.points.shape)
-    assert np.abs(symbolic.nodal(body, body.to_modes @ u.ravel()) - u).max() < 1e-12
+    assert np.abs(symbolic.nodal(body, body.to_coefficients @ u.ravel()) - u).max() < 1e-12
 
 
 @pytest.mark.parametrize("solver", [solvers.ngsolve, solvers.calculix])

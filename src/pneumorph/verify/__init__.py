@@ -1,4 +1,4 @@
-"""Verification: closed forms, other solvers, and balances that the mechanics must keep."""
+"""Verification of the mechanics against closed forms, other solvers, and balances of energy and force."""
 
 from pneumorph.verify.suite import cases
 from pneumorph.verify.verdict import Case, Unavailable, Verdict

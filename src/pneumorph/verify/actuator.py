@@ -1,4 +1,4 @@
-"""The actuators of the verification: the linear actuator's start, and a design that an optimisation made of it."""
+"""The actuators of the verification: the starting tube of the linear actuator, and an optimised bellows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pneumorph.geometry import Body, starting_body
 from pneumorph.problem import Problem
 
 PRESSURE = 0.06
-"""MPa."""
+"""Pressure of the cases with these actuators, MPa."""
 
 LINEAR = {
     "title": "Linear actuator",
@@ -35,12 +35,12 @@ LINEAR = {
 
 
 def linear_actuator() -> Problem:
-    """A tube of radii 4 and 8 mm and length 80 mm with a slight ripple, closed by ends 3 mm thick; plate at its tip."""
+    """The problem of a tube of radii 4 and 8 mm and length 80 mm, slightly rippled, with 3 mm ends and a plate."""
     return Problem.model_validate(LINEAR)
 
 
 def bellows() -> Body:
-    """What 40 designs made of it: a bellows that extends by 28 mm at 60 kPa, stretched up to 1.5 in its folds."""
+    """Its optimised body after 40 designs: a bellows that extends by 28 mm at 60 kPa, with a stretch up to 1.5."""
     with resources.files("pneumorph.verify").joinpath("bellows.npz").open("rb") as file, np.load(file) as stored:
         nets = [stored["exterior"], stored["chamber_A"]]
     return starting_body(linear_actuator().body).with_control_points(

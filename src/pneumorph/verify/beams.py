@@ -1,7 +1,7 @@
-"""A slender bar bent far: by a moment into a circle, by a dead force into Euler's elastica.
+"""A slender bar in large bending: by a moment into a circular arc, by a dead force into Euler's elastica.
 
-The reference is a line that bends but neither stretches nor shears, of linear moment and curvature. What a solid bar of
-length L and width w does besides is of second order in w/L and in the strain κw/2 at its sides.
+In the reference, the elastica, the bar neither stretches nor shears, and its curvature κ is proportional to the moment.
+A solid bar of length L and width w differs by terms of second order in w/L and in the strain κw/2 at its sides.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from pneumorph.verify.verdict import Verdict, absolute, relative
 
 YOUNG = 1.0
 RUBBER = neo_hookean_rubber(YOUNG / 2, YOUNG / 3, 1e-9)
-"""Of Poisson's ratio 0: the clamped ends then hinder no contraction, which would stiffen the bar by half its width."""
+"""Poisson's ratio is 0, so that the clamped ends do not hinder lateral contraction, which would stiffen the bar."""
 
 WIDTH, LENGTH = 1.0, 40.0
 STIFFNESS = YOUNG * WIDTH**4 / 12
-"""E I of the square section, N·mm²."""
+"""Bending stiffness EI of the square section, N·mm²."""
 
 COUNTS = (2, 2, 32)
 
@@ -54,7 +54,7 @@ def moment(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> It
 
 
 def force(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Iterator[Verdict]:
-    """Dead tip forces across the bar, P L²/EI = 1 and 5."""
+    """Transverse dead forces at the tip, P L²/EI = 1 and 5."""
     steps = np.arange(1, 11) / 2
     path = bend(counts, [np.array([load * STIFFNESS / LENGTH**2, 0, 0, 0, 0, 0]) for load in steps])
     for load, found in zip(steps, path, strict=True):
@@ -67,16 +67,16 @@ def force(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Ite
 
 
 def elastica_reference() -> Iterator[Verdict]:
-    """The elastica's solver itself against a published table."""
+    """The reference solver of the elastica itself, against a published table."""
     for load, known in MATTIASSON.items():
         for word, ours, table in zip(("sideways / L", "axial / L", "angle, rad"), elastica(load), known, strict=True):
             yield absolute(f"{word} at PL²/EI = {load:g}", ours, table, 6e-6)
 
 
 def elastica(load: float) -> tuple[float, float, float]:
-    """Sideways and axial motion of the tip over the length, and its angle, under a dead force P across; P L²/EI given.
+    """Sideways and axial motion of the tip over the length, and its angle, under a transverse dead force P L²/EI.
 
-    θ″ = −(P L²/EI) cos θ over the unit length, clamped at 0 and free of moment at 1.
+    Solves θ″ = −(P L²/EI) cos θ over the unit length, clamped at 0 and free of moment at 1.
     """
 
     def equations(_, y: np.ndarray) -> np.ndarray:
@@ -95,7 +95,7 @@ def elastica(load: float) -> tuple[float, float, float]:
 
 
 def bend(counts: tuple[int, int, int], wrenches: Sequence[np.ndarray]) -> Iterator[Equilibrium]:
-    """The bar under ever larger wrenches (6,) on its tip plate."""
+    """Equilibria of the bar under a sequence of wrenches (6,) on its tip plate, in N and N·mm."""
     mesh = bar(WIDTH, LENGTH, counts)
     built = build_model(mesh, RUBBER)
     at = [configure(built, mesh.points, build_loads(built, {}, wrench=wrench)) for wrench in wrenches]

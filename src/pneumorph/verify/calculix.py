@@ -1,4 +1,4 @@
-"""The same equations by CalculiX: the exported input file, its own elements, quadrature and solver."""
+"""Equilibria by CalculiX, from the exported input file, with its own elements, quadrature and solver."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST_SECONDS = 900
 
 
 def program() -> str:
-    """The program's path, where it is installed."""
+    """Path of the program; raises Unavailable if it is not installed."""
     found = shutil.which("ccx")
     if found is None:
         raise Unavailable("CalculiX is not installed; apt-get install calculix-ccx")
@@ -27,20 +27,20 @@ def program() -> str:
 
 
 def version() -> str | None:
-    """Of the installed program; None where there is none."""
+    """Version of the installed program; None if there is none."""
     try:
-        said = subprocess.run([program(), "-v"], capture_output=True, text=True, check=False).stdout
+        output = subprocess.run([program(), "-v"], capture_output=True, text=True, check=False).stdout
     except Unavailable:
         return None
-    return said.split()[-1] if said.split() else None
+    return output.split()[-1] if output.split() else None
 
 
 def equilibrium(
     mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (N, 3) in mm and, with a plate, its motion (6,) as CalculiX finds them; of half a body the whole's.
+    """Displacements (N, 3) in mm and the motion of the plate (6,) found by CalculiX; for half a body, of the whole.
 
-    `increment` is the first part of the load to try, `tolerance` the residual over the mean force at which it is happy.
+    `increment` is the first fraction of the load, `tolerance` the residual over the mean force for convergence.
     """
     mesh, at = as_whole(mesh, at)
     with tempfile.TemporaryDirectory() as folder:
@@ -54,8 +54,8 @@ def equilibrium(
         printed = Path(folder, "model.dat")
         rows = last_table(printed.read_text(encoding="ascii")) if printed.exists() else {}
     if "Job finished" not in run.stdout or len(rows) < len(mesh.points):
-        said = [line.strip() for line in run.stdout.splitlines() if "*ERROR" in line]
-        raise ComputationError(f"CalculiX did not finish: {said[0] if said else 'it did not say why'}")
+        errors = [line.strip() for line in run.stdout.splitlines() if "*ERROR" in line]
+        raise ComputationError(f"CalculiX did not finish: {errors[0] if errors else 'it gave no reason'}")
     u = np.array([rows[node] for node in range(1, len(mesh.points) + 1)])
     if not at.model.plate:
         return u, np.zeros(6)
@@ -63,7 +63,7 @@ def equilibrium(
 
 
 def last_table(text: str) -> dict[int, np.ndarray]:
-    """Displacements (3,) by node of a .dat file, each as printed last, that is in the last increment."""
+    """Displacements (3,) by node from a .dat file, of the last increment, which is printed last."""
     rows = {}
     for line in text.splitlines():
         words = line.split()

@@ -1,4 +1,4 @@
-"""What an element must do whatever its shape: carry constant strain exactly, and not feel a rigid rotation."""
+"""Conditions on elements of any shape: constant strain is represented exactly, and rigid rotations cause no stress."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pneumorph.verify.solids import distorted_cube
 from pneumorph.verify.verdict import Verdict, absolute
 
 RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
-"""Hei-Cast 8400, the paper's."""
+"""Hei-Cast 8400, the rubber of the paper."""
 
 DEFORMATION = np.array([[1.3, 0.2, -0.1], [0.05, 0.9, 0.15], [0.1, -0.2, 1.1]])
-"""A gradient with everything in it: stretch, shear and rotation."""
+"""A deformation gradient with stretch, shear and rotation."""
 
 
 def patch_test() -> Iterator[Verdict]:
-    """A linear displacement of the boundary of a distorted mesh: the inside must follow, and the stress be constant."""
+    """A distorted mesh with linear displacements of its boundary: they must be linear, and stress constant, inside."""
     mesh = distorted_cube(3)
     supports = np.repeat((np.abs(mesh.points - 0.5) > 0.5 - 1e-9).any(axis=1, keepdims=True), 3, axis=1)
     built = build_model(mesh, RUBBER, plate=False, supports=supports)
@@ -49,7 +49,7 @@ def patch_test() -> Iterator[Verdict]:
 
 
 def rigid_rotation() -> Iterator[Verdict]:
-    """A body turned by 2 rad about an oblique axis and moved: no stress, no force on any node."""
+    """A body rotated by 2 rad about an oblique axis and translated: there must be no stress and no nodal forces."""
     mesh = distorted_cube(2)
     built = build_model(mesh, RUBBER, plate=False, supports=np.zeros((len(mesh.points), 3), bool))
     at = configure(built, mesh.points, build_loads(built, {}))

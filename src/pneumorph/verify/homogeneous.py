@@ -14,55 +14,55 @@ from pneumorph.verify.prescribed import equilibrium, prescribed, residual
 from pneumorph.verify.solids import distorted_cube
 from pneumorph.verify.verdict import Case, Verdict, relative
 
-Slopes = Callable[[np.ndarray], np.ndarray]
-"""λ̄_i ∂ψ_iso/∂λ̄_i (3,) in MPa of the isochoric principal stretches (3,)."""
+IsochoricStress = Callable[[np.ndarray], np.ndarray]
+"""λ̄_i ∂ψ_iso/∂λ̄_i (3,) in MPa, as a function of the isochoric principal stretches (3,)."""
 
 UNIAXIAL, EQUIBIAXIAL = (0,), (0, 1)
 
 
-def neo_hookean(shear: float) -> Slopes:
-    """Of ψ_iso = μ/2 (Ī₁ − 3)."""
+def neo_hookean(shear: float) -> IsochoricStress:
+    """For ψ_iso = μ/2 (Ī₁ − 3)."""
     return lambda stretch: shear * stretch**2
 
 
-def mooney_rivlin(c10: float, c01: float) -> Slopes:
-    """Of ψ_iso = c₁₀ (Ī₁ − 3) + c₀₁ (Ī₂ − 3)."""
+def mooney_rivlin(c10: float, c01: float) -> IsochoricStress:
+    """For ψ_iso = c₁₀ (Ī₁ − 3) + c₀₁ (Ī₂ − 3)."""
     return lambda stretch: 2 * c10 * stretch**2 - 2 * c01 * stretch**-2
 
 
-def yeoh(c1: float, c2: float, c3: float) -> Slopes:
-    """Of ψ_iso = Σ cᵢ (Ī₁ − 3)ⁱ."""
+def yeoh(c1: float, c2: float, c3: float) -> IsochoricStress:
+    """For ψ_iso = Σ cᵢ (Ī₁ − 3)ⁱ."""
 
-    def slopes(stretch: np.ndarray) -> np.ndarray:
+    def stress(stretch: np.ndarray) -> np.ndarray:
         excess = np.sum(stretch**2) - 3
         return 2 * (c1 + 2 * c2 * excess + 3 * c3 * excess**2) * stretch**2
 
-    return slopes
+    return stress
 
 
-def gent(shear: float, limit: float) -> Slopes:
-    """Of ψ_iso = −μ J_m/2 ln(1 − (Ī₁ − 3)/J_m)."""
+def gent(shear: float, limit: float) -> IsochoricStress:
+    """For ψ_iso = −μ J_m/2 ln(1 − (Ī₁ − 3)/J_m)."""
     return lambda stretch: shear * limit / (limit - np.sum(stretch**2) + 3) * stretch**2
 
 
-def arruda_boyce(shear: float, locking: float) -> Slopes:
-    """Of Arruda and Boyce's (18), the eight-chain model to the fifth order."""
+def arruda_boyce(shear: float, locking: float) -> IsochoricStress:
+    """For the eight-chain model to fifth order, (18) of Arruda and Boyce (1993)."""
 
-    def slopes(stretch: np.ndarray) -> np.ndarray:
+    def stress(stretch: np.ndarray) -> np.ndarray:
         chain = np.sum(stretch**2) / locking**2
         series = 1 / 2 + chain / 10 + 11 * chain**2 / 350 + 19 * chain**3 / 1750 + 519 * chain**4 / 134750
         return 2 * shear * series * stretch**2
 
-    return slopes
+    return stress
 
 
-def ogden(*terms: tuple[float, float]) -> Slopes:
-    """Of ψ_iso = Σ 2μᵢ/αᵢ² (Σ_k λ̄_k^αᵢ − 3), terms (μᵢ, αᵢ)."""
+def ogden(*terms: tuple[float, float]) -> IsochoricStress:
+    """For ψ_iso = Σ 2μᵢ/αᵢ² (Σ_k λ̄_k^αᵢ − 3), with terms (μᵢ, αᵢ)."""
     return lambda stretch: sum((2 * modulus / power * stretch**power for modulus, power in terms), 0 * stretch)
 
 
 def cases() -> tuple[Case, ...]:
-    """Both tests for every rubber."""
+    """Uniaxial and equibiaxial tension for every rubber."""
     bulk, density = 4.80, 1.1e-9
     rubbers = (
         ("neo-Hookean", energies.neo_hookean, (0.49,), neo_hookean(0.49)),
@@ -74,16 +74,19 @@ def cases() -> tuple[Case, ...]:
     )
     source = "principal stresses of an isotropic hyperelastic solid (Holzapfel 2000, ch. 6), derived by hand"
     return tuple(
-        Case(f"{word} {name}", partial(tension, Rubber(energy, (*own, bulk), density), slopes, pulled), source)
-        for name, energy, own, slopes in rubbers
+        Case(f"{word} {name}", partial(tension, Rubber(energy, (*own, bulk), density), isochoric, pulled), source)
+        for name, energy, own, isochoric in rubbers
         for word, pulled in (("uniaxial", UNIAXIAL), ("equibiaxial", EQUIBIAXIAL))
     )
 
 
 def tension(
-    solid: Rubber, slopes: Slopes, pulled: tuple[int, ...], stretches: tuple[float, ...] = (0.8, 1.2, 1.5, 2.0)
+    solid: Rubber,
+    isochoric: IsochoricStress,
+    pulled: tuple[int, ...],
+    stretches: tuple[float, ...] = (0.8, 1.2, 1.5, 2.0),
 ) -> Iterator[Verdict]:
-    """A distorted unit cube pulled along the axes `pulled`, its other sides free."""
+    """A unit cube with a distorted mesh, pulled along the axes `pulled`, its other sides free."""
     mesh = distorted_cube(2)
     X = mesh.points
     near, far = np.abs(X) < 1e-9, np.abs(X - 1) < 1e-9
@@ -92,17 +95,19 @@ def tension(
     at = configure(built, X, build_loads(built, {}))
     tangent = Tangent(built)
     for stretch in stretches:
-        start = X * (homogeneous(solid.parameters[-1], slopes, pulled, stretch)[0] - 1)
-        # The free sides begin a little off, so that the solver has to find them.
+        start = X * (homogeneous(solid.parameters[-1], isochoric, pulled, stretch)[0] - 1)
+        # The start is slightly wrong at the free sides, so that the solver has to find them.
         found = equilibrium(at, tangent, prescribed(at, np.where(near | far, start, 0.99 * start)))
         forces = np.asarray(built.state(residual(at, found)).u)[: len(X)]
         force = forces[far[:, 0], 0].sum()
-        _, stress = homogeneous(solid.parameters[-1], slopes, pulled, stretch)
+        _, stress = homogeneous(solid.parameters[-1], isochoric, pulled, stretch)
         yield relative(f"nominal stress at stretch {stretch:g}, MPa", force, stress, 1e-9)
 
 
-def homogeneous(bulk: float, slopes: Slopes, pulled: tuple[int, ...], stretch: float) -> tuple[np.ndarray, float]:
-    """Principal stretches (3,) and the nominal stress along the first axis (MPa), the sides not pulled being free.
+def homogeneous(
+    bulk: float, isochoric: IsochoricStress, pulled: tuple[int, ...], stretch: float
+) -> tuple[np.ndarray, float]:
+    """Principal stretches (3,) and the nominal stress (MPa) along the first axis, with the other sides free.
 
     With s_i = λ̄_i ∂ψ_iso/∂λ̄_i the principal Cauchy stresses are (s_i − ⅓Σs)/J + κ(J − 1).
     """
@@ -110,10 +115,10 @@ def homogeneous(bulk: float, slopes: Slopes, pulled: tuple[int, ...], stretch: f
     def state(side: float) -> tuple[np.ndarray, np.ndarray, float]:
         principal = np.where(np.isin(range(3), pulled), stretch, side)
         J = float(principal.prod())
-        s = slopes(principal * J ** (-1 / 3))
+        s = isochoric(principal * J ** (-1 / 3))
         return principal, (s - s.mean()) / J + bulk * (J - 1), J
 
-    # About the side of an incompressible body.
+    # Near the stretch of the free sides of an incompressible body.
     side = stretch ** (-len(pulled) / (3 - len(pulled)))
     bracket = (0.75 * side, 1.3 * side)
     side = root_scalar(lambda side: state(side)[1][2], bracket=bracket, xtol=1e-15).root

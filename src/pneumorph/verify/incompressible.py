@@ -1,4 +1,4 @@
-"""Closed forms of thick spheres and tubes of incompressible neo-Hookean rubber, pressures in shear moduli."""
+"""Closed forms of thick spheres and tubes of incompressible neo-Hookean rubber; pressures are p/μ."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from scipy.optimize import root_scalar
 
 
 def sphere_pressure(a: float, A: float, B: float) -> float:
-    """p/μ at inner radius a of a sphere with radii A and B at rest."""
+    """p/μ of a sphere with radii A and B at rest, inflated to inner radius a."""
     inner, outer = a / A, np.cbrt(B**3 + a**3 - A**3) / B
     return 0.5 * ((4 / outer + outer**-4) - (4 / inner + inner**-4))
 
 
 def tube_pressure(a: float, A: float, B: float) -> float:
-    """p/μ at inner radius a of a tube in plane strain with radii A and B at rest."""
+    """p/μ of a tube in plane strain with radii A and B at rest, inflated to inner radius a."""
     inner, outer = a / A, np.sqrt(B**2 + a**2 - A**2) / B
     return np.log(inner / outer) + 0.5 * (outer**-2 - inner**-2)
 
@@ -23,5 +23,5 @@ def tube_pressure(a: float, A: float, B: float) -> float:
 def radius_at(
     pressure: float, closed_form: Callable[[float, float, float], float], A: float, B: float, stretch: float = 1.5
 ) -> float:
-    """The inner radius at which the closed form has this pressure, below A·stretch."""
+    """The inner radius a, between A and stretch·A, at which the closed form gives this p/μ."""
     return root_scalar(lambda a: closed_form(a, A, B) - pressure, bracket=(A, stretch * A), xtol=1e-12).root

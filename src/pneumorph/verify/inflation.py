@@ -1,4 +1,4 @@
-"""Thick spheres and tubes under pressure: against radial boundary-value problems, Lamé, and by order of convergence."""
+"""Thick spheres and tubes under pressure, against radial boundary-value problems, closed forms and Lamé's solutions."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ YOUNG = 9 * 4.80 * 0.49 / (3 * 4.80 + 0.49)
 POISSON = (3 * 4.80 - 2 * 0.49) / (2 * (3 * 4.80 + 0.49))
 
 SPACE, SECTION = [0, 1, 2], [0, 1]
-"""The axes in which a sphere and a tube are round."""
+"""The axes of the radius of a sphere, and of a tube."""
 
 
 def thick_sphere(counts: tuple[int, int, int] = (4, 8, 8), tolerance: float = 1e-4) -> Iterator[Verdict]:
-    """Radii 10 and 12 mm at 0.02 MPa."""
+    """A sphere of radii 10 and 12 mm at 0.02 MPa."""
     mesh = octant(10, 12, counts)
     u = inflate(mesh, sphere_supports(mesh), RUBBER, 0.02)
     yield from _at_the_walls(mesh, u, inflated(RUBBER, 10, 12, 0.02, SPHERE), (10, 12), SPACE, tolerance)
 
 
 def plane_strain_tube(counts: tuple[int, int, int] = (4, 24, 1), tolerance: float = 5e-4) -> Iterator[Verdict]:
-    """Radii 4 and 8 mm at 0.10 MPa, which widens the bore by 17 %."""
+    """A tube of radii 4 and 8 mm at 0.10 MPa, which widens the bore by 17 %."""
     mesh, lids = with_lids(tube(4, 8, 2, counts), 2)
     u = inflate(mesh, tube_supports(mesh, lids), RUBBER, 0.10)
     yield from _at_the_walls(mesh, u, inflated(RUBBER, 4, 8, 0.10, TUBE), (4, 8), SECTION, tolerance)
 
 
 def incompressible(tolerance: float = 5e-3) -> Iterator[Verdict]:
-    """Mixed elements at κ/μ = 10⁵, two through the wall: the sphere of 10 and 12 mm, the tube of 4 and 8 mm."""
+    """The same sphere and tube at κ/μ = 10⁵, with mixed elements, two through the wall."""
     solid = neo_hookean_rubber(0.49, 1e5 * 0.49, 1.1e-9)
     mesh = octant(10, 12, (2, 4, 4))
     u = inflate(mesh, sphere_supports(mesh), solid, 0.02, mixed=True)
@@ -62,7 +62,7 @@ def incompressible(tolerance: float = 5e-3) -> Iterator[Verdict]:
 
 
 def limit_points(tolerance: float = 5e-3) -> Iterator[Verdict]:
-    """Spheres with B/A = 2 and 1.2 at κ/μ = 10⁵, their paths followed past the limit of the pressure."""
+    """Limit points of spheres with B/A = 2 and 1.2 at κ/μ = 10⁵, found by path following."""
     for outer, counts, pressure, stretch in ((2.0, (2, 4, 4), 0.816424, 1.82815), (1.2, (1, 5, 5), 0.225138, 1.47016)):
         mesh = octant(1, outer, counts)
         built = build_model(
@@ -79,7 +79,7 @@ def limit_points(tolerance: float = 5e-3) -> Iterator[Verdict]:
 
 
 def radial_references() -> Iterator[Verdict]:
-    """The radial solver itself: four numbers that were computed apart from it,."""
+    """The reference solver of the radial problems itself, against four independently computed numbers."""
     sphere, bore = inflated(RUBBER, 10, 12, 0.02, SPHERE), inflated(RUBBER, 4, 8, 0.10, TUBE)
     for word, field, radius, known in (
         ("sphere", sphere, 10.0, 0.28719543),
@@ -91,7 +91,7 @@ def radial_references() -> Iterator[Verdict]:
 
 
 def lame_limit(counts: int = 4, tolerance: float = 3e-3) -> Iterator[Verdict]:
-    """Thick sphere and tube at a pressure of 1e-6 MPa, where rubber is linearly elastic."""
+    """A thick sphere and tube at 1e-6 MPa, where rubber is linearly elastic."""
     pressure = 1e-6
     mesh = octant(4, 8, (counts, counts, counts))
     u = inflate(mesh, sphere_supports(mesh), RUBBER, pressure)
@@ -104,7 +104,7 @@ def lame_limit(counts: int = 4, tolerance: float = 3e-3) -> Iterator[Verdict]:
 
 
 def convergence(counts: tuple[int, ...] = (3, 4, 6)) -> Iterator[Verdict]:
-    """L2 error of the displacement over a thick sphere, 5 to 10 mm at 0.1 MPa, on ever finer curved meshes."""
+    """Convergence of the L2 error of the displacement of a sphere of radii 5 and 10 mm at 0.1 MPa, on curved meshes."""
     exact = inflated(RUBBER, 5, 10, 0.1, SPHERE)
     errors = []
     for count in counts:
@@ -116,7 +116,7 @@ def convergence(counts: tuple[int, ...] = (3, 4, 6)) -> Iterator[Verdict]:
 
 
 def l2_error(mesh: TetMesh, u: np.ndarray, exact: Displacement) -> float:
-    """‖u − u_exact‖ / ‖u_exact‖ over the volume, u_exact pointing along the radius of a sphere."""
+    """‖u − u_exact‖ / ‖u_exact‖ over the volume of a sphere, where u_exact is radial."""
     rule, weights = _tet_rule(4)
     shape, gradient = tet_shape(rule), tet_gradient(rule)
     nodes = mesh.points[mesh.tets]
@@ -138,7 +138,7 @@ def _tet_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def inflate(mesh: TetMesh, supports: np.ndarray, rubber: Rubber, pressure: float, mixed: bool = False) -> np.ndarray:
-    """Displacements (N, 3) of a mesh with chamber A under pressure (MPa)."""
+    """Displacements (N, 3) in mm of a mesh with chamber A under pressure (MPa)."""
     built = build_model(mesh, rubber, plate=False, supports=supports, mixed=mixed)
     found = solve(configure(built, mesh.points, build_loads(built, {"A": pressure})), Tangent(built))
     if isinstance(found, NoEquilibrium):
@@ -147,12 +147,12 @@ def inflate(mesh: TetMesh, supports: np.ndarray, rubber: Rubber, pressure: float
 
 
 def sphere_supports(mesh: TetMesh) -> np.ndarray:
-    """Symmetry on the three planes of an octant."""
+    """Supports (N, 3) bool of an octant: no motion normal to its three symmetry planes."""
     return np.abs(mesh.points) < 1e-9
 
 
 def tube_supports(mesh: TetMesh, lids: np.ndarray) -> np.ndarray:
-    """Plane strain: no motion along z anywhere; points on two axes stop the rigid motions of the section."""
+    """Supports (N, 3) bool for plane strain: no motion along z; nodes on the two axes prevent rigid motions."""
     supports = np.zeros((len(mesh.points), 3), bool)
     supports[:, 2] = True
     supports[lids] = True

@@ -1,7 +1,7 @@
-"""Equilibria under prescribed displacements, by Newton's method as it stands in textbooks.
+"""Equilibria under prescribed displacements, by the textbook form of Newton's method.
 
-The package's own solver has supports at zero only, which is all that actuators need. Here the residual and the tangent
-under test are the package's, and nothing else of it.
+The solvers of the package know supports at zero only, which is all that actuators need. Here the residual and the
+tangent, which are under test, are those of the package; nothing else is.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ MOST_STEPS = 25
 
 
 def residual(at: Configuration, vector: np.ndarray) -> np.ndarray:
-    """∂Π over all unknowns (n,), those with supports too: there it is the reaction, N."""
+    """∂Π/∂u (n,) for all unknowns; where they are supported it is the reaction, N."""
     model = at.model
     _, gradient = kernels.value_and_residual(model.potential, at.X, model.state(vector), at.loads)
     return model.vector(gradient)
 
 
 def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
-    """The unknowns (n,) in equilibrium, supported ones kept as they are in `vector`."""
+    """The unknowns (n,) in equilibrium, with the supported ones as they are in `vector`."""
     for _ in range(MOST_STEPS):
         forces = residual(at, vector)
         if not np.isfinite(forces).all():
@@ -37,6 +37,6 @@ def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.n
 
 
 def prescribed(at: Configuration, u: np.ndarray) -> np.ndarray:
-    """The unknowns (n,) of displacements u (N, 3) of a body without plate."""
+    """The unknowns (n,) for displacements u (N, 3) of a body without a plate."""
     model = at.model
     return model.vector(model.state(np.zeros(model.size))._replace(u=u))

@@ -1,9 +1,8 @@
-"""Reference: thick spheres and plane-strain tubes under internal pressure, as radial boundary-value problems.
+"""Thick spheres and plane-strain tubes under internal pressure, solved as radial boundary-value problems.
 
-With r(R) the deformed radius the principal stretches are λ_r = r′ and λ_θ = r/R, and the nominal stresses
-P_i = ∂ψ/∂λ_i satisfy P_r′ + n (P_r − P_θ)/R = 0; n is 2 for a sphere and 1 for a tube, whose λ_z is 1. The
-Cauchy stress P_r/λ_θⁿ is −p inside and 0 outside. SciPy's collocation solves this to 1e-10, for any ψ and
-any thickness.
+With r(R) the deformed radius, the principal stretches are λ_r = r′ and λ_θ = r/R, and the nominal stresses
+P_i = ∂ψ/∂λ_i satisfy P_r′ + n (P_r − P_θ)/R = 0; n is 2 for a sphere and 1 for a tube, where λ_z is 1. The Cauchy
+stress P_r/λ_θⁿ is −p inside and 0 outside. SciPy's collocation solves this to 1e-10, for any ψ and any thickness.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ Displacement = Callable[[np.ndarray], np.ndarray]
 
 
 def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved: int) -> Displacement:
-    """The radial displacement of a sphere or tube (`curved` is `SPHERE` or `TUBE`) under pressure (MPa) inside.
+    """The radial displacement of a sphere or tube (`curved` is `SPHERE` or `TUBE`) under internal pressure (MPa).
 
     Raises
     ------
     ComputationError
-        If the collocation does not converge, or to no state that a body can take, as beyond a limit point.
+        If the collocation does not converge, or converges to an impossible state, for example beyond a limit point.
     """
     slope, curvature = _principal(rubber, curved)
 
@@ -59,7 +58,7 @@ def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved
     r, stretch = found.y
     if np.min(stretch * (r / found.x) ** curved) <= SMALLEST_RATIO:
         raise ComputationError(
-            f"the radial boundary-value problem at {pressure:g} MPa has no state that a body can take"
+            f"the solution of the radial boundary-value problem at {pressure:g} MPa is not a possible state of a body"
         )
     return lambda radius: found.sol(radius)[0] - radius
 
@@ -84,7 +83,7 @@ def _principal(rubber: Rubber, curved: int):
 
 
 def _evaluated(function, radial, hoop) -> np.ndarray:
-    """A function of (λ_r, λ_θ) at many points; padded, because the collocation asks for ever other numbers of them."""
+    """A function of (λ_r, λ_θ) at many points, padded to few different numbers of them so that it seldom compiles."""
     points = np.stack(np.broadcast_arrays(radial, hoop), axis=-1)
     flat = points.reshape(-1, 2)
     padded = np.ones((max(64, 2 ** int(np.ceil(np.log2(len(flat))))), 2))
@@ -94,7 +93,7 @@ def _evaluated(function, radial, hoop) -> np.ndarray:
 
 
 def lame(young: float, poisson: float, inner: float, outer: float, pressure: float, curved: int) -> Displacement:
-    """Linear elasticity's radial displacement (Timoshenko & Goodier 1970, arts. 28 and 142)."""
+    """The radial displacement in linear elasticity (Lamé; Timoshenko & Goodier 1970, arts. 28 and 142)."""
     if curved == SPHERE:
         scale = pressure * inner**3 / (young * (outer**3 - inner**3))
         return lambda R: scale * ((1 - 2 * poisson) * R + (1 + poisson) * outer**3 / (2 * R**2))

@@ -1,4 +1,4 @@
-"""Structured quadratic tetrahedral meshes of simple solids, for cases with known answers."""
+"""Structured quadratic tetrahedral meshes of simple solids, for cases with known solutions."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Mapping = Callable[[np.ndarray], np.ndarray]
 
 
 def block(counts: Sequence[int], mapping: Mapping, faces: dict[str, Mapping]) -> TetMesh:
-    """A unit cube cut into counts[i] cells, each into six tetrahedra, its nodes (mid-sides too) moved by `mapping`.
+    """A unit cube of counts[i] cells along each axis, each of six tetrahedra, with all nodes moved by `mapping`.
 
-    `faces` maps a name to a predicate on reference coordinates that picks the nodes of that face.
+    `faces` has, for each name, a predicate on reference coordinates that selects the nodes of that face.
     """
     axes = [np.arange(2 * n + 1) for n in counts]
     shape = tuple(2 * n + 1 for n in counts)
@@ -72,10 +72,10 @@ def bar(width: float, length: float, counts: Sequence[int]) -> TetMesh:
 
 
 def distorted_cube(count: int, amount: float = 0.3) -> TetMesh:
-    """Unit cube of count³ cells whose inner corners are moved at random by up to `amount` cells; straight edges.
+    """Unit cube of count³ cells whose inner corners are moved at random by up to `amount` cells; edges stay straight.
 
-    Edges are straight because only then the element's quadrature integrates the shape functions' gradients exactly,
-    and with them a linear displacement is in equilibrium to rounding.
+    The element's quadrature integrates the gradients of the shape functions exactly for straight edges only; then a
+    linear displacement is in equilibrium to rounding.
     """
     mesh = block([count] * 3, lambda r: r, {})
     points = mesh.points.copy()
@@ -86,7 +86,7 @@ def distorted_cube(count: int, amount: float = 0.3) -> TetMesh:
 
 
 def tube(inner: float, outer: float, length: float, counts: Sequence[int]) -> TetMesh:
-    """Hollow cylinder of full turn, with counts of elements radially, around and along.
+    """Hollow cylinder about the z axis; `counts` are the numbers of cells radially, around and along.
 
     Faces: base (z = 0), tip (z = length), chamber A (the bore), exterior.
     """
@@ -108,9 +108,9 @@ def tube(inner: float, outer: float, length: float, counts: Sequence[int]) -> Te
 
 
 def with_lids(mesh: TetMesh, length: float) -> tuple[TetMesh, np.ndarray]:
-    """The tube with its bore closed by flat fans at z = 0 and z = length.
+    """Close the bore of a tube by flat fans of triangles at z = 0 and z = length, so that it has a volume.
 
-    Returned with which nodes were added for that: they belong to no solid.
+    Returns the mesh, and which of its nodes (N,) bool are new: these belong to no element.
     """
     points, triangles = [mesh.points], [mesh.faces["chamber A"]]
     count = len(mesh.points)
@@ -123,7 +123,7 @@ def with_lids(mesh: TetMesh, length: float) -> tuple[TetMesh, np.ndarray]:
         ]
         spokes = {node: count + 1 + k for k, node in enumerate(sorted({n for a, _, b in rims for n in (a, b)}))}
         points += [[[0.0, 0.0, z]], [0.5 * (mesh.points[node] + [0.0, 0.0, z]) for node in spokes]]
-        # Each fan runs along the rim the other way round than the bore does, so the closed surface is oriented.
+        # Along the rim, fan and bore have opposite directions, so that the closed surface is oriented.
         triangles.append(np.array([[b, a, count, m, spokes[a], spokes[b]] for a, m, b in rims]))
         count += 1 + len(spokes)
     closed = TetMesh(np.concatenate(points), mesh.tets, mesh.faces | {"chamber A": np.concatenate(triangles)})
@@ -131,7 +131,7 @@ def with_lids(mesh: TetMesh, length: float) -> tuple[TetMesh, np.ndarray]:
 
 
 def octant(inner: float, outer: float, counts: Sequence[int]) -> TetMesh:
-    """One eighth of a hollow sphere in x, y, z > 0, of three gnomonic patches; faces chamber A and exterior."""
+    """One eighth of a hollow sphere, x, y, z > 0, made of three gnomonic patches; faces chamber A and exterior."""
     third = [
         block(
             counts,

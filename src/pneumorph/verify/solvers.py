@@ -1,4 +1,4 @@
-"""The same actuator by other solvers: NGSolve to the last digits, CalculiX to what its own quadrature leaves."""
+"""The same actuators by other solvers: NGSolve with the same quadrature, CalculiX with its own."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from pneumorph.verify.actuator import PRESSURE, linear_actuator
 from pneumorph.verify.verdict import Verdict, absolute, relative
 
 SIZE = 4.0
-"""Edge length of the meshes, mm. The solvers share them, so it need not be fine."""
+"""Edge length of the meshes, mm. It need not be fine, since all solvers use the same mesh."""
 
 
 def ngsolve(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
-    """A body at 60 kPa with a rigid plate, by NGSolve's symbolic forms."""
+    """Compare a body at 60 kPa, with a rigid plate, with NGSolve's symbolic forms."""
     symbolic.ngsolve()
     mesh, at, found = inflated(body, size)
     shear, bulk = at.model.rubber.parameters
-    # Newton begins 1 % away from our answer, so that it has to find its own.
+    # Newton's method starts 1 % away from our solution, so that it has to find its own.
     u, plate = symbolic.equilibrium(
         mesh, lambda F: symbolic.neo_hookean(F, shear, bulk), {"A": PRESSURE}, 0.99 * found.u, 0.99 * found.plate
     )
@@ -43,14 +43,14 @@ def ngsolve(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
 
 
 def calculix(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
-    """A body at 60 kPa with a rigid plate, by CalculiX from rest."""
+    """Compare a body at 60 kPa, with a rigid plate, with CalculiX, which starts from rest."""
     ccx.program()
     mesh, at, found = inflated(body, size)
     yield from compared(found, *ccx.equilibrium(mesh, at), 5e-3)
 
 
 def compared(found: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: float) -> Iterator[Verdict]:
-    """Our equilibrium beside displacements (N, 3) and a plate's motion (6,) of another solver."""
+    """Compare an equilibrium with the displacements (N, 3) and the plate's motion (6,) of another solver."""
     yield relative("axial motion of the plate, mm", found.plate[2], plate[2], tolerance)
     off = float(np.linalg.norm(found.plate[:3] - plate[:3]) / np.linalg.norm(plate[:3]))
     yield absolute("difference of the plate's translations / its length", off, 0.0, tolerance)
@@ -59,13 +59,13 @@ def compared(found: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: fl
 
 
 def start() -> Body:
-    """The linear actuator's starting body."""
+    """The starting body of the linear actuator."""
     return starting_body(linear_actuator().body)
 
 
 @cache
 def inflated(body: Callable[[], Body], size: float) -> tuple[TetMesh, Configuration, Equilibrium]:
-    """A body of the linear actuator's problem meshed at `size` mm, and its equilibrium at 60 kPa."""
+    """Mesh a body of the linear actuator's problem with edges of `size` mm, and find its equilibrium at 60 kPa."""
     problem = linear_actuator()
     mesh = mesh_body(body(), size).mesh
     built = model_of(problem, mesh)

@@ -1,4 +1,4 @@
-"""The verification cases, in the order of their table."""
+"""All verification cases."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _INCOMPRESSIBLE = "closed form of the incompressible neo-Hookean solid (Ogden 19
 
 
 def cases() -> tuple[Case, ...]:
-    """All cases."""
+    """All cases, in the order in which they are reported."""
     return (
         Case("patch test", element.patch_test, "exact for any sound element (Irons & Razzaque 1972)"),
         Case("rigid rotation", element.rigid_rotation, "frame indifference: exactly zero"),
         *homogeneous.cases(),
-        Case("radial references", inflation.radial_references, "the same problem solved to 1e-8 apart from this code"),
+        Case("radial references", inflation.radial_references, "the same problem solved independently, to 1e-8"),
         Case("thick sphere", inflation.thick_sphere, _RADIAL),
         Case("plane-strain tube", inflation.plane_strain_tube, _RADIAL),
         Case("incompressible sphere and tube", inflation.incompressible, _INCOMPRESSIBLE),
@@ -29,8 +29,8 @@ def cases() -> tuple[Case, ...]:
         Case("elastica references", beams.elastica_reference, "Mattiasson 1981, table I"),
         Case("cantilever under a moment", beams.moment, "Euler's elastica: an arc of a circle"),
         Case("cantilever under a force", beams.force, "Euler's elastica, by SciPy's collocation to 1e-9"),
-        Case("energy balance", work.energy_balance, "first law: ∫p dV by Gauss's rule of six points"),
-        Case("blocked force and springs", work.blocked_force, "first law: ∫d dF by Gauss's rule of six points"),
+        Case("energy balance", work.energy_balance, "first law: ∫p dV by Gauss quadrature with six points"),
+        Case("blocked force and springs", work.blocked_force, "first law: ∫d dF by Gauss quadrature with six points"),
         *(
             Case(f"{solver}, {word}", partial(compare, body), source)
             for word, body in (("starting tube", solvers.start), ("bellows", bellows))

@@ -1,8 +1,8 @@
-"""The same equations by NGSolve: its own symbolic forms, derivatives and assembly on the same curved elements.
+"""Equilibria by NGSolve: its own symbolic forms, derivatives and assembly, on the same curved elements.
 
-A straight mesh of the corners is bent onto the ten-node elements by a quadratic deformation, which is their
-isoparametric map to the letter. NGSolve's quadratic space has another basis than nodal values; a constant matrix takes
-one to the other. Pressure enters as a follower traction on the chamber's wall, not by the chamber's volume.
+A straight mesh of the corners gets a quadratic deformation that makes it identical to the isoparametric ten-node
+elements. The basis of NGSolve's quadratic space is not nodal; a constant matrix converts nodal values to its
+coefficients. Pressure is a follower traction on the wall of the chamber, where the package uses its volume.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TRIANGLE_RULE, TetMesh, are
 from pneumorph.verify.verdict import Unavailable
 
 BUBBLE = -1 / 8
-"""What NGSolve's quadratic function of an edge is at the edge's middle."""
+"""Value of NGSolve's quadratic edge function at the middle of the edge."""
 
 MOST_STEPS = 25
 
 
 def ngsolve() -> Any:
-    """The library, where it is installed."""
+    """The library; raises Unavailable if it is not installed."""
     try:
         return import_module("ngsolve")
     except ImportError:
@@ -39,23 +39,23 @@ def ngsolve() -> Any:
 
 
 @dataclass(frozen=True)
-class Twin:
+class NGSolveMesh:
     """A mesh in NGSolve.
 
     Attributes
     ----------
-    mesh, space : NGSolve's mesh, bent onto the curved elements, and its quadratic vector space.
-    to_modes : (n, 3N) sparse
-        NGSolve's coefficients of nodal values, these in the order (node, component).
+    mesh, space : the mesh of curved elements, and its quadratic vector space.
+    to_coefficients : (n, 3N) sparse
+        Matrix from nodal values, ordered by node and then component, to NGSolve's coefficients.
     """
 
     mesh: Any
     space: Any
-    to_modes: sparse.csr_array
+    to_coefficients: sparse.csr_array
 
 
-def twin(mesh: TetMesh) -> Twin:
-    """Take a mesh over to NGSolve; every named face of the solid keeps its name."""
+def ngsolve_mesh(mesh: TetMesh) -> NGSolveMesh:
+    """Convert a mesh to NGSolve; its faces keep their names."""
     ng = ngsolve()
     netgen: Any = import_module("netgen.meshing")
 
@@ -73,31 +73,31 @@ def twin(mesh: TetMesh) -> Twin:
             straight.Add(netgen.Element2D(side + 1, [points[node] for node in triangle]))
     bent = ng.Mesh(straight)
     space = ng.VectorH1(bent, order=2)
-    to_modes = _to_modes(mesh, bent, corners, number)
+    to_coefficients = _to_coefficients(mesh, bent, corners, number)
     bend = ng.GridFunction(space)
     away = mesh.points.copy()
     ends = _edge_ends(mesh)
     away[ends[:, 2]] -= mesh.points[ends[:, :2]].mean(axis=1)
     away[corners] = 0.0
-    bend.vec.FV().NumPy()[:] = to_modes @ away.ravel()
+    bend.vec.FV().NumPy()[:] = to_coefficients @ away.ravel()
     bent.SetDeformation(bend)
-    return Twin(bent, space, to_modes)
+    return NGSolveMesh(bent, space, to_coefficients)
 
 
-def nodal(body: Twin, modes: np.ndarray) -> np.ndarray:
-    """Nodal values (N, 3) of NGSolve's coefficients (n,)."""
-    return splu(body.to_modes.tocsc()).solve(modes).reshape(-1, 3)
+def nodal(body: NGSolveMesh, coefficients: np.ndarray) -> np.ndarray:
+    """Nodal values (N, 3) from NGSolve's coefficients (n,)."""
+    return splu(body.to_coefficients.tocsc()).solve(coefficients).reshape(-1, 3)
 
 
 def _edge_ends(mesh: TetMesh) -> np.ndarray:
-    """Ends and mid-side node (E, 3) of every edge, ends ascending."""
+    """The end nodes, ascending, and the mid-side node of every edge (E, 3)."""
     rows = np.concatenate([mesh.tets[:, [*pair, 4 + k]] for k, pair in enumerate(TET_EDGES)])
     rows[:, :2].sort(axis=1)
     return np.unique(rows, axis=0)
 
 
-def _to_modes(mesh: TetMesh, bent: Any, corners: np.ndarray, number: np.ndarray) -> sparse.csr_array:
-    """Of every component: a vertex's coefficient is its value, an edge's the middle's off the mean of the ends."""
+def _to_coefficients(mesh: TetMesh, bent: Any, corners: np.ndarray, number: np.ndarray) -> sparse.csr_array:
+    """Vertex coefficients are nodal values; edge coefficients are (middle − mean of the ends) / `BUBBLE`."""
     ends = _edge_ends(mesh)
     middle = {(number[a], number[b]): node for a, b, node in ends}
     edges = np.array([sorted(vertex.nr for vertex in edge.vertices) for edge in bent.edges])
@@ -117,14 +117,14 @@ def _to_modes(mesh: TetMesh, bent: Any, corners: np.ndarray, number: np.ndarray)
 
 
 def neo_hookean(F: Any, shear: float, bulk: float) -> Any:
-    """The paper's (41) in NGSolve's symbols."""
+    """The neo-Hookean energy, (41) of the paper, in NGSolve's symbols."""
     ng = ngsolve()
     J = ng.Det(F)
     return shear / 2 * (J ** (-2 / 3) * ng.InnerProduct(F, F) - 3) + bulk / 2 * (J - 1) ** 2
 
 
-def forms(body: Twin, energy: Callable[[Any], Any], pressures: dict[str, float]) -> Any:
-    """Virtual work of rubber and follower pressures (MPa by chamber), at the quadrature points of our elements."""
+def forms(body: NGSolveMesh, energy: Callable[[Any], Any], pressures: dict[str, float]) -> Any:
+    """Virtual work of the rubber and of follower pressures (MPa, by chamber), with our quadrature points."""
     ng = ngsolve()
     u, v = body.space.TnT()
     in_tets = {ng.TET: ng.IntegrationRule([tuple(map(float, point)) for point in TET_RULE], [1 / 24] * 4)}
@@ -134,7 +134,7 @@ def forms(body: Twin, energy: Callable[[Any], Any], pressures: dict[str, float])
     work += ng.Variation(energy(ng.Id(3) + ng.Grad(u)) * ng.dx(intrules=in_tets))
     normal = ng.specialcf.normal(3)
     for name, pressure in pressures.items():
-        # Only the tangential part of the gradient matters for the area vector, and only that is known on a surface.
+        # On a surface only the tangential part of the gradient is known; the area vector needs no more.
         area = ng.Cof(ng.Id(3) + ng.Grad(u).Trace()) * normal
         work += pressure * area * v.Trace() * ng.ds(f"chamber {name}", intrules=on_walls)
     return work
@@ -143,11 +143,12 @@ def forms(body: Twin, energy: Callable[[Any], Any], pressures: dict[str, float])
 def equilibrium(
     mesh: TetMesh, energy: Callable[[Any], Any], pressures: dict[str, float], u: np.ndarray, plate: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (N, 3) and plate motion (6,) where NGSolve's residual vanishes, by Newton from `u` and `plate`.
+    """Displacements (N, 3) and plate motion (6,) at which NGSolve's residual vanishes, by Newton's method.
 
-    The base is clamped, the tip bonded to a rigid plate. Residual and tangent are NGSolve's alone.
+    It starts from `u` and `plate`. The base is clamped, the tip is bonded to a rigid plate. Residual and tangent are
+    NGSolve's.
     """
-    body = twin(mesh)
+    body = ngsolve_mesh(mesh)
     work = forms(body, energy, pressures)
     base, tip = np.unique(mesh.faces["base"]), np.unique(mesh.faces["tip"])
     free = np.setdiff1d(np.arange(len(u)), np.union1d(base, tip))
@@ -156,9 +157,9 @@ def equilibrium(
     u = u.copy()
     for _ in range(MOST_STEPS):
         u[base], u[tip] = 0.0, _tip(mesh, tip, plate)
-        state.vec.FV().NumPy()[:] = body.to_modes @ u.ravel()
+        state.vec.FV().NumPy()[:] = body.to_coefficients @ u.ravel()
         work.Apply(state.vec, residual)
-        forces = body.to_modes.T @ residual.FV().NumPy()
+        forces = body.to_coefficients.T @ residual.FV().NumPy()
         spread = _spread(len(u), free, tip, np.asarray(jax.jacobian(lambda d: _tip(mesh, tip, d))(jnp.asarray(plate))))
         unbalanced = spread.T @ forces
         if np.linalg.norm(unbalanced) <= 1e-10 * np.linalg.norm(forces):
@@ -166,14 +167,14 @@ def equilibrium(
         work.AssembleLinearization(state.vec)
         values, columns, starts = work.mat.CSR()
         tangent = sparse.csr_array((values.NumPy(), columns, starts), shape=(work.mat.height,) * 2)
-        step = _solve(spread.T @ (body.to_modes.T @ tangent @ body.to_modes) @ spread, unbalanced)
+        step = _solve(spread.T @ (body.to_coefficients.T @ tangent @ body.to_coefficients) @ spread, unbalanced)
         u[free] -= step[:-6].reshape(-1, 3)
         plate = plate - step[-6:]
     raise ComputationError(f"Newton's method on NGSolve's forms did not converge in {MOST_STEPS} steps")
 
 
 def _tip(mesh: TetMesh, tip: np.ndarray, plate: np.ndarray | jnp.ndarray) -> jnp.ndarray:
-    """Displacements of the tip's nodes when the plate moves by `plate` (6,) about the centroid of the tip face."""
+    """Displacements of the tip nodes for the plate motion `plate` (6,) about the centroid of the tip face."""
     places, normals = area_vectors(mesh.points, mesh.faces["tip"])
     area = np.linalg.norm(normals, axis=-1)
     centre = np.einsum("fg,fgd->d", area, places) / area.sum()
@@ -181,7 +182,7 @@ def _tip(mesh: TetMesh, tip: np.ndarray, plate: np.ndarray | jnp.ndarray) -> jnp
 
 
 def _spread(count: int, free: np.ndarray, tip: np.ndarray, motion: np.ndarray) -> sparse.csr_array:
-    """∂u/∂(free u, plate), (3N, 3·free + 6), with ∂(tip u)/∂plate = `motion` (tip, 3, 6)."""
+    """∂u/∂(u_free, plate), shape (3N, 3·free + 6), with ∂u_tip/∂plate = `motion` (tip, 3, 6)."""
     kept = (3 * free[:, None] + np.arange(3)).ravel()
     moved = (3 * tip[:, None] + np.arange(3)).ravel()
     rows = np.concatenate([kept, np.repeat(moved, 6)])

@@ -1,4 +1,4 @@
-"""What a verification case says: a number of ours beside the one it should be."""
+"""Verification cases, and their verdicts: a computed number beside its reference."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Verdict:
     Attributes
     ----------
     quantity : what is compared, with its unit.
-    reference, ours : the number it should be, and the one that was computed.
-    error : how far apart, in the measure of `tolerance`.
+    reference, ours : the reference value, and the computed one.
+    error : their difference, relative or absolute.
     tolerance : the largest error that passes.
     """
 
@@ -28,7 +28,7 @@ class Verdict:
 
     @property
     def passed(self) -> bool:
-        # Written so that an error that is no number fails.
+        # Written so that NaN fails.
         return self.error <= self.tolerance
 
 
@@ -38,8 +38,8 @@ class Case:
 
     Attributes
     ----------
-    name : how it is asked for.
-    verdicts : yields its comparisons; raises `Unavailable` where a solver it needs is not installed.
+    name : its name in the table and on the command line.
+    verdicts : yields its comparisons; raises `Unavailable` if a solver it needs is not installed.
     source : where the reference comes from.
     """
 
@@ -49,19 +49,19 @@ class Case:
 
 
 class Unavailable(Exception):
-    """A case cannot run here; the message says what is missing and how to get it."""
+    """The case cannot run here; the message says what is missing and how to install it."""
 
 
 def relative(quantity: str, ours: float, reference: float, tolerance: float) -> Verdict:
-    """The error is |ours − reference| / |reference|."""
+    """A verdict with the error |ours − reference| / |reference|."""
     return Verdict(quantity, float(reference), float(ours), float(abs(ours - reference) / abs(reference)), tolerance)
 
 
 def absolute(quantity: str, ours: float, reference: float, tolerance: float) -> Verdict:
-    """The error is |ours − reference|."""
+    """A verdict with the error |ours − reference|."""
     return Verdict(quantity, float(reference), float(ours), float(abs(ours - reference)), tolerance)
 
 
 def at_least(quantity: str, ours: float, least: float) -> Verdict:
-    """The error is what is missing to `least`, of which nothing may be."""
+    """A verdict that passes if `ours` is not below `least`; the error is what it lacks."""
     return Verdict(quantity, float(least), float(ours), float(np.maximum(0.0, least - ours)), 0.0)

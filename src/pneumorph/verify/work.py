@@ -1,4 +1,4 @@
-"""Work and energy of an actuator: what the pressure puts in is stored in the rubber, or done on springs and forces."""
+"""Energy balance of an actuator: the work of the pressure is stored in the rubber and springs, or done on forces."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from pneumorph.verify.actuator import PRESSURE, linear_actuator
 from pneumorph.verify.verdict import Verdict, relative
 
 SIZE = 5.0
-"""Edge length of the mesh, mm: the balances hold for the discrete actuator, whatever its mesh."""
+"""Edge length of the mesh, mm. It may be coarse, since the balances hold exactly on every mesh."""
 
 AXIAL = np.arange(6) == 2
 
 
 def energy_balance(size: float = SIZE) -> Iterator[Verdict]:
-    """The linear actuator's start inflated to 60 kPa: ∫p dV against the stored energy, with a free tip and a spring."""
+    """The starting tube inflated to 60 kPa, with a free tip and with a spring: ∫p dV against the stored energy."""
     actuator = start(size)
     for word, spring in (("free tip", 0.0), ("spring of 4 N/mm", 4.0)):
         full = actuator.equilibrium(PRESSURE, spring=spring)
@@ -45,13 +45,13 @@ def energy_balance(size: float = SIZE) -> Iterator[Verdict]:
 
 
 def blocked_force(size: float = SIZE) -> Iterator[Verdict]:
-    """The linear actuator at 60 kPa: what it can do from blocked to free, and what it does on springs."""
+    """The starting tube at 60 kPa: its work from blocked to free, and the forces on springs."""
     actuator = start(size)
     free, blocked = actuator.equilibrium(PRESSURE), actuator.equilibrium(PRESSURE, blocked=AXIAL)
     force = float(blocked.reaction[2])
     at = actuator.at(PRESSURE)
     drop = actuator.potential(at, blocked) - actuator.potential(at, free)
-    # A plate that pushes against the dead force f stands at d(f); the area below that curve is the work.
+    # Against a dead force f the plate comes to rest at d(f); the area below that curve is the work.
     work = integral(lambda f: float(actuator.equilibrium(PRESSURE, force=-f).plate[2]), force)
     yield relative("fall of Π from blocked to free, N·mm", drop, work, 1e-6)
     spring = 0.5 * force / float(actuator.equilibrium(PRESSURE, force=-0.5 * force).plate[2])
@@ -63,7 +63,7 @@ def blocked_force(size: float = SIZE) -> Iterator[Verdict]:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A meshed actuator with one chamber."""
+    """A meshed actuator with one chamber, A."""
 
     model: Model
     X: np.ndarray
@@ -72,24 +72,24 @@ class Actuator:
     def at(
         self, pressure: float, spring: float = 0.0, force: float = 0.0, blocked: np.ndarray | None = None
     ) -> Configuration:
-        """Under pressure (MPa), an axial spring (N/mm) and an axial dead force (N)."""
+        """The configuration under a pressure (MPa), an axial spring (N/mm) and an axial dead force (N)."""
         acting = build_loads(self.model, {"A": pressure}, spring=spring * AXIAL, wrench=force * AXIAL)
         return configure(self.model, self.X, acting, blocked)
 
     def equilibrium(self, pressure: float, **rest) -> Equilibrium:
-        """As `at`; raises ComputationError where there is none."""
+        """The equilibrium under the loads of `at`; ComputationError if there is none."""
         found = solve(self.at(pressure, **rest), self.tangent)
         if isinstance(found, NoEquilibrium):
             raise ComputationError(found.reason)
         return found
 
     def potential(self, at: Configuration, found: Equilibrium) -> float:
-        """Π of a state under the loads of `at`, N·mm."""
+        """Π of a state under the loads of the configuration `at`, N·mm."""
         return kernels.total(self.model.potential, at.X, found.state, at.loads)
 
 
 def start(size: float) -> Actuator:
-    """The linear actuator's starting body, meshed."""
+    """The meshed starting body of the linear actuator."""
     problem = linear_actuator()
     mesh = mesh_body(starting_body(problem.body), size).mesh
     built = model_of(problem, mesh)
@@ -97,6 +97,6 @@ def start(size: float) -> Actuator:
 
 
 def integral(function: Callable[[float], float], end: float) -> float:
-    """∫ from 0 to `end` by Gauss's rule of six points."""
+    """The integral from 0 to `end` by Gauss quadrature with six points."""
     x, weights = np.polynomial.legendre.leggauss(6)
     return 0.5 * end * sum(w * function(0.5 * end * (1 + t)) for t, w in zip(x, weights, strict=True))
