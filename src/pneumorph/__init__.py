@@ -5,7 +5,7 @@
     run = pm.design("linear.toml", out="runs/linear")
     run.best.simulate({"A": "0:60:5 kPa"}, block="axial").plot()
 
-Importing this package loads nothing else and changes nothing; `pneumorph.numerics` says what the first use does.
+Importing this package loads nothing else and changes no settings; see `pneumorph.numerics` for what the first use does.
 """
 
 from importlib import import_module
@@ -60,7 +60,7 @@ _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
-    """Load the module of a public name when it is first asked for."""
+    """Load the module of a public name when it is first used."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -112,7 +112,7 @@ def test_an_interrupted_sweep(run, tiny, tmp_path, monkeypatch):
     options = [part for file in files for part in (f"--{file.suffix[1:]}", file)]
     result = run("simulate", tiny, "--pressure", "A=0:60:20kPa", *options)
     assert result.exit_code == 1
-    assert result.stderr.startswith("pneumorph: stopped after 2 of 4 steps; what was found is in ")
+    assert result.stderr.startswith("pneumorph: stopped after 2 of 4 steps; the steps so far are in ")
     assert all(str(file) in result.stderr for file in files)
     assert len(steps_of(files[0])) == 2
     assert len(files[1].read_text().splitlines()) == 3
@@ -143,7 +143,7 @@ def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
     assert result["completed"] and result["iterations"] == 1 and "reached" in result["reason"]
     again = run("design", tiny, "--out", out, "--resume")
     assert again.exit_code == 0, again.output
-    assert "going on after design 1" in again.output
+    assert "resuming after design 1" in again.output
     lines = [json.loads(line) for line in (out / "history.jsonl").read_text().splitlines()]
     assert [line["iteration"] for line in lines][:3] == [0, 1, 2]
     exported = run("export", out, "--out", tmp_path / "body.vtu")

@@ -66,7 +66,7 @@ def test_exports(start, tmp_path):
     start.export(tmp_path / "named.dat", format="vtu")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["body.dat", "deep", "named.dat"]
     for path, format, words in (
-        (tmp_path / "body.stl", None, 'format: "stl" is not known here; take one of vtu, inp'),
+        (tmp_path / "body.stl", None, 'format: "stl" is not a known format; take one of vtu, inp'),
         (tmp_path, "inp", "cannot be written"),
     ):
         with pytest.raises(ProblemError, match=words):
@@ -133,5 +133,5 @@ assert output() == before
 
 def test_a_run_that_has_nothing_yet(tmp_path):
     (tmp_path / "problem.toml").write_text(HALF)
-    with pytest.raises(ProblemError, match="no finished design in it yet"):
+    with pytest.raises(ProblemError, match="has no finished design yet"):
         _ = pm.open_run(tmp_path).best

@@ -12,7 +12,7 @@ from pneumorph.errors import ComputationError, ProblemError, Renamed
 
 
 class Commands(TyperGroup):
-    """The commands; what goes wrong on purpose ends in one line and an exit status instead of a traceback."""
+    """The commands; the package's own errors end in one line and an exit status instead of a traceback."""
 
     def invoke(self, ctx: Any) -> Any:
         warnings.simplefilter("always", Renamed)
@@ -20,23 +20,23 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except ProblemError as error:
-            _tell(error)
+            _report(error)
             raise typer.Exit(2) from None
         except ComputationError as error:
-            _tell(error)
+            _report(error)
             raise typer.Exit(1) from None
 
 
 def _warn(message: Warning | str, category: type[Warning], *rest: Any) -> None:
-    """A sentence in one line for old words; other warnings are of libraries and as Python shows them."""
+    """Report renamed keys in one line, and warnings of libraries as Python does."""
     if issubclass(category, Renamed):
-        _tell(message)
+        _report(message)
     else:
         print(warnings.formatwarning(message, category, *rest[:2]), file=sys.stderr)
 
 
-def _tell(error: Exception | str) -> None:
-    """In one line, also where a name or a value that it repeats has several."""
+def _report(error: Exception | str) -> None:
+    """Print a message in one line, even if a name or value in it has several."""
     print("pneumorph:", " ".join(str(error).split()), file=sys.stderr)
 
 
@@ -45,7 +45,7 @@ app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=F
 
 @app.callback()
 def pneumorph() -> None:
-    """Shape pneumatic soft robots: from a target motion to the body, its air chambers and its pressures."""
+    """Design pneumatic soft robots: from a target motion to the body, its air chambers and its pressures."""
 
 
 app.command()(commands.design)

@@ -1,4 +1,4 @@
-"""`pneumorph check`: what a problem file says, and whether the gradient of its objective is right."""
+"""`pneumorph check`: describe a problem, measure a body against the limits, and test the gradient of its objective."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pneumorph.problem import load
 
 
 def check(problem: Path) -> None:
-    """Check the problem of a file or a run."""
+    """Check the problem of a file, on its starting body, or of a run, on its last design."""
     keep_netgen_quiet()
     run = open_run(problem) if problem.is_dir() else None
     asked = load(problem) if run is None else run.problem
@@ -40,7 +40,7 @@ def check(problem: Path) -> None:
         say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
     limits = certify(design.body, asked.limits)
     for reading in limits.readings:
-        # Sure for every point of the surfaces, and what the worst point that was seen has.
+        # The certified bound holds for all points; the value seen is that of the worst sample.
         say(f"limit     {reading}, seen {reading.seen:.3g}", "red" if reading in limits.violated() else "")
     tested = gradient_check(at)
     for name in tested.tests:
@@ -63,7 +63,7 @@ def _description(at: AnalysedBody) -> list[str]:
     pulled = [f"{key} {table['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
     gravity = table.get("gravity")
     valid = model.rubber.valid_stretch
-    reach = "valid for stretches not stated" if valid is None else f"valid to a stretch of {valid:.3g}"
+    reach = "range of stretch not stated" if valid is None else f"valid up to a stretch of {valid:.3g}"
     chosen = ""
     if problem.mesh.element == "auto" and model.mixed:
         chosen = f" (bulk modulus {model.rubber.bulk_modulus / model.rubber.shear_modulus:.3g} times the shear modulus)"
@@ -71,7 +71,7 @@ def _description(at: AnalysedBody) -> list[str]:
     return [
         f"problem   {problem.title or 'without a title'}",
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
-        f"variables {space.n_shape} of the shape, {free} of the pressures",
+        f"variables {space.n_shape} for the shape, {free} for pressures",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + mirror_note(model.mirror),
         f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "

@@ -1,4 +1,4 @@
-"""The commands' arguments. What a command does is loaded when it is called, so that --help comes at once."""
+"""Arguments of the commands. Their implementations are loaded when they are called, so that --help is fast."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import typer
 def design(
     problem: Annotated[Path, typer.Argument(help="The problem file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
-    iterations: Annotated[int | None, typer.Option(min=1, help="Most designs, instead of the file's number.")] = None,
-    going_on: Annotated[bool, typer.Option("--resume", help="Go on with a run that was stopped.")] = False,
+    iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
 ) -> None:
     """Design a body for a problem."""
     from pneumorph.cli.design import design
 
-    design(problem, out, iterations, going_on)
+    design(problem, out, iterations, resume)
 
 
 def simulate(
@@ -26,25 +26,25 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="A=0:60:5kPa",
-            help="Sweep a chamber's pressure from start to stop by step, or hold it (A=60kPa); repeatable. "
-            "Chambers swept step together. A chamber without has the pressure of the task.",
+            help="Sweep a chamber's pressure from start to stop by step, or set a constant one (A=60kPa); repeatable. "
+            "Swept chambers change together. Other chambers have the pressure of the task.",
         ),
     ] = None,
     one_by_one: Annotated[
         bool,
-        typer.Option("--one-by-one", help="Sweep one chamber after the other; the others wait at the start of theirs."),
+        typer.Option("--one-by-one", help="Sweep one chamber after another; others stay at the start of their sweep."),
     ] = False,
     block: Annotated[
         list[str] | None,
         typer.Option(
             metavar="shift_x|shift_y|axial|bending_x|bending_y|torsion|extension|twist|all",
-            help="Block a motion of the plate, and report the force or torque on the block; repeatable.",
+            help="Block a motion of the plate and report the force or torque on the block; repeatable.",
         ),
     ] = None,
-    json: Annotated[Path | None, typer.Option(help="Write the steps to this file.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write them as a table to this file.")] = None,
-    png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep into this file.")] = None,
-    design: Annotated[int | None, typer.Option(min=0, help="Of a run: this design instead of the last.")] = None,
+    json: Annotated[Path | None, typer.Option(help="Write the steps to this file as JSON.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write the steps to this file as a table.")] = None,
+    png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep to this file.")] = None,
+    design: Annotated[int | None, typer.Option(min=0, help="Number of a run's design; by default the last.")] = None,
 ) -> None:
     """Simulate the starting body of a problem, or a design of a run: at the tasks' pressures or along sweeps."""
     from pneumorph.cli.simulate import simulate
@@ -53,7 +53,7 @@ def simulate(
 
 
 def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), or a run directory.")]) -> None:
-    """Validate a problem, describe it, and test the gradient of its objective on its start or a run's last design."""
+    """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
     check(problem)
@@ -66,26 +66,26 @@ def export(
         str | None,
         typer.Option(
             metavar="vtu|inp",
-            help="vtu for ParaView and VTK, inp for CalculiX and Abaqus; by default what the file's name ends with.",
+            help="vtu for ParaView and VTK, inp for CalculiX and Abaqus; by default the suffix of the file.",
         ),
     ] = None,
-    task: Annotated[str | None, typer.Option(help="Of an input file: the task whose loads it has.")] = None,
-    design: Annotated[int | None, typer.Option(min=0, help="This design instead of the last.")] = None,
+    task: Annotated[str | None, typer.Option(help="Task whose loads an input file has; by default the first.")] = None,
+    design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,
 ) -> None:
-    """Write a design of a run for other programs, half bodies as whole ones."""
+    """Export a design of a run for other programs, always as a whole body."""
     from pneumorph.interface.runs import open_run
     from pneumorph.mesh import keep_netgen_quiet
 
     keep_netgen_quiet()
     open_run(run).design(design).export(out, format, task)
-    print(f"in {out}")
+    print(f"written to {out}")
 
 
 def make(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
-    design: Annotated[int | None, typer.Option(min=0, help="This design instead of the last.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Where the files go; by default make in the run directory.")] = None,
-    chord: Annotated[str, typer.Option(help="Most distance of the triangles in 3MF and STL from the body.")] = (
+    design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for files; by default make in the run directory.")] = None,
+    chord: Annotated[str, typer.Option(help="Largest distance of the triangles in 3MF and STL from the body.")] = (
         "0.02 mm"
     ),
 ) -> None:
@@ -99,13 +99,13 @@ def study(
     source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,
     cluster: Annotated[
-        str | None, typer.Option(help="A Dask scheduler, tcp://…, whose workers share this disk; or slurm.")
+        str | None, typer.Option(help="Address of a Dask scheduler, tcp://…, whose workers share this disk; or slurm.")
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes on this machine; by default one to a core.")
+        int | None, typer.Option(min=1, help="Number of processes on this machine; by default one per core.")
     ] = None,
 ) -> None:
-    """Run every design of a study; members that have come to their end are not run again."""
+    """Run every design of a study; finished members are not run again."""
     from pneumorph.cli.study import study
 
     study(source, out, cluster, workers)
@@ -113,17 +113,17 @@ def study(
 
 def verify(
     only: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Run the cases with this in their name; repeatable.")
+        list[str] | None, typer.Option(metavar="NAME", help="Run only cases whose name contains this; repeatable.")
     ] = None,
     write: Annotated[Path | None, typer.Option(metavar="FILE.md", help="Write the table to this file.")] = None,
 ) -> None:
-    """Verify the mechanics: what each case should give, what it gives, the error, and the verdict."""
+    """Verify the mechanics: reference, computed value, error and verdict of every case."""
     from pneumorph.cli.verify import verify
 
     verify(only or [], write)
 
 
-material = typer.Typer(no_args_is_help=True, help="Elastomers: list the library, fit a model to a test.")
+material = typer.Typer(no_args_is_help=True, help="Elastomers: show the library, fit a model to a tension test.")
 
 
 @material.command("list")
@@ -144,14 +144,16 @@ def show_material(name: Annotated[str, typer.Argument(help="An elastomer of the 
 
 @material.command("fit")
 def fit_material(
-    data: Annotated[Path, typer.Argument(help="CSV of stretch (or strain) and nominal stress, units in the header.")],
+    data: Annotated[
+        Path, typer.Argument(help="CSV file of stretch (or strain) and nominal stress, with units in the header.")
+    ],
     model: Annotated[
         str, typer.Option(help="One of neo-hookean, mooney-rivlin, yeoh, gent, arruda-boyce, ogden, or all.")
     ] = "all",
-    out: Annotated[Path | None, typer.Option(help="Where results go; by default <name of the file>-fit.")] = None,
-    density: Annotated[str, typer.Option(help="For the table [material]; a tension test does not tell it.")] = (
-        "1.1 g/cm^3"
-    ),
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; by default <name of the file>-fit.")] = None,
+    density: Annotated[
+        str, typer.Option(help="Density for the table [material]; a tension test does not determine it.")
+    ] = "1.1 g/cm^3",
 ) -> None:
     """Fit models to a uniaxial tension test, check their stability, and write the best as a table [material]."""
     from pneumorph.cli.material import fit_

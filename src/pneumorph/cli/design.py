@@ -1,4 +1,4 @@
-"""`pneumorph design`: the design loop, with every accepted design on disk before the next begins."""
+"""`pneumorph design`: run the design loop and store every accepted design before the next one begins."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rich.console import Console
 from pneumorph.cli.screen import Screen
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import adjusted_columns
-from pneumorph.interface.runs import Run, begin
+from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.mechanics import rubber_of
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output import run_pictures
@@ -17,22 +17,22 @@ from pneumorph.output.format import format_duration, motion_of, validity_warning
 from pneumorph.problem import load
 
 
-def design(problem: Path, out: Path | None, iterations: int | None, going_on: bool) -> None:
+def design(problem: Path, out: Path | None, iterations: int | None, resume: bool) -> None:
     """Design a body for a problem file."""
     keep_netgen_quiet()
     asked = load(problem)
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})
-    run = begin(asked, out or Path("runs") / problem.stem, going_on)
+    run = prepare_run(asked, out or Path("runs") / problem.stem, resume)
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {problem} --out {run.path}{again} --resume"
     with Screen(asked, Console()) as screen:
         if run.latest is not None:
-            screen.say(f"going on after design {run.latest} in {run.path}")
+            screen.say(f"resuming after design {run.latest} in {run.path}")
         for sentence in adjusted_columns(asked.body):
             screen.say(sentence)
         try:
-            outcome = run.go_on(screen.show)
+            outcome = run.complete(screen.show)
         except ComputationError as error:
             _conclude(run, screen, f"the computation failed: {error}")
             raise ComputationError(f"{error}; {_saved(run, command)}") from None
@@ -42,7 +42,7 @@ def design(problem: Path, out: Path | None, iterations: int | None, going_on: bo
 
 
 def _conclude(run: Run, screen: Screen, reason: str) -> None:
-    """Draw the pictures of what there is and say where they are, and what the run came to."""
+    """Draw the pictures and print where they are, the results, and why the loop ended."""
     history, result = run.history, run.result
     if not history or result is None:
         return
@@ -65,9 +65,9 @@ def _conclude(run: Run, screen: Screen, reason: str) -> None:
 
 
 def _saved(run: Run, command: str) -> str:
-    """What is on disk and how to go on with it."""
+    """What is on disk, and how to resume the run."""
     latest = run.latest
     if latest is None:
-        return f"no design was finished, {run.path} holds the problem alone"
+        return f"no design was finished; {run.path} contains the problem only"
     done = "design 0 is" if latest == 0 else f"designs 0 to {latest} are"
-    return f"{done} saved in {run.path}; go on with: {command}"
+    return f"{done} saved in {run.path}; resume with: {command}"

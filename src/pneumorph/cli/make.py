@@ -1,4 +1,4 @@
-"""`pneumorph make`: a design of a run as files for the workshop."""
+"""`pneumorph make`: write a design of a run as files for fabrication."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from pneumorph.interface.runs import open_run
 
 
 def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
-    """Write the files of a design, and report what their checks found."""
+    """Write the files of a design and print the results of their checks."""
     began = time.perf_counter()
     allowed = _chord(chord)
     body = open_run(run).design(design).body
     folder = out or run / "make"
     try:
-        # Here, because the libraries come with an extra and take a second to load.
+        # Imported here, because the libraries belong to an optional extra and take a second to load.
         from pneumorph.make import make as made_of
     except ModuleNotFoundError as error:
         raise ProblemError(str(error)) from None
@@ -32,14 +32,14 @@ def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     console = Console()
     console.print(_table(made.checks))
     names = ", ".join(path.name for path in made.files)
-    print(f"in {folder}: {names}; {time.perf_counter() - began:.1f} s")
+    print(f"written to {folder}: {names}; {time.perf_counter() - began:.1f} s")
     if made.failed:
         failed = "; ".join(f"{check.what} of {check.file}" for check in made.failed)
-        raise ComputationError(f"the files in {folder} are not what they should be: {failed}")
+        raise ComputationError(f"the files in {folder} failed checks: {failed}")
 
 
 def _chord(text: str) -> float:
-    """The chord error in mm."""
+    """The largest allowed chord error in mm."""
     try:
         chord = units.parse(text, units.LENGTH)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""`pneumorph material`: the library of elastomers, and models fitted to one's own tension test."""
+"""`pneumorph material`: show the library of elastomers, and fit models to a tension test."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pneumorph.problem.tension import read_tension
 from pneumorph.run import atomic
 
 BULK_RATIO = 1000.0
-"""Bulk over shear modulus where a tension test says nothing of it: ν = 0.4995."""
+"""Bulk over shear modulus of fitted models, which a tension test does not determine: ν = 0.4995."""
 
 COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "source")
 
@@ -31,7 +31,7 @@ _reader: TypeAdapter[Any] = TypeAdapter(Material)
 def list_() -> None:
     """List the elastomers of the library: model, parameters, stiffness, range and source."""
     for name in library():
-        _tell(Console(), name)
+        _describe(Console(), name)
         print()
 
 
@@ -39,10 +39,10 @@ def show(name: str) -> None:
     """Show an elastomer of the library."""
     if name not in library():
         raise ProblemError(f'material: "{name}" is not in the library; take one of {", ".join(library())}')
-    _tell(Console(), name)
+    _describe(Console(), name)
 
 
-def _tell(console: Console, name: str) -> None:
+def _describe(console: Console, name: str) -> None:
     elastomer = _reader.validate_python({"name": name})
     table, rubber = elastomer.model_dump(exclude_none=True), rubber_of(elastomer)
     own = ", ".join(f"{key} {_in_words(value)}" for key, value in table.items() if key not in COMMON)
@@ -71,7 +71,7 @@ def _in_words(value: Any) -> str:
 def fit_(data: Path, model: str, out: Path | None, density: str) -> None:
     """Fit models to a uniaxial tension test, check their stability, and write the best as a table [material]."""
     if model != "all" and model not in MODELS:
-        raise ProblemError(f'--model: "{model}" is not known here; take one of {", ".join(MODELS)} or all')
+        raise ProblemError(f'--model: "{model}" is not a known model; take one of {", ".join(MODELS)} or all')
     try:
         units.parse(density, units.DENSITY)
     except ValueError as error:
@@ -88,7 +88,7 @@ def fit_(data: Path, model: str, out: Path | None, density: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         draw_fits(folder / "fit.png", test, fits, data.name)
-        report = json.dumps([_told(one) for one in fits], indent=2, allow_nan=False)
+        report = json.dumps([_record(one) for one in fits], indent=2, allow_nan=False)
         atomic.write_bytes(folder / "fit.json", f"{report}\n".encode())
         block = _block(fits[0], data, density)
         if block is not None:
@@ -96,10 +96,10 @@ def fit_(data: Path, model: str, out: Path | None, density: str) -> None:
     except OSError as error:
         raise ProblemError(f"--out {folder}: cannot be written ({error.strerror}); name another folder") from None
     if block is None:
-        console.print(Text(f"{fits[0].form.label} is no rubber: its shear modulus at rest is not above zero", "red"))
+        console.print(Text(f"{fits[0].form.label} is not a rubber: its initial shear modulus is not positive", "red"))
     else:
         console.print(Text(f"\n{block}"), soft_wrap=True)
-    console.print(Text(f"in {folder}: fit.png, fit.json{'' if block is None else ', material.toml'}"))
+    console.print(Text(f"written to {folder}: fit.png, fit.json{'' if block is None else ', material.toml'}"))
 
 
 def _row(one: Fit) -> str:
@@ -108,7 +108,7 @@ def _row(one: Fit) -> str:
 
 
 def _stability(one: Fit) -> str:
-    """Drucker's verdict."""
+    """The result of Drucker's stability check."""
     if one.is_stable:
         return f"stable up to {one.reach:.3g}"
     failing = [f"{stretch:.3g} ({mode})" for mode, stretch in one.stable.items() if stretch < one.reach]
@@ -116,7 +116,7 @@ def _stability(one: Fit) -> str:
 
 
 def _written(one: Fit) -> dict[str, Any]:
-    """The parameters as a problem file has them, to six digits."""
+    """The parameters as in a problem file, to six digits."""
 
     def written(key: str, value: Any) -> Any:
         if isinstance(value, tuple):
@@ -129,7 +129,7 @@ def _written(one: Fit) -> dict[str, Any]:
     return {key: written(key, value) for key, value in material_keys(one)}
 
 
-def _told(one: Fit) -> dict[str, Any]:
+def _record(one: Fit) -> dict[str, Any]:
     return {
         "model": one.form.model,
         "form": one.form.label,
@@ -143,7 +143,7 @@ def _told(one: Fit) -> dict[str, Any]:
 
 
 def _block(one: Fit, data: Path, density: str) -> str | None:
-    """The table [material] of a fit, read back by the problem file's own rules; None where these refuse it."""
+    """The table [material] of a fit, validated like a problem file; None if it is not valid."""
     table = {
         "name": data.stem,
         "model": one.form.model,

@@ -1,4 +1,4 @@
-"""What a design run shows while it goes on: a row for every accepted design, and below them how it stands."""
+"""Progress of a design run on the screen: a row for every accepted design, and a status line below."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PHASES = {"geometry": "mesh", "equilibrium": "equilibrium", "gradient": "gradien
 
 
 class Screen:
-    """Shows the events of a run on a console; plain lines where that is no terminal. Used as a context."""
+    """Shows the events of a run on a console, as plain lines if that is not a terminal. Used as a context manager."""
 
     def __init__(self, problem: Problem, console: Console):
         self._problem = problem
@@ -42,7 +42,7 @@ class Screen:
         self._phases = dict.fromkeys(PHASES, 0.0)
         self._total = problem.optimizer.iterations
         self._spinner = Spinner("dots")
-        self._state = Text("meshing, first equilibria")
+        self._status = Text("meshing, first equilibria")
         self._live = Live(self, console=console, transient=True, refresh_per_second=4)
 
     def __enter__(self) -> Screen:
@@ -54,12 +54,12 @@ class Screen:
         self._live.stop()
 
     def __rich__(self) -> Table:
-        """The line at the bottom."""
+        """The status line."""
         table = Table.grid(padding=(0, 1))
         for _ in range(3):
             table.add_column(no_wrap=True)
         elapsed = format_duration(time.perf_counter() - self._began)
-        table.add_row(self._spinner, Text(elapsed, style="dim"), self._state)
+        table.add_row(self._spinner, Text(elapsed, style="dim"), self._status)
         return table
 
     def show(self, event: Event) -> None:
@@ -69,17 +69,17 @@ class Screen:
                 self._started(event)
             case BroughtWithin():
                 self.say(
-                    f"the start breaks limits: {'; '.join(event.broken)}; it was brought within them by moving its "
+                    f"the start violates limits: {'; '.join(event.broken)}; it was brought within them by moving its "
                     f"surfaces by up to {event.moved_mm:.2g} mm"
                 )
             case DesignAccepted():
                 self.row(event.entry)
-                self._stand(event)
+                self._update_status(event)
             case Remeshed():
                 self._note(f"design {event.iteration}: remeshed with {event.elements} elements, {event.reason}")
             case MeshKept():
                 self._note(
-                    f"design {event.iteration}: the old mesh goes on with elements of quality {event.quality:.2g}, "
+                    f"design {event.iteration}: the old mesh is kept with elements of quality {event.quality:.2g}, "
                     f"{event.reason}"
                 )
             case DesignRejected() if event.step_mm > 0:
@@ -87,7 +87,7 @@ class Screen:
             case DesignRejected():
                 self._note(f"design {event.iteration}: step taken back, {event.reason}")
             case Finished():
-                self._state = Text("drawing the pictures")
+                self._status = Text("drawing the pictures")
 
     def row(self, entry: HistoryEntry) -> None:
         """Show the row of an accepted design."""
@@ -97,7 +97,7 @@ class Screen:
         self._print(row)
 
     def say(self, sentence: str) -> None:
-        """A line of its own."""
+        """Print a sentence on its own line."""
         self._print(Text(sentence))
 
     def _started(self, event: Started) -> None:
@@ -109,35 +109,35 @@ class Screen:
         for title, width in self._columns:
             heading.append(f"{title:>{width}} ")
         self._print(heading)
-        self._state = Text(f"design {event.iteration + 1} of {event.iterations}")
+        self._status = Text(f"design {event.iteration + 1} of {event.iterations}")
 
-    def _stand(self, event: DesignAccepted) -> None:
+    def _update_status(self, event: DesignAccepted) -> None:
         seconds = event.entry.seconds
         if event.iteration > 0:
             self._recent = [*self._recent[-4:], seconds["total"]]
         for phase in PHASES:
             self._phases[phase] += seconds.get(phase) or 0.0
         if event.iteration >= self._total:
-            self._state = Text("checking the limits")
+            self._status = Text("checking the limits")
             return
-        self._state = Text(f"design {event.iteration + 1} of {self._total}")
+        self._status = Text(f"design {event.iteration + 1} of {self._total}")
         if self._recent:
             left = (self._total - event.iteration) * sum(self._recent) / len(self._recent)
-            self._state.append(f" · {format_duration(left)} to go")
+            self._status.append(f" · {format_duration(left)} left")
         spent = sum(self._phases.values()) or 1.0
         split = ", ".join(f"{word} {100 * self._phases[phase] / spent:.0f} %" for phase, word in PHASES.items())
-        self._state.append(f" · {split}")
+        self._status.append(f" · {split}")
 
     def _note(self, sentence: str) -> None:
         self._print(Text(f"     {sentence}", style="dim"))
 
     def _print(self, text: Text) -> None:
-        # Rows keep their columns on narrow terminals and in files: they are never wrapped.
+        # Rows are never wrapped, so that they keep their columns on narrow terminals and in files.
         self._console.print(text, soft_wrap=True)
 
 
 def _columns(problem: Problem) -> list[tuple[str, int]]:
-    """Titles and widths."""
+    """Titles and widths of the columns."""
     motions = [(task.name, max(10, len(task.name))) for task in problem.task]
     limits = [(limit.word[:9], max(6, len(limit.word[:9]))) for limit, _, _ in in_history(problem.limits)]
     return [("it", 3), *motions, *limits, ("elements", 8), ("fact.", 5), ("s", 6), ("equiv.", 6)]
@@ -158,7 +158,7 @@ def _cells(problem: Problem, entry: HistoryEntry) -> list[Text]:
 
 
 def _limits(problem: Problem, found: Mapping[str, float | None]) -> list[Text]:
-    """Worst limits; red where beyond by more than the report's tolerances, yellow where just beyond."""
+    """Worst values of the limits: red beyond the bound and its tolerance, yellow within the tolerance."""
     cells = []
     for limit, key, bound in in_history(problem.limits):
         value = found[key]

@@ -1,4 +1,4 @@
-"""`pneumorph simulate`: the equilibria of a body under its tasks' pressures or along a sweep."""
+"""`pneumorph simulate`: find the equilibria of a body at the tasks' pressures or along sweeps."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def simulate(
     files: Mapping[str, Path | None],
     number: int | None,
 ) -> None:
-    """Simulate the start of a problem file or a design of a run; `files` are by the options that name them."""
+    """Simulate the starting body of a problem file or a design of a run; `files` are the output files by option."""
     began = time.perf_counter()
     keep_netgen_quiet()
     design = _design(source, number)
@@ -63,7 +63,7 @@ def simulate(
             sweep.plot(files["--png"])
     steps = sweep.steps
     written = ", ".join(str(path) for path in files.values() if path is not None and path.exists())
-    kept = f"; what was found is in {written}" if written and sweep.found else ""
+    kept = f"; the steps so far are in {written}" if written and sweep.found else ""
     if stopped:
         raise ComputationError(f"stopped after {len(steps)} of {simulation.count} steps{kept}")
     if len(sweep.found) < simulation.count:
@@ -76,30 +76,28 @@ def _design(source: Path, number: int | None) -> Design:
     if source.is_dir():
         return open_run(source).design(number)
     if number is not None:
-        raise ProblemError(f"--design: {source} is no run directory and has no designs; leave it out")
+        raise ProblemError(f"--design: {source} is not a run directory and has no designs; leave the option out")
     return starting_design(load(source))
 
 
 def _given(options: list[str]) -> dict[str, str]:
-    """Chambers with what is written behind their names."""
+    """The pressures in the options, as text, by chamber."""
     given: dict[str, str] = {}
     for option in options:
         name, equals, values = option.partition("=")
         if not equals:
             raise ProblemError(
-                f"--pressure {option}: is not a chamber with its pressure; write A=60kPa to hold it or A=0:60:5kPa to "
-                "sweep it"
+                f"--pressure {option}: is not a chamber with its pressure; write A=60kPa for a constant pressure or "
+                "A=0:60:5kPa for a sweep"
             )
         if name.strip() in given:
-            raise ProblemError(
-                f'--pressure {option}: chamber "{name.strip()}" has a pressure already; leave one of them out'
-            )
+            raise ProblemError(f'--pressure {option}: chamber "{name.strip()}" is given twice; leave one of them out')
         given[name.strip()] = values
     return given
 
 
 def _progress(console: Console, total: int) -> Progress:
-    """A bar below the rows; none where the console is no terminal."""
+    """A progress bar below the rows; none if the console is not a terminal."""
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("steps,"), TimeElapsedColumn(), TextColumn("left"))
     progress = Progress(*columns, TimeRemainingColumn(), console=console, transient=True)
     progress.disable = not console.is_terminal
@@ -117,7 +115,7 @@ def _row(step: SweepStep) -> Text:
     for name, value in step.reaction.items():
         unit = "N·mm" if name in COMPONENTS[3:] else "N"
         parts.append(f"{name} {value:.4g} {unit}")
-    beyond = ", beyond the range the rubber's parameters hold for" if step.beyond_validity else ""
+    beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""
     parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
     if not step.stable:
         parts.append("not stable: the body buckles out of this state")
@@ -125,7 +123,7 @@ def _row(step: SweepStep) -> Text:
 
 
 def _check(option: str, path: Path | None) -> None:
-    """Refuse a file that cannot be written, before anything is computed for it."""
+    """Raise ProblemError for a file that cannot be written, before anything is computed."""
     if path is None:
         return
     try:

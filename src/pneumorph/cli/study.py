@@ -19,25 +19,26 @@ from pneumorph.study.members import MemberEnd, finished
 
 
 def study(source: Path, out: Path | None, cluster: str | None, workers: int | None) -> None:
-    """Run every design of a study; members that have come to their end are not run again."""
+    """Run every design of a study; finished members are not run again."""
     asked = load_study(source)
     folder = out or Path("runs") / source.stem
     members = {member.name: member for member in asked.members}
     done = [name for name, member in members.items() if finished(folder / name, member.problem)]
-    open_ = {name: member for name, member in members.items() if name not in done}
+    unfinished = {name: member for name, member in members.items() if name not in done}
     folder.mkdir(parents=True, exist_ok=True)
     console = Console()
     board = Board(asked, done)
     ends: list[MemberEnd] = []
-    if open_:
+    if unfinished:
         try:
             with connected(cluster, workers) as client, Live(board, console=console, refresh_per_second=2):
-                for end in run_members(client, open_, folder, board.hear):
+                for end in run_members(client, unfinished, folder, board.update):
                     ends.append(end)
                     board.end(end)
         except KeyboardInterrupt:
             raise ComputationError(
-                f"stopped; what is done is in {folder}; go on with the same command, finished members are not run again"
+                f"stopped; designs so far are in {folder}; resume with the same command, finished members are not run "
+                "again"
             ) from None
     failed = [end for end in ends if not end.completed]
     console.print(Text(f"summary in {write_summary(asked, folder)}"), soft_wrap=True)
@@ -53,22 +54,22 @@ def study(source: Path, out: Path | None, cluster: str | None, workers: int | No
 
 
 class Board:
-    """The live table: a row to every member."""
+    """The live table: a row for every member."""
 
     def __init__(self, study: Study, done: list[str]):
         self._study = study
-        self._state = {member.name: "done before" if member.name in done else "waiting" for member in study.members}
+        self._state = {member.name: "done earlier" if member.name in done else "waiting" for member in study.members}
         self._latest: dict[str, HistoryEntry] = {}
         self._seconds = dict.fromkeys(self._state, 0.0)
 
-    def hear(self, name: str, entry: HistoryEntry) -> None:
-        """An accepted design of a member."""
+    def update(self, name: str, entry: HistoryEntry) -> None:
+        """Show an accepted design of a member."""
         self._state[name] = "running"
         self._latest[name] = entry
         self._seconds[name] += entry.seconds["total"]
 
     def end(self, end: MemberEnd) -> None:
-        """A member's end."""
+        """Show how a member ended."""
         self._state[end.name] = f"done: {end.reason}" if end.completed else f"failed: {end.reason}"
 
     def __rich__(self) -> Table:
@@ -82,7 +83,7 @@ class Board:
                 table.add_row(member.name, "", "", "", "", Text(state, style=style))
                 continue
             motions = ", ".join(str(motion_of(task, entry.tasks[task.name])) for task in member.problem.task)
-            held = Text("held") if entry.held else Text("broken", style="red")
+            held = Text("held") if entry.held else Text("violated", style="red")
             spent = format_duration(self._seconds[member.name])
             table.add_row(member.name, str(entry.iteration), motions, held, spent, Text(state, style=style))
         return table

@@ -1,4 +1,4 @@
-"""`pneumorph verify`: the mechanics against closed forms, balances and other solvers."""
+"""`pneumorph verify`: compare the mechanics with closed forms, balances and other solvers."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ PACKAGES = ("pneumorph", "jax", "numpy", "scipy", "netgen-mesher", "ngsolve")
 HEADINGS = ("case", "quantity", "reference", "ours", "error", "allowed", "verdict")
 
 WIDTH = 160
-"""Of the table in a file, characters."""
+"""Width of the table in a file, characters."""
 
 Outcome = Verdict | Unavailable | ComputationError
 
 
 def verify(only: list[str], write: Path | None) -> None:
-    """Verify the mechanics: what each case should give, what it gives, the error, and the verdict."""
+    """Run the chosen cases, all by default, and print and write their table."""
     keep_netgen_quiet()
     chosen = _chosen(cases(), only)
     console = Console()
@@ -54,7 +54,7 @@ def _chosen(known: tuple[Case, ...], names: list[str]) -> tuple[Case, ...]:
     for name in names:
         if not any(name.lower() in case.name.lower() for case in known):
             every = "; ".join(case.name for case in known)
-            raise ProblemError(f'--only: no case has "{name}" in its name; there are {every}')
+            raise ProblemError(f'--only: no case has "{name}" in its name; the cases are {every}')
     return tuple(case for case in known if not names or any(name.lower() in case.name.lower() for name in names))
 
 
@@ -101,7 +101,7 @@ def _table(outcomes: Mapping[str, list[Outcome]]) -> Table:
 
 
 def markdown(chosen: tuple[Case, ...], outcomes: Mapping[str, list[Outcome]]) -> str:
-    """The page: the table, where every reference comes from, and the versions that made it."""
+    """The page in Markdown: the table, the sources of the references, and the versions of the packages."""
     lines = [
         "# Verification",
         "",
@@ -122,7 +122,7 @@ def markdown(chosen: tuple[Case, ...], outcomes: Mapping[str, list[Outcome]]) ->
 
 
 def versions() -> dict[str, str]:
-    """Of everything that had a part in the numbers and is installed."""
+    """Versions of the packages and programs that the numbers depend on, where they are installed."""
     found = {"Python": platform.python_version()}
     for name in PACKAGES:
         try:

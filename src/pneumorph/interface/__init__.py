@@ -1,1 +1,1 @@
-"""The public functions, which `pneumorph` offers under its own name: designs, runs, sweeps and checks."""
+"""The public interface, available as names of `pneumorph` itself: designs, runs, sweeps and checks."""

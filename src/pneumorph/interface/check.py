@@ -1,4 +1,4 @@
-"""Whether a gradient is right."""
+"""Check the gradient of a problem's objective."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from pneumorph.problem import Problem
 
 
 def check_gradient(asked: Problem | Design) -> GradientCheck:
-    """Test the gradient of a problem's objective by Taylor remainders, on its start or on a design.
+    """Test the gradient of a problem's objective by Taylor remainders, at the starting body or at a design.
 
-    A right gradient leaves remainders that fall with the square of the step.
+    If the gradient is right, the remainders fall with the square of the step.
+
+    Parameters
+    ----------
+    asked : Problem, to test at its starting body, or Design
 
     Raises
     ------
     ComputationError
-        When the body cannot be meshed or has no equilibrium.
+        If the body cannot be meshed or has no equilibrium.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""One design: its shape, its pressures, what they do to it, and its way into other programs."""
+"""One design: its shape, its pressures, its results, and its export to other programs."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ class Design:
     iteration : int
         Its number in the run; 0 is the start.
     entry : HistoryEntry or None
-        What the design loop found of it; None for a body that no loop has analysed.
+        Its results in the design loop; None for a body from elsewhere.
     stored : Fields or None
-        What is stored of its displacements; without, they are computed where they are asked for.
+        Its stored displacements; without them, they are computed when needed.
 
     Examples
     --------
@@ -85,12 +85,18 @@ class Design:
 
     @cached_property
     def limits(self) -> tuple[LimitReading, ...]:
-        """The worst value of every limit, certified for every point of the surfaces."""
+        """The worst value of every limit, certified for all points of the surfaces."""
         return certify(self.body, self.problem.limits).readings
 
     @property
     def results(self) -> Mapping[str, TaskResult]:
-        """What the design makes of every task."""
+        """The results of all tasks, by the task's name.
+
+        Raises
+        ------
+        ComputationError
+            If they have to be computed, and the design cannot be meshed or has no equilibrium.
+        """
         return task_results(*self._analysed) if self.entry is None else self.entry.tasks
 
     @cached_property
@@ -100,7 +106,7 @@ class Design:
         Raises
         ------
         ComputationError
-            When they are not stored, and the design cannot be meshed or has no equilibrium.
+            If they have to be computed, and the design cannot be meshed or has no equilibrium.
         """
         return (fields_of(*self._analysed) if self.stored is None else self.stored).whole()
 
@@ -119,23 +125,24 @@ class Design:
         block: str | Iterable[str] = (),
         one_by_one: bool = False,
     ) -> Sweep:
-        """Equilibria at the tasks' pressures, or along sweeps of them.
+        """Find equilibria at the tasks' pressures, or along sweeps of pressure.
 
         Parameters
         ----------
         pressures : {chamber: "60 kPa" or "0:60:5 kPa"}
-            Held or swept pressures, also as pint quantities; chambers without have the design's. Chambers swept step
-            together.
+            Constant or swept pressures; constant ones also as pint quantities. Other chambers have the pressures of the
+            design. Swept chambers change together.
         block : str or several
-            Motions of the plate that are blocked, "axial", "bending_x", …, or "all"; steps have the reaction.
+            Motions of the plate to block: "axial", "bending_x", …, or "all". Steps then have the reactions.
         one_by_one : bool
-            Sweep one chamber after the other; the others wait at the start of theirs.
+            Sweep one chamber after another, while the others stay at the start of their sweeps.
 
         Raises
         ------
         ProblemError
-            For what is no pressure, chamber or motion.
+            If a pressure, chamber or motion is not a valid one.
         MeshError
+            If the body cannot be meshed.
 
         Examples
         --------
@@ -157,24 +164,25 @@ class Design:
         block: str | Iterable[str] = (),
         one_by_one: bool = False,
     ) -> Simulation:
-        """The same meshed and ready, to be walked step by step."""
+        """Prepare what `simulate` does, to be run step by step; parameters and errors are the same."""
         names = [block] if isinstance(block, str) else block
         return prepare_simulation(self.problem, self.body, self.pressures, pressures or {}, names, one_by_one)
 
     def export(self, path: str | Path, format: str | None = None, task: str | None = None) -> None:
-        """Write the whole body for other programs.
+        """Write the whole body to a file for other programs.
 
         Parameters
         ----------
         path : Path
-        format : "vtu" or "inp"; by default what the path ends with
-            ParaView and VTK, with all that `mesh` has; or an input file of a task for CalculiX and Abaqus.
+        format : "vtu" or "inp", by default the suffix of the path
+            "vtu" is for ParaView and VTK, with all data of `mesh`; "inp" an input file for CalculiX and Abaqus.
         task : str, by default the first
+            The task whose loads an input file has.
 
         Raises
         ------
         ProblemError
-            For an unknown format or task, a rubber that the format cannot hold, or a path that cannot be written.
+            If format or task are unknown, the format does not support the rubber, or the file cannot be written.
 
         Examples
         --------
@@ -183,7 +191,7 @@ class Design:
         """
         chosen = Path(path).suffix.removeprefix(".") if format is None else format
         if chosen not in FORMATS:
-            raise ProblemError(f'format: "{chosen}" is not known here; take one of {", ".join(FORMATS)}')
+            raise ProblemError(f'format: "{chosen}" is not a known format; take one of {", ".join(FORMATS)}')
         name = self._task(task)
         export(Path(path), chosen, self.problem, self.fields, self.pressures[name])
 
@@ -192,12 +200,12 @@ class Design:
 
         Parameters
         ----------
-        path : where to save it too.
+        path : file in which the figure is saved, if given.
 
         Raises
         ------
         NoPicture
-            Where this machine cannot draw off-screen.
+            If this machine cannot draw off-screen.
         """
         figure = design_figure(self.problem, self.fields, self.results)
         if path is not None:
@@ -224,7 +232,7 @@ class Design:
 
 
 def starting_design(problem: Problem) -> Design:
-    """The body that a problem starts from, at its starting pressures, whether it keeps the limits or not.
+    """The starting body of a problem at its starting pressures, whether it keeps the limits or not.
 
     Examples
     --------
@@ -238,7 +246,7 @@ def starting_design(problem: Problem) -> Design:
 
 
 def _with_pressures(problem: Problem, pressures: Mapping[str, Mapping[str, float]]) -> Problem:
-    """The problem with starting pressures that a design has."""
+    """The problem with the pressures of a design as its starting pressures."""
     tasks = [
         task.model_copy(
             update={

@@ -1,4 +1,4 @@
-"""Designing: a run in a directory, or designs one by one in memory."""
+"""Run the design loop: as a run in a directory, or design by design in memory."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Run:
 
     @property
     def result(self) -> RunResult | None:
-        """How the run ended; None where it has not come to an end."""
+        """How the run ended; None if it has not ended."""
         return self.directory.result()
 
     @property
@@ -69,7 +69,7 @@ class Run:
         Raises
         ------
         ProblemError
-            When there is none yet.
+            If there is none yet.
         """
         return self.design()
 
@@ -79,11 +79,11 @@ class Run:
         Raises
         ------
         ProblemError
-            When there is none of this number.
+            If there is no design with this number.
         """
         latest = self.latest
         if latest is None:
-            raise ProblemError(f"{self.path}: there is no finished design in it yet; run pneumorph design first")
+            raise ProblemError(f"{self.path}: has no finished design yet; run pneumorph design first")
         number = latest if iteration is None else iteration
         if not 0 <= number <= latest:
             raise ProblemError(f"design {number}: {self.path} has designs 0 to {latest} only; take one of them")
@@ -92,17 +92,17 @@ class Run:
         body = stored.body(self.problem)
         return Design(self.problem, body, stored.pressures, number, entry, self.directory.fields(number))
 
-    def go_on(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:
-        """Design on to the end, from the last design that is stored.
+    def complete(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:
+        """Run the design loop to its end, from the last stored design.
 
         Parameters
         ----------
-        show : hears of everything that happens, of an accepted design once it is on disk.
+        show : called with every event of the loop, for an accepted design once it is on disk.
 
         Raises
         ------
         ComputationError
-            When the loop fails; what there is has then been stored.
+            If the loop fails; the designs so far are then stored.
         """
         return drive.drive(self.directory, show or (lambda event: None))
 
@@ -113,7 +113,7 @@ def design(
     resume: bool = False,
     show: Callable[[Event], None] | None = None,
 ) -> Run:
-    """Design a body for a problem, into a directory.
+    """Design a body for a problem, and store the run in a directory.
 
     Parameters
     ----------
@@ -121,15 +121,15 @@ def design(
     out : Path
         The run directory.
     resume : bool
-        Go on with a run of this problem that was stopped; begin where there is none.
-    show : hears of everything that happens.
+        Resume an interrupted run of this problem; without one, start a new run.
+    show : called with every event of the design loop.
 
     Raises
     ------
     ProblemError
-        When the problem is not sound, or the directory holds something else.
+        If the problem has a mistake, or the directory contains something else.
     ComputationError
-        When the loop fails; what there is has then been stored.
+        If the loop fails; the designs so far are then stored.
 
     Examples
     --------
@@ -138,26 +138,26 @@ def design(
     >>> run.history[-1].tasks["extend"].translation[2] > run.history[0].tasks["extend"].translation[2]  # mm
     True
     """
-    begun = begin(problem, out, resume)
-    begun.go_on(show)
-    return begun
+    prepared = prepare_run(problem, out, resume)
+    prepared.complete(show)
+    return prepared
 
 
-def begin(problem: Problem | str | Path, out: str | Path, resume: bool = False) -> Run:
-    """The run of a problem in a directory, made or taken up; see `design`."""
+def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = False) -> Run:
+    """Make a new run of a problem in a directory, or prepare one for resuming; see `design`."""
     asked = _problem(problem)
-    # A mistake in a target is reported before there is a directory.
+    # A mistake in a target is reported before the directory is made.
     objectives(asked)
     return Run((run.resume if resume else run.create)(out, asked))
 
 
 def designs(problem: Problem | str | Path) -> Iterator[Design]:
-    """Every accepted design for a problem as it is found, the start first; nothing is written.
+    """Yield every accepted design for a problem as it is found, the start first; nothing is written.
 
     Raises
     ------
     ComputationError
-        When the loop fails.
+        If the loop fails.
 
     Examples
     --------
@@ -175,12 +175,12 @@ def designs(problem: Problem | str | Path) -> Iterator[Design]:
 
 
 def open_run(path: str | Path) -> Run:
-    """A run to read; nothing in it is changed.
+    """Open a run for reading; nothing in it is changed.
 
     Raises
     ------
     ProblemError
-        When the directory holds none.
+        If the directory does not contain a run.
 
     Examples
     --------

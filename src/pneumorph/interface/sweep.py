@@ -1,4 +1,4 @@
-"""What a simulation found, as a table."""
+"""The results of a simulation, as tables and pictures."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Sweep:
     Attributes
     ----------
     simulation : Simulation
-        What was simulated.
+        The problem, the mesh and the pressures.
     curves : sequence of Curve
-        A curve to every task and sweep.
+        One curve for every task and sweep.
     seconds : float
-        What it took.
+        Time of the computation.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class Sweep:
 
     @property
     def steps(self) -> list[SweepStep]:
-        """All steps, one after the other."""
+        """The steps of all curves, in their order."""
         return [step for curve in self.curves for step in curve.steps]
 
     @property
@@ -57,22 +57,22 @@ class Sweep:
         return [step for step in self.steps if step.converged]
 
     def to_json(self) -> dict[str, Any]:
-        """As ``pneumorph simulate --json`` writes it."""
+        """The steps and the size of the model, as ``pneumorph simulate --json`` writes them."""
         model = self.simulation.model
         steps = [to_json(step) for step in self.steps]
         return {"steps": steps, "elements": model.elements, "dofs": model.size, "seconds": self.seconds}
 
     def to_csv(self) -> str:
-        """As ``pneumorph simulate --csv`` writes it: a line per step, units in the header."""
+        """A table with a line per step and units in the header, as ``pneumorph simulate --csv`` writes it."""
         return csv_text(self.curves, self._chambers)
 
     def to_pandas(self) -> Any:
-        """The same table as a pandas DataFrame; a step without equilibrium has NaN.
+        """The same table as a pandas DataFrame; steps without an equilibrium have NaN.
 
         Raises
         ------
         ProblemError
-            Where pandas is not installed.
+            If pandas is not installed.
         """
         try:
             import pandas  # pyright: ignore[reportMissingImports]
@@ -86,12 +86,12 @@ class Sweep:
 
         Parameters
         ----------
-        path : where to save it as PNG too.
+        path : file in which the figure is saved as PNG, if given.
 
         Raises
         ------
         ProblemError
-            When nothing was swept or no step has an equilibrium.
+            If nothing was swept or no step has an equilibrium.
         """
         if not any(curve.found and curve.swept for curve in self.curves):
             raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
