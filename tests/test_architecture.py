@@ -28,8 +28,8 @@ PACKAGES = [
     "interface",
     "cli",
 ]
-# The rooms of mechanics, top to bottom like the packages.
-ROOMS = ["material", "assembly", "solve", "setup", "__init__"]
+# The subpackages of mechanics, top to bottom like the packages.
+SUBPACKAGES = ["material", "assembly", "solve", "setup", "__init__"]
 # What a package must not know although it stands above.
 KEPT_APART = {
     "problem": {"numerics"},
@@ -67,8 +67,8 @@ def packages_imported(path: Path) -> set[str]:
     return {name.split(".")[1] for name in modules_imported(path)} - {"errors", "__version__"}
 
 
-def rooms_imported(path: Path) -> set[str]:
-    """The rooms of mechanics that a module imports; "__init__" where it imports the package itself."""
+def subpackages_imported(path: Path) -> set[str]:
+    """The subpackages of mechanics that a module imports; "__init__" where it imports the package itself."""
     return {[*name.split("."), "__init__"][2] for name in modules_imported(path) if name.split(".")[1] == "mechanics"}
 
 
@@ -91,7 +91,7 @@ MECHANICS = sorted((SOURCE / "mechanics").rglob("*.py"))
 
 @pytest.mark.parametrize("path", MECHANICS, ids=[str(path.relative_to(SOURCE)) for path in MECHANICS])
 def test_rooms_of_mechanics_import_one_way(path):
-    room = path.relative_to(SOURCE / "mechanics").parts[0].removesuffix(".py")
-    above = set(ROOMS[: ROOMS.index(room)])
-    imported = rooms_imported(path) - {room}
-    assert imported <= above, f"{room} must not import {', '.join(sorted(imported - above))}"
+    subpackage = path.relative_to(SOURCE / "mechanics").parts[0].removesuffix(".py")
+    above = set(SUBPACKAGES[: SUBPACKAGES.index(subpackage)])
+    imported = subpackages_imported(path) - {subpackage}
+    assert imported <= above, f"{subpackage} must not import {', '.join(sorted(imported - above))}"
