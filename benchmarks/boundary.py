@@ -1,9 +1,10 @@
-"""The paper's boundary formula against the exact discrete gradient, on ever finer meshes of the linear actuator.
+"""Compare the paper's boundary formula with the exact discrete gradient, on finer and finer meshes.
 
     python benchmarks/boundary.py [runs/linear]
 
-Compared as gradients with respect to all design variables: ‖boundary − exact‖/‖exact‖, and along a smooth direction
-(a radial wave). With a run directory, its last design is taken as well as the starting one.
+It prints ‖boundary − exact‖/‖exact‖ for the gradients by all design variables, and the relative difference along a
+smooth direction (a radial wave), for the starting body of the linear actuator and, with a run directory, its last
+design.
 """
 
 import sys

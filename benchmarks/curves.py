@@ -1,11 +1,11 @@
-"""Free motion and blocked force of actuators along a sweep of pressure, in one figure.
+"""One figure of the free motion and the blocked force of actuators along a pressure sweep.
 
     pneumorph simulate runs/NAME --pressure A=0:60:5kPa --csv FOLDER/NAME_free.csv
     pneumorph simulate runs/NAME --pressure A=0:60:5kPa --block shift_x --csv FOLDER/NAME_blocked.csv
     python benchmarks/curves.py FOLDER PICTURE.png NAME [NAME …]
 
-What is blocked says which motion is drawn beside it: the extension beside the force along the axis, the bending beside
-the force across it, the twist beside the torque about it.
+The blocked component determines which motion is drawn: extension with the force along the axis, bending with the force
+across it, twist with the torque about it.
 """
 
 import csv
@@ -24,7 +24,7 @@ PRESSURE = "pressure_A_kPa"
 
 
 def columns(path: Path) -> dict[str, np.ndarray]:
-    """The numbers of the steps that converged, by column."""
+    """The numeric columns of a table, for the steps that converged."""
     with path.open(newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["converged"] == "true"]
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0] if _number(rows[0][name])}

@@ -1,9 +1,9 @@
-"""What half a body saves: the bending actuator analysed as a half and as a whole, at a design that bends.
+"""Compare the cost of half a body and of the whole: the bending actuator, at a design that bends.
 
     python benchmarks/half.py [edge length, mm]
 
-Medians of three, with everything compiled. A step is what a design costs the loop without its sub-problem, which is the
-same for both: prediction, equilibrium and gradient after all control points moved by up to 0.1 mm.
+Times are medians of three, with everything compiled. A step is a design of the loop without its sub-problem, which is
+the same for both: prediction, equilibrium and gradient after a motion of the control points by up to 0.1 mm.
 """
 
 import sys
@@ -25,7 +25,7 @@ EXAMPLE = (Path(__file__).parents[1] / "examples" / "bending.toml").read_text()
 def main(size: float) -> None:
     problem = loads(EXAMPLE)
     space = build_design_space(problem, starting_body(problem.body))
-    # Ripples on the side of +x, two periods of the example's own.
+    # Ripples on the side of +x.
     points = space.control_points(space.start)
     angle = np.arctan2(points[:, 1], points[:, 0])
     wave = (1 + np.cos(angle)) * np.cos(2 * np.pi * (points[:, 2] - 40) / 10)

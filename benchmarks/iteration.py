@@ -1,8 +1,8 @@
-"""Where the time of a design iteration goes: medians over the designs of finished runs, with and without remeshing.
+"""Time of the phases of a design iteration: medians over the designs of finished runs, with and without remeshing.
 
     python benchmarks/iteration.py runs/linear [runs/linear_spring ...]
 
-The yardstick is the equivalent: the time of one assembly and factorisation of the tangent on the same mesh.
+An equivalent is the time of one assembly and factorisation of the tangent on the same mesh.
 """
 
 import sys

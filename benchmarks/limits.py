@@ -1,4 +1,4 @@
-"""Cost of the limits against the number of control points: value and gradient, finding partners, the certificate.
+"""Cost of the limits over the number of control points: value and gradient, search for close pairs, certificate.
 
 Run `python benchmarks/limits.py`; it prints a table.
 """
@@ -18,7 +18,7 @@ DENSITIES = (0.22, 0.4, 0.6, 0.9, 1.27)  # control points per mm: 1k to 30k vari
 
 
 def milliseconds(run: Callable[[], object], repeat: int) -> float:
-    """Median over some runs, after one that compiles."""
+    """Median time of several runs, after one that compiles."""
     run()
     taken = []
     for _ in range(repeat):
@@ -29,7 +29,7 @@ def milliseconds(run: Callable[[], object], repeat: int) -> float:
 
 
 def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
-    """Numbers of control points and samples; ms of value and gradient, of finding partners; seconds of the report."""
+    """Numbers of control points and samples; ms for value and gradient, and for the pair search; s for the report."""
     table = {
         "length": "80 mm",
         "radius": "8 mm",
@@ -57,7 +57,7 @@ def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
 
 def main() -> None:
     spec = Limits.model_validate({"envelope": {"radius": "12 mm"}})
-    print(f"{'points':>9} {'samples':>8} {'value+gradient':>15} {'partners':>9}    (ms) {'certificate':>12}   (s)")
+    print(f"{'points':>9} {'samples':>8} {'value+gradient':>15} {'pairs':>9}    (ms) {'certificate':>12}   (s)")
     for density in DENSITIES:
         print("{:9d} {:8d} {:15.1f} {:9.0f}        {:12.2f}".format(*costs(density, spec)))
 

@@ -1,8 +1,8 @@
-"""The default sub-problem against the paper's (DFP with penalties) on the linear actuator.
+"""Compare the default sub-problem with the paper's (DFP with penalties) on the linear actuator.
 
-Printed after every design: objective, limits, and seconds in the sub-problem.
+    python benchmarks/methods.py [designs]
 
-python benchmarks/methods.py [designs]
+It prints objective, limits, and seconds in the sub-problem after every design.
 """
 
 import sys

@@ -1,7 +1,8 @@
-"""Random sound problems over the whole input space, each reproducible from a seed and its number.
+"""Random valid problems over the whole input space, each reproducible from a seed and its number.
 
-Lengths are drawn around the body's radius, pressures and loads around the rubber's shear modulus, limits around what
-the start has. Layout, kind of objective and rubber go round with the number, so that few problems meet them all.
+Lengths are drawn relative to the body's radius, pressures and loads relative to the rubber's shear modulus, limits
+relative to the values of the start. Layout, kind of objective and rubber cycle with the number, so that few problems
+cover all of them.
 """
 
 from __future__ import annotations
@@ -28,19 +29,19 @@ SPRINGS = ("axial", "bending_x", "bending_y", "torsion")
 
 
 class _Again(Exception):
-    """What has been drawn does not fit together."""
+    """The values drawn are inconsistent; draw again."""
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A problem file and what it is an example of.
+    """A problem file and its description.
 
     Attributes
     ----------
     text : the problem file.
-    layout, objective : classes, the latter the kind of the first task's objective.
-    flags : what else is in it, as "pole" or "gravity".
-    redraws : how many draws were refused before this one.
+    layout, objective : one of `LAYOUTS`, and the kind of the first task's objective.
+    flags : other features, such as "pole" or "gravity".
+    redraws : number of draws refused before this one.
     """
 
     text: str
@@ -52,7 +53,7 @@ class Drawn:
 
 @dataclass
 class _Plan:
-    """What is drawn in the beginning and many later draws depend on; lengths in mm."""
+    """Values that are drawn first and on which later draws depend; lengths in mm."""
 
     rng: np.random.Generator
     layout: str
@@ -76,7 +77,7 @@ class _Plan:
 
 
 def draw(seed: int, index: int) -> Drawn:
-    """Problem number `index` of a seed."""
+    """Draw problem number `index` of a seed."""
     rubbers = sorted(library())
     order = np.random.default_rng(seed).permutation(len(rubbers))
     rng = np.random.default_rng([seed, index])
@@ -123,7 +124,7 @@ def _mm(value: float) -> str:
 
 
 def _content(plan: _Plan) -> dict[str, Any]:
-    """The tables of a problem file; `_Again` where the draws do not fit together."""
+    """The tables of a problem file; raises `_Again` if the draws are inconsistent."""
     plan.radius = round(plan.between(6, 20), 2)
     plan.length = round(plan.between(max(30.0, 1.8 * plan.radius), 120), 2)
     plan.wall = max(1.2, round(plan.between(0.15, 0.4) * plan.radius, 2))
@@ -230,7 +231,7 @@ def _parallel(plan: _Plan):
 
 
 def _unequal(plan: _Plan):
-    """Chambers beside or behind each other, each with a radius, a length and a place of its own."""
+    """Chambers in parallel or in series, with different radii, lengths and positions."""
     if plan.chance(0.5):
         found = []
         for across, center, (start, end) in _parallel(plan):
@@ -266,7 +267,7 @@ def _polar(distance: float, angle: float) -> tuple[float, float]:
 
 
 def _ripple(plan: _Plan, chambers: list[_Chamber]) -> tuple[dict[str, Any] | None, float, bool]:
-    """The body's ripple, the control density, and whether a chamber has a ripple of its own."""
+    """The body's ripple, the control density, and whether a chamber has its own ripple."""
     area = 2 * math.pi * (plan.radius * plan.length + sum(c.radius * (c.span[1] - c.span[0]) for c in chambers))
     most = math.sqrt(MOST_CONTROL_POINTS / area)
     if most < 0.35:
@@ -291,7 +292,7 @@ def _ripple(plan: _Plan, chambers: list[_Chamber]) -> tuple[dict[str, Any] | Non
 
 
 def _symmetry(plan: _Plan, chambers: list[_Chamber], ripple: dict[str, Any] | None) -> dict[str, Any]:
-    """A symmetry that the objectives can live with."""
+    """A symmetry that allows the objectives to be improved."""
     if not plan.symmetric:
         return {}
     lobes = abs(ripple.get("lobes", 0)) if ripple else 0
@@ -324,11 +325,11 @@ def _mesh_size(plan: _Plan, chambers: list[_Chamber]) -> float:
     return size
 
 
-# --- what the tip carries ---------------------------------------------------------------------------------------------
+# --- end-effector and gravity -----------------------------------------------------------------------------------------
 
 
 def _tip(plan: _Plan, shear: float) -> dict[str, Any]:
-    """A plate, often with springs in the scale of the body's own stiffness; now and then a free tip."""
+    """A plate, often with springs similar to the stiffness of the body; sometimes a free tip."""
     if "reach" not in plan.kinds and plan.chance(0.15):
         return {"kind": "free"}
     tip: dict[str, Any] = {"kind": "plate"}
@@ -362,7 +363,7 @@ def _tip(plan: _Plan, shear: float) -> dict[str, Any]:
 
 
 def _gravity(plan: _Plan, rubber: Any) -> dict[str, Any]:
-    """Gravity, where the body is not so slender and soft that it would hang down like a rope."""
+    """Gravity, unless the body is so slender and soft that it would hang like a rope."""
     sag = rubber.density * 9810 * plan.length**3 / (2 * 3 * rubber.initial_shear_modulus * plan.radius**2)
     if sag > 0.3 or not plan.chance(0.4):
         return {}
@@ -397,7 +398,7 @@ def _task(plan: _Plan, number: int, chambers: list[_Chamber], shear: float, size
 
 
 def _pressure(plan: _Plan, chamber: _Chamber, shear: float) -> Any:
-    """From the strain at the wall of a thick tube, p = 2 μ ε (1 − a²/b²), moderate at nearly every start."""
+    """A pressure from the wall strain ε of a thick tube, p = 2 μ ε (1 − a²/b²), moderate for nearly every start."""
     away = math.hypot(*chamber.center)
     outer = chamber.radius + max(plan.radius - away - chamber.radius, 0.5 * plan.wall)
     strain = plan.between(0.15, 0.22) if plan.chance(0.06) else plan.between(0.02, 0.11)
@@ -437,7 +438,7 @@ def _objective(plan: _Plan, kind: str, motion: str, chambers: list[_Chamber], si
 
 
 def _curve(plan: _Plan, across: np.ndarray, angle: float) -> list[list[str]]:
-    """A gentle arc, or one that bends back again."""
+    """A gentle arc, or one that bends back."""
     length = plan.length * plan.between(0.98, 1.1)
     s = np.linspace(0.0, 1.0, 400)
     slope = angle * s if plan.chance(0.6) else 0.5 * angle * np.sin(math.pi * s) ** 2 * np.sign(0.6 - s)
@@ -462,7 +463,7 @@ def _reach(plan: _Plan, across: np.ndarray, about: np.ndarray, angle: float) -> 
 
 
 def _custom(plan: _Plan, chambers: list[_Chamber], sections: int) -> dict[str, Any]:
-    """A user's function: a volume, a motion with another held back, or a target of all sections."""
+    """A custom function: a volume, a motion with a penalty on another, or a target for all sections."""
     goal = plan.length * plan.between(0.02, 0.15)
     head = "import jax.numpy as jnp\n\n\ndef objective(f):\n"
     lines, sections = plan.one_of(
@@ -479,7 +480,7 @@ def _custom(plan: _Plan, chambers: list[_Chamber], sections: int) -> dict[str, A
 
 
 def _limits(plan: _Plan, chambers: list[_Chamber], ripple: dict[str, Any] | None, own: bool) -> dict[str, Any]:
-    """Around what the start has and the defaults in the body's scale; each tight now and then."""
+    """Limits relative to the start and to the defaults at the scale of the body; each is sometimes tight."""
     amplitude = float(ripple["amplitude"].split()[0]) if ripple else 0.0
     wave = 2 * math.pi / float(ripple["period"].split()[0]) if ripple else 0.0
     thinnest = _thinnest(plan, chambers, amplitude, own)
@@ -515,7 +516,7 @@ def _limits(plan: _Plan, chambers: list[_Chamber], ripple: dict[str, Any] | None
 
 
 def _thinnest(plan: _Plan, chambers: list[_Chamber], amplitude: float, own: bool) -> float:
-    """The thinnest wall at the start; ripples of chambers side by side, and of their own, come towards each other."""
+    """The thinnest wall at the start, where ripples of neighbouring surfaces approach each other."""
     walls = []
     for index, one in enumerate(chambers):
         side = plan.radius - math.hypot(*one.center) - one.radius

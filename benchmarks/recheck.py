@@ -1,15 +1,14 @@
-"""Wall, envelope and curvature of every design of a run, measured a second time by other means and with nothing of the
-package.
+"""Check wall, envelope and curvature of every design of a run independently, without using the package.
 
     python benchmarks/recheck.py RUN
 
-The control nets are evaluated by polynomials of Cox's and de Boor's recurrence. Walls come from distances between dense
-samples of every two surfaces, end discs included, and Newton's method on the closest pairs; envelope and curvature from
-dense samples and ever finer ones around the worst. The curvature is half the squared Frobenius norm of the shape
-operator in an orthonormal frame. A sixteenth of a knot span beside a pole is left out of it.
+The surfaces are evaluated by polynomials from the Cox–de Boor recurrence. The wall is the distance between dense
+samples of every two surfaces, end discs included, refined by Newton's method on the closest pairs; envelope and
+curvature are those of dense samples, refined around the worst. The curvature is half the squared Frobenius norm of the
+shape operator in an orthonormal frame; a sixteenth of a knot span beside a pole is excluded.
 
-The exit status is 1 where a value is worse than the history says by more than 0.5 % (curvature: 1 %), 2 where RUN
-cannot be read.
+The exit status is 1 if a value is worse than in the history by more than 0.5 % (curvature: 1 %), 2 if RUN cannot be
+read.
 """
 
 import json
@@ -34,7 +33,7 @@ def quantity(text: str) -> float:
 
 
 def pieces(knots: np.ndarray) -> np.ndarray:
-    """A cubic B-spline basis on every span: (spans, 4 functions, 4 powers of the span's fraction, lowest first)."""
+    """Coefficients of a cubic B-spline basis: (spans, 4 functions, 4 powers of the fraction of the span, ascending)."""
     coefficients = []
     for k in range(3, len(knots) - 4):
         low, wide = knots[k], knots[k + 1] - knots[k]
@@ -42,7 +41,7 @@ def pieces(knots: np.ndarray) -> np.ndarray:
         for degree in (1, 2, 3):
             higher = {i: np.zeros(4) for i in range(k - degree, k + 1)}
             for i, part in now.items():
-                # B_i gives (t - t_i)/length to the function i and the rest to i - 1, with t = low + wide s.
+                # B_i contributes (t - t_i)/length of itself to function i and the rest to i - 1, with t = low + wide s.
                 length = knots[i + degree] - knots[i]
                 rising = ((low - knots[i]) * part + wide * np.roll(part, 1)) / length
                 for j, share in ((i, rising), (i - 1, part - rising)):
@@ -53,7 +52,7 @@ def pieces(knots: np.ndarray) -> np.ndarray:
 
 
 class Patch:
-    """A net (n_r, n_q, 3), clamped in r and periodic in q; control point i belongs to q = i / n_q."""
+    """A surface with control net (n_r, n_q, 3), clamped in r and periodic in q; column i is centred at q = i / n_q."""
 
     def __init__(self, net: np.ndarray):
         rows, columns = net.shape[:2]
@@ -63,7 +62,7 @@ class Patch:
         self.around = pieces(np.arange(-3, columns + 4) / columns)
 
     def at(self, q: np.ndarray, r: np.ndarray, orders: list[tuple[int, int]]) -> list[np.ndarray]:
-        """Derivatives of the orders (dq, dr) at pairs of parameters, each (n, 3)."""
+        """Derivatives (n, 3) of each order (dq, dr) at parameters q, r (n,)."""
         columns = self.net.shape[1]
         turns = (q % 1.0) * columns
         j = np.minimum(turns.astype(int), columns - 1)
@@ -84,7 +83,7 @@ class Patch:
 
 
 def _weights(coefficients: np.ndarray, s: np.ndarray, order: int) -> np.ndarray:
-    """The four functions' derivatives (n, 4) by the fraction s (n,) of their spans."""
+    """Derivatives (n, 4) of the four functions by the fraction s (n,) of their spans."""
     powers = np.zeros((len(s), 4))
     for power in range(order, 4):
         factor = np.prod(np.arange(power - order + 1, power + 1)) if order else 1.0
@@ -93,13 +92,13 @@ def _weights(coefficients: np.ndarray, s: np.ndarray, order: int) -> np.ndarray:
 
 
 def disc(rim: np.ndarray) -> Patch:
-    """A flat end as a patch of one span: linear from its centre to the rim."""
+    """A flat end as a patch with one span, linear from its centre to the rim."""
     centre = np.broadcast_to(rim.mean(axis=0), rim.shape)
     return Patch(np.stack([centre + s * (rim - centre) for s in (0.0, 1 / 3, 2 / 3, 1.0)]))
 
 
 def largest(patch: Patch, value, low: float = 0.0, high: float = 1.0, per: int = 5) -> float:
-    """The largest value(patch, q, r) (n,) with r between bounds: on a dense grid, then finer around the best."""
+    """The largest value(patch, q, r) (n,) for r between bounds, on a dense grid that is refined around the largest."""
     q, r = (part.ravel() for part in patch.grid(per, per))
     r = np.clip(r, low, high)
     step = np.array([1 / (per * patch.net.shape[1]), 1 / (per * patch.spans)])
@@ -126,14 +125,14 @@ def bending(patch: Patch, q: np.ndarray, r: np.ndarray) -> np.ndarray:
     c = np.linalg.norm(x_r - b[:, None] * e, axis=1)
     normal = np.cross(e, (x_r - b[:, None] * e) / c[:, None])
     qq, qr, rr = (np.einsum("nc,nc->n", normal, part) for part in (x_qq, x_qr, x_rr))
-    # Tangents of the frame are e = x_q/a and f = (x_r - b e)/c.
+    # The frame is e = x_q/a and f = (x_r - b e)/c.
     ee, ef = qq / a**2, (qr - b * qq / a) / (a * c)
     ff = (rr - 2 * b * qr / a + b**2 * qq / a**2) / c**2
     return 0.5 * (ee**2 + 2 * ef**2 + ff**2)
 
 
 def distance(one: Patch, other: Patch) -> float:
-    """The least distance of two patches: over samples, then by Newton's method from where it is locally least."""
+    """The least distance of two patches, over samples and then by Newton's method from the local minima."""
     (qa, ra), (qb, rb) = (patch.grid(2, 2 if patch.spans > 1 else 8) for patch in (one, other))
     a, b = one.at(qa.ravel(), ra.ravel(), [(0, 0)])[0], other.at(qb.ravel(), rb.ravel(), [(0, 0)])[0]
     chunk = max(1, PAIRS_AT_ONCE // len(b))
@@ -156,13 +155,13 @@ def distance(one: Patch, other: Patch) -> float:
 
 
 def gap(one: np.ndarray, other: np.ndarray) -> float:
-    """Distance of the boxes around two nets, in which their patches lie."""
+    """Distance between the bounding boxes of two nets, which contain their patches."""
     apart = np.maximum(one.min((0, 1)) - other.max((0, 1)), other.min((0, 1)) - one.max((0, 1)))
     return float(np.linalg.norm(np.maximum(apart, 0.0)))
 
 
 def closest(one: Patch, other: Patch, t: np.ndarray) -> np.ndarray:
-    """Squared distances (n,) after damped Newton steps from parameters t (n, 4): q, r on one, q, r on other."""
+    """Squared distances (n,) after damped Newton steps from parameters t (n, 4): q, r on `one`, then on `other`."""
     first, second = [(0, 0), (1, 0), (0, 1)], [(2, 0), (1, 1), (0, 2)]
     damping, best = np.full(len(t), 1e-3), np.full(len(t), np.inf)
     step, kept = np.zeros_like(t), None
@@ -176,16 +175,16 @@ def closest(one: Patch, other: Patch, t: np.ndarray) -> np.ndarray:
         damping = np.where(better, np.maximum(damping / 5, 1e-8), damping * 8)
         t, best = np.where(better[:, None], trial, t), np.minimum(squared, best)
         J = np.stack([A[1], A[2], -B[1], -B[2]], axis=2)
-        scale = np.maximum(np.linalg.norm(J, axis=1), 0.1)  # it is zero at poles and centres
+        scale = np.maximum(np.linalg.norm(J, axis=1), 0.1)  # zero at poles and centres
         H = np.einsum("nci,ncj->nij", J, J)
         for corner, (qq, qr, rr) in ((0, A[3:]), (2, [-part for part in B[3:]])):
             H[:, corner : corner + 2, corner : corner + 2] += np.einsum("nc,ijnc->nij", d, [[qq, qr], [qr, rr]])
-        # A step that was no better goes again from where it came, shorter.
+        # A step without improvement is repeated from its start, shorter.
         fresh = [np.einsum("nci,nc->ni", J, d) / scale, H / scale[:, :, None] / scale[:, None, :], scale]
         pairs = zip(fresh, kept or fresh, strict=True)
         kept = [np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old) for new, old in pairs]
         g, H = kept[0].copy(), kept[1].copy()
-        for r in (1, 3):  # a parameter at its end stays there where the slope leads beyond
+        for r in (1, 3):  # a parameter at its bound stays there if the gradient points beyond
             stuck = ((t[:, r] <= 0.0) & (g[:, r] > 0)) | ((t[:, r] >= 1.0) & (g[:, r] < 0))
             H[stuck, r, :], H[stuck, :, r], g[stuck, r] = 0.0, 0.0, 0.0
             H[stuck, r, r] = 1.0
@@ -222,10 +221,10 @@ def main(folder: Path) -> int:
         return 2
     limits = problem["limits"]
     wide = quantity(limits["envelope"]["radius"]) if "envelope" in limits else np.inf
-    asked = (
+    bounds = (
         f"wall {quantity(limits['wall']):g} mm, envelope {wide:g} mm, curvature {quantity(limits['curvature']):g} /mm²"
     )
-    print(f"{folder}, found (history); asked: {asked}")
+    print(f"{folder}: measured value (value in the history); limits: {bounds}")
     ends = {chamber["name"]: chamber.get("ends", "flat") for chamber in problem["body"]["chamber"]}
     print("design", *(f"{key:>22s}" for key in ALLOWED))
     worse = 0
@@ -240,7 +239,7 @@ def main(folder: Path) -> int:
                 bad.append(key)
         worse += bool(bad)
         print(f"{number:6d} " + " ".join(cells), f" worse than reported: {', '.join(bad)}" if bad else "", flush=True)
-    print(f"{len(claims)} designs, {worse} of them worse than the history says")
+    print(f"{len(claims)} designs, {worse} of them worse than in the history")
     return int(worse > 0)
 
 

@@ -1,9 +1,9 @@
-"""How far a finished design's tasks depend on the mesh: the last design of a run, solved on meshes of several sizes.
+"""Dependence of results on the mesh: the last design of a run, solved on meshes of several sizes.
 
-python benchmarks/refinement.py runs/linear [2.0 1.5 …]
+    python benchmarks/refinement.py runs/linear [2.0 1.5 …]
 
-Sizes are in mm; by default that of the problem, coarser and finer ones. The state that the run ended with, on its own
-mesh, is carried over to the coarsest of them, from there to the next finer one, and so on.
+Sizes are edge lengths in mm, by default that of the problem and coarser and finer ones. The last state of the run is
+transferred from its own mesh to the coarsest of them, from there to the next finer one, and so on.
 """
 
 import sys
@@ -32,7 +32,7 @@ def main() -> None:
     own = build_design_space(run.problem, starting_body(run.problem.body))
     disc, found = unpack(run.problem, own, run.checkpoint()[1])
     print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  tasks")
-    tell("own", disc, found, run.problem)
+    report("own", disc, found, run.problem)
     coarser = disc, disc.morph.positions(own.control_points(found.phi)), states_of(found)
     for size in sorted(sizes, reverse=True):
         tasks = tuple(
@@ -63,14 +63,14 @@ def main() -> None:
             print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {found.reason}")
             continue
         coarser = disc, disc.morph.mesh.points, states_of(found)
-        tell(f"{size:.2f}", disc, found, problem)
+        report(f"{size:.2f}", disc, found, problem)
 
 
 def states_of(found: Analysis) -> dict[str, State]:
     return {name: equilibrium.state for name, equilibrium in found.equilibria.items()}
 
 
-def tell(size: str, disc: Discretisation, found: Analysis, problem: Problem) -> None:
+def report(size: str, disc: Discretisation, found: Analysis, problem: Problem) -> None:
     results = task_results(disc, found)
     words = ", ".join(f"{task.name} {motion_of(task, results[task.name])}" for task in problem.task)
     print(f"{size:>7s} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)

@@ -1,12 +1,13 @@
-"""One equilibrium by four solvers: time, memory, and the tip's displacement, on the same mesh and load.
+"""One equilibrium by four solvers: time, memory, and displacement of the tip, for the same mesh and load.
 
     python benchmarks/solvers.py [8000 30000]
 
-The linear actuator's starting tube at 60 kPa with a free tip, from rest, meshed with about as many quadratic tetrahedra
-as each argument says. Everybody gets the same ten-node elements, the rule of four points where one can be chosen, both
-cores, one load step, and the relative residual 1e-9 to reach. What is timed is the way from a mesh and loads in memory
-to displacements; compilation of kernels by JAX, which is kept between runs, and imports are not. CalculiX reads its
-file and writes its answer within its time. Every solver runs in a process of its own, whose peak memory is reported.
+The load case is the starting tube of the linear actuator at 60 kPa with a free tip, from rest. The arguments are
+approximate numbers of quadratic tetrahedra. All solvers use the same ten-node elements, the four-point rule if the
+quadrature can be chosen, both cores, one load step, and a relative residual of 1e-9. The time is that from a mesh and
+loads in memory to displacements, without imports and without JAX's compilation, which is kept between runs; for
+CalculiX it includes reading the input file and writing the result. Every solver runs in its own process, whose peak
+memory is reported.
 """
 
 import json
@@ -67,7 +68,7 @@ def ngsolve(mesh: TetMesh) -> dict:
         in_tets = {ng.TET: ng.IntegrationRule([tuple(point) for point in TET_RULE.tolist()], [1 / 24] * 4)}
         places, weights = TRIANGLE_RULE
         on_walls = {ng.TRIG: ng.IntegrationRule([tuple(place) for place in places.tolist()], weights.tolist())}
-        # By the chamber's volume instead of tractions, so that the tangent is symmetric and half of it suffices.
+        # Pressure by the volume of the chamber instead of tractions, so that the tangent is symmetric.
         work = ng.BilinearForm(space, symmetric=True)
         work += ng.Variation(symbolic.neo_hookean(ng.Id(3) + ng.Grad(u), SHEAR, BULK) * ng.dx(intrules=in_tets))
         area = ng.Cof(ng.Id(3) + ng.Grad(u).Trace()) * ng.specialcf.normal(3)
@@ -125,13 +126,13 @@ def felupe(mesh: TetMesh) -> dict:
 
 
 def with_first_face(mesh: TetMesh, triangles: np.ndarray) -> np.ndarray:
-    """The tetrahedra behind triangles, renumbered so that the triangle is their face of corners 0, 1, 2."""
+    """The tetrahedra at the given triangles, renumbered so that the triangle is the face of corners 0, 1, 2."""
     keys = {tuple(sorted(triangle)) for triangle in triangles[:, :3].tolist()}
     edge = {frozenset(pair): 4 + k for k, pair in enumerate(TET_EDGES.tolist())}
     rows = []
     for corners in TET_FACES:
         (last,) = set(range(4)) - set(corners.tolist())
-        # Corners of a face run outwards; turned round, the opposite corner completes a positive tetrahedron.
+        # Faces are oriented outwards; with reversed corners, the opposite corner completes a positive tetrahedron.
         order = [*corners[::-1].tolist(), last]
         local = order + [edge[frozenset((order[i], order[j]))] for i, j in TET_EDGES]
         chosen = [tuple(sorted(face)) in keys for face in mesh.tets[:, corners].tolist()]
@@ -140,7 +141,7 @@ def with_first_face(mesh: TetMesh, triangles: np.ndarray) -> np.ndarray:
 
 
 def wall_region(fem, solid):
-    """FElupe's boundary region of the faces ζ = 0 of quadratic tetrahedra, which the library itself lacks."""
+    """A FElupe boundary region of the faces ζ = 0 of quadratic tetrahedra, which the library does not have."""
     places, weights = TRIANGLE_RULE
     scheme = fem.quadrature.Scheme(np.column_stack([places, np.zeros(len(places))]), weights)
     region = fem.Region(solid, fem.QuadraticTetra(), scheme, grad=True)
@@ -170,7 +171,7 @@ def timed(function):
 
 
 def alone(name: str, path: str) -> None:
-    """Run one solver on a stored mesh and print what it took as JSON."""
+    """Run one solver on a stored mesh and print time, memory and result as JSON."""
     with np.load(path) as stored:
         faces = {key: stored[key] for key in stored.files if key not in ("points", "tets")}
         mesh = TetMesh(stored["points"], stored["tets"], faces)
@@ -192,7 +193,7 @@ def alone(name: str, path: str) -> None:
 def table(count: int) -> None:
     body, size = starting_body(linear_actuator().body), 2.0
     mesh = mesh_body(body, size).mesh
-    # The number of elements jumps with their size, where a ring of the surface gains a row.
+    # The number of elements is not a continuous function of their size.
     while not 0.8 * count < len(mesh.tets) < 1.25 * count:
         size *= (len(mesh.tets) / count) ** (1 / 3.5)
         mesh = mesh_body(body, size).mesh

@@ -1,10 +1,10 @@
-"""Cost of a step within its limits against the number of variables: the linear actuator with ever more control points.
+"""Cost of a step within the limits over the number of variables: the linear actuator with increasing control density.
 
     python benchmarks/subproblem.py [DENSITY ...]
 
-The objective's gradient is that of a bellows forming (a radial wave). A few steps first bring the body to where limits
-resist it, as in the middle of a run; then one step is timed: the sub-problem, what brings its answer within the limits,
-and, as part of that, the certificate. Gain is what the step promises, of what a step without limits would.
+The gradient of the objective is a radial wave, as at the beginning of a bellows. After a few steps limits are active,
+as in the middle of a run; then one step is timed: the sub-problem, the repair that brings its step within the limits,
+and, as a part of that, the certificate. Gain is the predicted gain of the step over that of a step without limits.
 """
 
 import sys

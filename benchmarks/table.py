@@ -1,8 +1,8 @@
-"""Runs beside the rows of the paper's Table II, as a Markdown table.
+"""A Markdown table of runs with the values of the paper's Table II in brackets.
 
     python benchmarks/table.py RUN [RUN …]
 
-Every RUN is a run directory, called like the example it is a run of (bending_spring, arm_planar, …).
+Every RUN is a run directory with the name of its example (bending_spring, arm_planar, …).
 """
 
 import sys
@@ -24,7 +24,7 @@ PAPER = {
     "arm_series": (12464, 36, "2:21 h"),
     "arm_parallel": (25184, 38, "5:59 h"),
 }
-"""Control points, iterations and total time there, on 16 cores."""
+"""Control points, iterations and total time in the paper, on 16 cores."""
 
 HEAD = (
     "run",

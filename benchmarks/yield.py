@@ -1,18 +1,18 @@
-"""How many random problems come to something: designs within their limits, gains, ends, time, factorisations, meshes.
+"""Success of random problems: designs within their limits, gains, reasons for the end, time, factorisations, meshes.
 
     python benchmarks/yield.py SEED COUNT [--out DIR] [--jobs 2] [--iterations 10] [--timeout 900] [--only INDEX]
                                [--source OTHER/src] [--measure-again] [--table-only]
 
-Problems 0 to COUNT-1 of SEED (`random_problems.py`) are designed by the command `pneumorph design`, each in a process
-of its own and in a directory of its own; what has ended is not run again. With --source the command is that of another
-checkout. Every accepted design is then measured by the limit report of this one, whatever its run says of itself; with
---measure-again this is repeated for designs measured before. --table-only prints the tables of what is there. Seconds
-include what is compiled on the way; keep PNEUMORPH_CACHE between the runs that are to be compared.
+Problems 0 to COUNT-1 of SEED (`random_problems.py`) are designed by the command `pneumorph design`, each in its own
+process and its own directory; runs that have ended are not repeated. With --source the command is that of another
+checkout. The limits of every accepted design are then measured by this checkout, independently of the run's own report;
+with --measure-again this is repeated for designs measured before. --table-only only prints the tables. Seconds include
+compilation; keep PNEUMORPH_CACHE between runs that are to be compared.
 
-The gain of a run is (J at the start − least J of a design that holds all limits) over the gain that the unconstrained
-first-order model promises: ITERATIONS steps from the start, each moving every smoothed variable by `optimizer.step`
-down the gradient g of the start, ITERATIONS · step · ‖Sᵀg‖₁. Free pressures count up to their bounds only, and of an
-objective that cannot fall below zero (targets) no more than all of it is promised.
+The gain of a run is (J at the start − least J of a design that keeps all limits) over the gain predicted by the
+unconstrained first-order model: ITERATIONS steps from the start, each moving every smoothed variable by
+`optimizer.step` against the gradient g at the start, ITERATIONS · step · ‖Sᵀg‖₁. Free pressures count up to their
+bounds only, and the predicted gain of an objective that cannot be negative (targets) is at most its value at the start.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from typing import Any
 HERE = Path(__file__).resolve()
 SOURCE = HERE.parents[1] / "src"
 MEASURING = 1800
-"""Seconds after which measuring a run is given up."""
+"""Time limit for measuring a run, seconds."""
 
 RETURNS = {
     "number asked": "the number of designs",
@@ -52,7 +52,7 @@ TARGETS = ("match_curve", "match_sections", "reach")
 
 
 def prepare(seed: int, index: int, folder: Path) -> None:
-    """Write the problem and what it is an example of."""
+    """Draw a problem, and write its file and its description."""
     if (folder / "drawn.json").exists():
         return
     from random_problems import draw
@@ -65,7 +65,7 @@ def prepare(seed: int, index: int, folder: Path) -> None:
 
 
 def write(path: Path, content: Any) -> None:
-    """JSON in one step: what is there is whole."""
+    """Write JSON in one step, so that a file is never incomplete."""
     beside = path.with_suffix(".part")
     beside.write_text(json.dumps(content, indent=1), encoding="utf-8")
     beside.replace(path)
@@ -84,22 +84,22 @@ RUNNING: set[subprocess.Popen] = set()
 
 
 def stop(*_: Any) -> None:
-    """End with all that has been started; the same command goes on later."""
+    """Stop all runs and exit; the same command resumes them later."""
     for process in list(RUNNING):
         os.killpg(process.pid, signal.SIGKILL)
     os._exit(1)
 
 
 DRAWING = 10
-"""Seconds that a command is given after its result is written: what it does then is to draw pictures."""
+"""Seconds after which a command that has written its result is stopped: then it only draws pictures."""
 
 
 def call(
     arguments: list[str], env: dict[str, str], log: Path, errors: Path, timeout: float, result: Path | None = None
 ) -> int | None:
-    """Exit status of a command; None where it had to be stopped for the time it took.
+    """Exit status of a command; None if it was stopped at the time limit.
 
-    It is 0 where the command was stopped for taking long after it had written its `result`.
+    It is also 0 if the command was stopped after it had written its `result`.
     """
     with log.open("a") as out, errors.open("w") as err:
         process = subprocess.Popen(arguments, env=env, stdout=out, stderr=err, start_new_session=True)
@@ -126,7 +126,7 @@ def _waited(process: subprocess.Popen, timeout: float, result: Path | None) -> i
 
 
 def run(folder: Path, asked: argparse.Namespace) -> None:
-    """Design one problem, if that is not done, and write down how it ended."""
+    """Design one problem, unless that is done, and store how it ended."""
     if (folder / "outcome.json").exists():
         return
     began = time.perf_counter()
@@ -140,7 +140,7 @@ def run(folder: Path, asked: argparse.Namespace) -> None:
 
 
 def ending(folder: Path, status: int | None) -> dict[str, Any]:
-    """The kind of a run's end, and its reason as one line."""
+    """How a run ended, as a kind and a reason of one line."""
     errors = (folder / "errors.txt").read_text(encoding="utf-8", errors="replace").strip()
     lines = errors.splitlines() or [""]
     messages = [line.removeprefix("pneumorph: ") for line in lines if line.startswith("pneumorph: ")]
@@ -167,7 +167,7 @@ def log_state(folder: Path) -> str:
 
 
 def measure(folder: Path, asked: argparse.Namespace) -> None:
-    """The first-order prediction and the limits of every design, in processes of their own."""
+    """Compute the first-order prediction and the limits of every design, in separate processes."""
     env = environment(SOURCE, asked.threads)
     itself = [sys.executable, str(HERE), "--measure", str(folder)]
     if not (folder / "prediction.json").exists():
@@ -181,10 +181,10 @@ def measure(folder: Path, asked: argparse.Namespace) -> None:
 
 
 def predict(folder: Path) -> None:
-    """Write prediction.json: what the unconstrained first-order model promises of the start, for one step of its kind.
+    """Write prediction.json: the gain per step that the unconstrained first-order model predicts at the start.
 
-    `gain` is of the shape for one step, `pressures` lists for every free pressure its slope per step and how many steps
-    there are to its bound.
+    `gain` is that of the shape; `pressures` has, for every free pressure, its gain per step and the number of steps to
+    its bound.
     """
     import numpy as np
 
@@ -211,7 +211,7 @@ def predict(folder: Path) -> None:
 
 
 def measure_limits(folder: Path) -> None:
-    """Write measured.json: by design whether all limits are held, and the excess of each."""
+    """Write measured.json: for every design whether all limits are held, and the excess over each."""
     from pneumorph.constraint import certify
     from pneumorph.run import open_run
 
@@ -240,11 +240,11 @@ def history(folder: Path) -> list[dict[str, Any]]:
     return [line for line in lines if (folder / "run" / "designs" / f"{line['iteration']:04d}.npz").exists()]
 
 
-# --- what a run came to -----------------------------------------------------------------------------------------------
+# --- results of a run -------------------------------------------------------------------------------------------------
 
 
 def summary(folder: Path) -> dict[str, Any] | None:
-    """The numbers of one problem for the tables; None where it has not been run and measured."""
+    """The numbers of one problem for the tables; None if it has not been run and measured."""
     drawn, outcome, measured = (read(folder / f"{name}.json") for name in ("drawn", "outcome", "measured"))
     if drawn is None or outcome is None or measured is None:
         return None
@@ -255,7 +255,7 @@ def summary(folder: Path) -> dict[str, Any] | None:
     best = min((value for number, value in values.items() if number in held and number > 0), default=None)
     gained = start - best if start is not None and best is not None else 0.0
     promised = promise(folder, outcome["iterations"], start)
-    # A gain below what the equilibria are solved to is none.
+    # Smaller gains are below the tolerance of the equilibria.
     gains = start is not None and gained > 1e-6 * abs(start)
     words = (folder / "log.txt").read_text(encoding="utf-8", errors="replace") if (folder / "log.txt").exists() else ""
     ended = reason_of(outcome)
@@ -263,7 +263,7 @@ def summary(folder: Path) -> dict[str, Any] | None:
         **drawn,
         "end": outcome["end"],
         "reason": ended,
-        "told": outcome["reason"],
+        "message": outcome["reason"],
         "ran": outcome["seconds"],
         "designs": len(later),
         "held": sum(design["held"] for design in later),
@@ -276,7 +276,7 @@ def summary(folder: Path) -> dict[str, Any] | None:
         "share": max(gained, 0.0) / promised if promised and start is not None else None,
         "seconds": [line["seconds"]["total"] for line in lines if line["iteration"] > 0],
         "same": [line["factorisations"] for line in lines if line["iteration"] > 0 and not line["remeshed"]],
-        "anew": [line["factorisations"] for line in lines if line["iteration"] > 0 and line["remeshed"]],
+        "after remeshing": [line["factorisations"] for line in lines if line["iteration"] > 0 and line["remeshed"]],
         "remeshes": len(re.findall("meshed anew|remeshed with", words)),
         "taken back": words.count("step taken back"),
         "mesh failures": sum(about_mesh(line) for line in words.splitlines() if "step taken back" in line)
@@ -290,7 +290,7 @@ def about_mesh(line: str) -> bool:
 
 
 def promise(folder: Path, iterations: int, start: float | None) -> float | None:
-    """The gain that the unconstrained first-order model promises of so many steps."""
+    """The gain that the unconstrained first-order model predicts for so many steps."""
     found = read(folder / "prediction.json")
     if found is None or found["gain"] is None or start is None:
         return None
@@ -300,7 +300,7 @@ def promise(folder: Path, iterations: int, start: float | None) -> float | None:
 
 
 def reason_of(outcome: dict[str, Any]) -> str:
-    """Reasons that differ in numbers and names alone are one."""
+    """The reason without numbers and names, so that equal reasons can be counted."""
     if outcome["end"] == "completed":
         return next((name for name, words in RETURNS.items() if words in outcome["reason"]), outcome["reason"])
     first = re.split(r"; (?:design|designs|no design)\b", outcome["reason"])[0]
@@ -313,10 +313,10 @@ def one_line(folder: Path) -> str:
     if found is None:
         return f"{folder.name}: not measured"
     value = {name: "–" if found[name] is None else f"{found[name]:.5g}" for name in ("start", "best")}
-    share = "" if found["share"] is None else f" ({100 * found['share']:.0f} % of promised)"
+    share = "" if found["share"] is None else f" ({100 * found['share']:.0f} % of predicted)"
     return (
         f"{found['index']:4d} {found['layout']:8s} {found['objective']:14s} held {found['held']}/{found['designs']}  "
-        f"J {value['start']} → {value['best']}{share}  {found['ran']:.0f} s  {found['end']}: {found['told'][:160]}"
+        f"J {value['start']} → {value['best']}{share}  {found['ran']:.0f} s  {found['end']}: {found['message'][:160]}"
     )
 
 
@@ -329,7 +329,8 @@ HEAD = ("", "runs", "ended", "starts", "designs", "held %", "ends held", "gained
 
 def row(name: str, found: list[dict[str, Any]]) -> list[str]:
     designs, held = (sum(one[key] for one in found) for key in ("designs", "held"))
-    seconds, same, anew = ([value for one in found for value in one[key]] for key in ("seconds", "same", "anew"))
+    keys = ("seconds", "same", "after remeshing")
+    seconds, same, remeshed = ([value for one in found for value in one[key]] for key in keys)
     shares = [one["share"] for one in found if one["share"] is not None]
     named = sum(one["end"] in ("completed", "failed", "refused") for one in found)
 
@@ -348,7 +349,7 @@ def row(name: str, found: list[dict[str, Any]]) -> list[str]:
         middle([100 * share for share in shares], 0),
         middle(seconds),
         middle(same),
-        middle(anew),
+        middle(remeshed),
         str(sum(one["remeshes"] for one in found)),
         str(sum(one["mesh failures"] for one in found)),
         str(sum(one["taken back"] for one in found)),
@@ -370,11 +371,11 @@ def tables(folders: list[Path]) -> None:
         return
     print(
         f"{len(found)} of {len(folders)} problems, {sum(one['redraws'] for one in found)} draws refused before them\n\n"
-        "ended: with a reason of its own; starts: that hold all limits; designs: accepted after the start, and how\n"
-        "many of them hold all limits; ends held: runs whose last design does; gained: runs with a design within its\n"
-        "limits better than the start; share: median part of the promised gain; s/design, fact.: median seconds and\n"
-        "factorisations of a design, fact. new: where the body was remeshed; new: new meshes; no mesh: steps\n"
-        "taken back for want of one; back: steps taken back in all\n"
+        "ended: runs that end with a reason; starts: that keep all limits; designs: accepted after the start, and how\n"
+        "many of them keep all limits; ends held: runs whose last design does; gained: runs with a design within its\n"
+        "limits better than the start; share: median fraction of the predicted gain; s/design, fact.: median seconds\n"
+        "and factorisations of a design, fact. new: where the body was remeshed; new: new meshes; no mesh: steps\n"
+        "taken back because the body could not be meshed; back: all steps taken back\n"
     )
     table([row("all", found)])
     for key in ("layout", "objective"):
@@ -395,7 +396,7 @@ def tables(folders: list[Path]) -> None:
         )
     bad = [one for one in found if one["end"] in ("traceback", "crashed", "without end")]
     for one in bad:
-        print(f"{one['index']:04d} {one['end']}: {one['told']}")
+        print(f"{one['index']:04d} {one['end']}: {one['message']}")
 
 
 # --- command ----------------------------------------------------------------------------------------------------------
