@@ -63,8 +63,8 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     Across the direction from the middle of the one patch to that of the other, both are linear in their steps from the
     middle, but for what their nets say. The mean of both slopes counts by the difference δ of the places on the
     starting tube, which is in a rectangle without a disc around zero: a linear function is least at a corner, or where
-    a side meets the circle. Steps round the tube are arcs, made as short as their chords, which decide what counts. What
-    the slopes differ by counts in full, but where the distance is least they are alike.
+    a side meets the circle. Steps round the tube are arcs, made as short as their chords, which decide what counts.
+    What the slopes differ by counts in full, but where the distance is least they are alike.
     """
     shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
     if shrink <= 0.0:
