@@ -13,6 +13,7 @@ are.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -92,6 +93,11 @@ class Target:
         """Which of the samples lie on the tube."""
         first = self.rings * self.columns
         return slice(first, first + len(self.grid.r) * self.columns)
+
+    @cached_property
+    def tree(self) -> KDTree:
+        """A search tree of the samples."""
+        return _tree(self.x)
 
     def normals(self) -> Floats:
         """Unit normals, (n, 3)."""
@@ -187,7 +193,7 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
 
 def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bool_], Ints]:
     """Whether a sample of the target is within `bound` of each point; its number, else 0."""
-    distance, near = _tree(target.x).query(points, distance_upper_bound=bound, workers=-1)
+    distance, near = target.tree.query(points, distance_upper_bound=bound, workers=-1)
     within = np.isfinite(distance)
     return within, np.where(within, near, 0)
 
