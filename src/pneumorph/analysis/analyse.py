@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -102,12 +103,14 @@ def analyse(
     starts: Starts | None = None,
     tolerance: float = DESIGN_TOLERANCE,
     explain: bool = False,
+    most: float = math.inf,
 ) -> Analysis | NoEquilibrium:
     """Find the equilibrium of every task on the mesh moved to the design, from the given states or from rest.
 
     Tasks are solved one after another, each with all cores: solving them in parallel threads took 0.9 to 1.3 times as
     long (two cores, two and three tasks). With `explain`, the reason for a missing equilibrium includes the limit
-    pressure; the path following that finds it takes much longer.
+    pressure; the path following that finds it takes much longer. For each task the search ends after `most`
+    factorisations.
 
     Raises
     ------
@@ -120,7 +123,7 @@ def analyse(
     for task in problem.task:
         at = configure(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), guided_of(problem))
         start = starts[task.name] if starts else None
-        found = solve(at, disc.tangents[task.name], start, tolerance)
+        found = solve(at, disc.tangents[task.name], start, tolerance, most=most)
         if explain and isinstance(found, NoEquilibrium):
             found = diagnose(at, disc.tangents[task.name], found)
         if isinstance(found, NoEquilibrium):

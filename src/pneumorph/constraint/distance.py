@@ -4,11 +4,16 @@ A sample's partner is the closest point of the other surface itself, not its clo
 wall of 2 mm by up to 0.05 mm. The closest point is found from the second-order expansion at the closest sample and
 then kept as a fixed combination of four samples plus a fixed rest, so that distances are smooth in the control points
 and exact where they were found.
+
+Places of one surface are neighbours by their distance on the starting tube: the chord across it and the length along
+it. With the arc instead of the chord, places opposite each other round a pole would not be neighbours, near as they
+are.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -88,6 +93,11 @@ class Target:
         """Which of the samples lie on the tube."""
         first = self.rings * self.columns
         return slice(first, first + len(self.grid.r) * self.columns)
+
+    @cached_property
+    def tree(self) -> KDTree:
+        """A search tree of the samples."""
+        return _tree(self.x)
 
     def normals(self) -> Floats:
         """Unit normals, (n, 3)."""
@@ -183,7 +193,7 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
 
 def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bool_], Ints]:
     """Whether a sample of the target is within `bound` of each point; its number, else 0."""
-    distance, near = _tree(target.x).query(points, distance_upper_bound=bound, workers=-1)
+    distance, near = target.tree.query(points, distance_upper_bound=bound, workers=-1)
     within = np.isfinite(distance)
     return within, np.where(within, near, 0)
 
@@ -257,7 +267,7 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints)
     tube : Target
         Without discs.
     neighbourhood : float
-        Distance in mm along the starting surface within which nothing counts.
+        Distance in mm on the starting tube within which nothing counts.
     bound : float
         Distance in mm beyond which nothing is looked for.
     source : (n,) array
@@ -307,9 +317,11 @@ def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Int
     best = np.full(len(source), np.inf)
     near = np.zeros(len(source), dtype=np.int64)
     offset = np.zeros((len(source), 2))
-    for around, along in _ring(neighbourhood, step_r):
-        if abs(around) > tube.grid.size[0] / 2.0:
+    diameter = tube.grid.size[0] / np.pi
+    for chord, along in _ring(neighbourhood, step_r):
+        if abs(chord) > diameter:
             continue  # the neighbourhood reaches all the way round
+        around = diameter * np.arcsin(chord / diameter)
         aside, up = round(around / step_q), round(along / step_r)
         rest = np.array([around - aside * step_q, along - up * step_r])
 
@@ -325,7 +337,7 @@ def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Int
         distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
         there = np.clip(row + up, 0, rows - 1)
         # Near a pole a step aside is shorter, and the place may still be a neighbour.
-        apart = np.hypot(around * np.minimum(shrink[row], shrink[there]), along)
+        apart = np.hypot(chord * np.minimum(shrink[row], shrink[there]), along)
         exists = (row + along / step_r >= 0.0) & (row + along / step_r <= rows - 1)
         distance[~exists | (apart < neighbourhood - 1e-6)] = np.inf
         closer = distance < best
@@ -349,12 +361,12 @@ def _tree(points: Floats) -> KDTree:
 
 
 def _apart(grid: Grid, i: Ints, j: Ints) -> Floats:
-    """Distance in mm of samples i and j along the starting tube."""
+    """Distance in mm of samples i and j on the starting tube."""
     columns = len(grid.q)
     (row_i, column_i), (row_j, column_j) = np.divmod(i, columns), np.divmod(j, columns)
-    around = np.abs(column_i - column_j)
-    around = np.minimum(around, columns - around) * np.minimum(grid.frame.shrink[row_i, 0], grid.frame.shrink[row_j, 0])
-    return np.hypot(around * grid.step[0], (row_i - row_j) * grid.step[1])
+    diameter = grid.size[0] / np.pi * np.minimum(grid.frame.shrink[row_i, 0], grid.frame.shrink[row_j, 0])
+    chord = diameter * np.abs(np.sin(np.pi * (column_i - column_j) / columns))
+    return np.hypot(chord, (row_i - row_j) * grid.step[1])
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

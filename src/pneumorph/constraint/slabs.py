@@ -63,21 +63,28 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     Across the direction from the middle of the one patch to that of the other, both are linear in their steps from the
     middle, but for what their nets say. The mean of both slopes counts by the difference δ of the places on the
     starting tube, which is in a rectangle without a disc around zero: a linear function is least at a corner, or where
-    a side meets the circle. What the slopes differ by counts in full, but where the distance is least they are alike.
+    a side meets the circle. Steps round the tube are arcs, made as short as their chords, which decide what counts.
+    What the slopes differ by counts in full, but where the distance is least they are alike.
     """
     shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
     if shrink <= 0.0:
         return 0.0
     between, half_a, half_b = np.empty(2), np.empty(2), np.empty(2)
-    for k in range(2):
-        scale = size[k] * (shrink if k == 0 else 1.0)
+    scale = size[1]
+    for k in range(1, -1, -1):
         between[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
         between[k] -= box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
+        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1]
+        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
         if k == 0:
-            between[k] = (between[k] + 0.5) % 1.0 - 0.5
-        between[k] *= scale
-        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1] * scale
-        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1] * scale
+            between[0] = (between[0] + 0.5) % 1.0 - 0.5
+            # The least ratio of arc to chord, for the steps up the tube that these patches allow.
+            up = abs(between[1]) + half_a[1] + half_b[1]
+            chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
+            diameter = size[0] * shrink / np.pi
+            arc = diameter * np.arcsin(min(chord / diameter, 1.0))
+            scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
+        between[k], half_a[k], half_b[k] = scale * between[k], scale * half_a[k], scale * half_b[k]
     direction = np.zeros(3)
     for i in range(4):
         for j in range(4):
@@ -149,7 +156,11 @@ def farthest(box_a, box_b, span, size):
         width = abs((span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1])
         width += abs((span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1])
         reach[k] = between + 0.5 * width
-    around = min(reach[0], 0.5) * min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
+    around = (
+        np.sin(np.pi * min(reach[0], 0.5))
+        / np.pi
+        * min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
+    )
     return np.hypot(around * size[0], reach[1] * size[1])
 
 
