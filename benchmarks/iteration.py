@@ -31,8 +31,8 @@ def table(path: str) -> None:
         parts = [median(line.seconds[phase] for line in chosen) for phase in PHASES]
         other = median(line.seconds["total"] - sum(line.seconds[phase] for phase in PHASES) for line in chosen)
         print(
-            f"{name:12s} {len(chosen):7d} {median(line['factorisations'] for line in chosen):8.1f} "
-            f"{median(line['equivalents'] for line in chosen):7.1f} {total:8.2f} "
+            f"{name:12s} {len(chosen):7d} {median(line.factorisations for line in chosen):8.1f} "
+            f"{median(line.equivalents for line in chosen):7.1f} {total:8.2f} "
             + " ".join(f"{part:11.2f}" for part in (*parts, other))
         )
 

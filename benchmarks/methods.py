@@ -34,10 +34,10 @@ def main() -> None:
                 line, limits = event.entry, event.entry.limits
                 seconds.append(line.seconds["subproblem"])
                 print(
-                    f"{method:>7s} {event.iteration:6d} {-line['objective']:7.3f} "
+                    f"{method:>7s} {event.iteration:6d} {-line.objective:7.3f} "
                     f"{limits['wall_mm']:6.3f} {limits['fold_mm']:6.3f} "
                     f"{limits['curvature']:6.3f} {limits['skew']:6.3f} {limits['stretch']:6.3f} "
-                    f"{line['evaluations']:11d} {seconds[-1]:13.2f}",
+                    f"{line.evaluations:11d} {seconds[-1]:13.2f}",
                     flush=True,
                 )
         print(f"{method}: median {median(seconds):.2f} s in the sub-problem")
