@@ -104,7 +104,7 @@ def test_certificate_agrees_with_what_the_optimiser_holds(make_body, table, wave
     body = make_body(length=30.0, chambers=((5.5, (0.0, 0.0), (3.0, 27.0), "flat"),))
     points = waved(body, 1, wave=wave, noise=0.1)
     limits = build_limit_functions(body, table())
-    coarse = limits.values(points, limits.pairs(points))
+    coarse = limits.values(points, limits.partners(points))
     fine = certify(body.with_control_points(points), table())
     walls = 2.0 * (1.0 - max(float(coarse["wall"].max()), float(coarse["ends"].max())))
     assert fine["wall"].value <= walls + 1e-6

@@ -1,7 +1,7 @@
 """Cells of a surface, on which limits are bounded, and their subdivision until the bounds are good enough.
 
 On every knot span of q and r a surface is one polynomial; such a span is a *home*, and cells are rectangles within
-homes. All quantities are written so that more is worse (a distance has its sign turned).
+spans. All quantities are written so that more is worse (a distance has its sign turned).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MOST = 300  # cells in all rounds to each home
 FINE = 0.003  # part of the bound that may lie between what is certified and what is seen
 
 
-class Homes(NamedTuple):
+class KnotSpans(NamedTuple):
     """Knot spans of a surface as polynomials in u, v ∈ [0, 1], where q = q₀ + u Δq and r = r₀ + v Δr.
 
     x holds the coefficients (n, 3, 4, 4) of v^i u^j; q and r are (n, 2): start and width. Spans that end in the pole
@@ -37,15 +37,15 @@ class Homes(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """Rectangles within homes: number of the home (n,), and in u and v the centre (n, 2) and half the width (n, 2)."""
+    """Rectangles within spans: number of the home (n,), and in u and v the centre (n, 2) and half the width (n, 2)."""
 
-    home: Ints
+    span: Ints
     centre: Floats
     half: Floats
 
-    def some(self, which: NDArray[np.bool_] | slice) -> Cells:
+    def select(self, which: NDArray[np.bool_] | slice) -> Cells:
         """Some of the cells."""
-        return Cells(self.home[which], self.centre[which], self.half[which])
+        return Cells(self.span[which], self.centre[which], self.half[which])
 
 
 class Bounds(NamedTuple):
@@ -61,7 +61,7 @@ class Bounds(NamedTuple):
     vary: Floats
 
 
-class Found(NamedTuple):
+class SpanBounds(NamedTuple):
     """Bounds of one quantity on every home of a surface: upper, seen, q and r of the latter, each (n,)."""
 
     upper: Floats
@@ -71,7 +71,7 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Aim:
+class Accuracy:
     """How well a quantity is to be bounded.
 
     Attributes
@@ -82,18 +82,18 @@ class Aim:
         What every place is to be shown to keep, or not to: the bound and what is tolerated.
     gap : float
         Between what is certified and what is seen, where the limit is near.
-    ease : float
+    relative_gap : float
         The same as a part of the distance from the limit, where it is not.
     """
 
     bound: float
     needed: float
     gap: float
-    ease: float
+    relative_gap: float
 
     def enough(self, seen: float, elsewhere: float) -> float:
         """What a place's upper bound need not be below, by the worst that is seen here and elsewhere."""
-        here = seen + max(self.gap, self.ease * (self.bound - seen))
+        here = seen + max(self.gap, self.relative_gap * (self.bound - seen))
         return min(max(elsewhere, here), self.needed)
 
     def close(self, seen: Floats) -> Floats:
@@ -110,7 +110,7 @@ def power(basis: Basis) -> Floats:
     return _shift(np.full(1, -0.5), np.ones(1)) @ about
 
 
-def homes(surface: TubeSurface) -> Homes:
+def knot_spans(surface: TubeSurface) -> KnotSpans:
     """The knot spans of a surface, row by row."""
     along, around = power(surface.basis_r), power(surface.basis_q)
     rows, columns = len(along), len(around)
@@ -120,7 +120,7 @@ def homes(surface: TubeSurface) -> Homes:
     if surface.ends == "pole":
         x[-1] = np.einsum("ij,bcjm->bcim", BACKWARDS, x[-1])
         r[-1] = 1.0, -1.0 / rows
-    return Homes(x.reshape(-1, 3, 4, 4), np.tile(q, (rows, 1)), np.repeat(r, columns, axis=0))
+    return KnotSpans(x.reshape(-1, 3, 4, 4), np.tile(q, (rows, 1)), np.repeat(r, columns, axis=0))
 
 
 def recentred(coefficients: Floats, cells: Cells) -> Floats:
@@ -138,19 +138,23 @@ def derivative(coefficients: Floats, axis: int) -> Floats:
 
 
 def refine(
-    evaluate: Callable[[Cells], Bounds], start: Cells, aims: Sequence[Aim], worst: Sequence[float], count: int
+    evaluate: Callable[[Cells], Bounds],
+    start: Cells,
+    accuracies: Sequence[Accuracy],
+    worst: Sequence[float],
+    count: int,
 ) -> tuple[Floats, Floats, Floats]:
-    """Bound quantities on homes, cell by cell, halving cells until the bounds are as good as the aims ask.
+    """Bound quantities on spans, cell by cell, halving cells until the bounds are as good as the accuracies ask.
 
     Parameters
     ----------
     evaluate : function of Cells
     start : Cells
-    aims : m of them
+    accuracies : m of them
     worst : m floats
         What has been seen of each quantity elsewhere.
     count : int
-        Number of homes.
+        Number of spans.
 
     Returns
     -------
@@ -158,7 +162,7 @@ def refine(
     place : (count, m, 2) array
         In u and v.
     """
-    m = len(aims)
+    m = len(accuracies)
     upper, seen, place = np.full((count, m), -np.inf), np.full((count, m), -np.inf), np.zeros((count, m, 2))
     cells, left = start, _MOST * count
     for round in range(_ROUNDS + 1):
@@ -166,22 +170,22 @@ def refine(
         for k in range(m):
             # The last of equal indices stays, which is the worst.
             order = np.argsort(found.seen[:, k])
-            order = order[found.seen[order, k] > seen[cells.home[order], k]]
-            where = cells.home[order]
+            order = order[found.seen[order, k] > seen[cells.span[order], k]]
+            where = cells.span[order]
             seen[where, k] = found.seen[order, k]
             place[where, k] = cells.centre[order] + cells.half[order] * found.place[order, k]
         enough = [
-            np.maximum(aim.enough(seen[:, k].max(), known), aim.close(seen[:, k]))
-            for k, (aim, known) in enumerate(zip(aims, worst, strict=True))
+            np.maximum(accuracy.enough(seen[:, k].max(), known), accuracy.close(seen[:, k]))
+            for k, (accuracy, known) in enumerate(zip(accuracies, worst, strict=True))
         ]
-        open_ = np.any(found.upper > np.stack(enough, axis=1)[cells.home], axis=1)
+        open_ = np.any(found.upper > np.stack(enough, axis=1)[cells.span], axis=1)
         left -= 4 * np.count_nonzero(open_)
         if round == _ROUNDS or left < 0:
             open_ = np.zeros(len(open_), dtype=bool)
-        np.maximum.at(upper, cells.home[~open_], found.upper[~open_])
+        np.maximum.at(upper, cells.span[~open_], found.upper[~open_])
         if not open_.any():
             break
-        cells = _halved(cells.some(open_), found.vary[open_])
+        cells = _halved(cells.select(open_), found.vary[open_])
     return upper, seen, place
 
 
@@ -190,10 +194,10 @@ def whole(count: int) -> Cells:
     return Cells(np.arange(count), np.full((count, 2), 0.5), np.full((count, 2), 0.5))
 
 
-def found_on(homes: Homes, upper: Floats, seen: Floats, place: Floats) -> Found:
+def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) -> SpanBounds:
     """Bounds (n,) of one quantity on every home, with places (n, 2) in u and v."""
-    q = (homes.q[:, 0] + place[:, 0] * homes.q[:, 1]) % 1.0
-    return Found(upper, seen, q, homes.r[:, 0] + place[:, 1] * homes.r[:, 1])
+    q = (spans.q[:, 0] + place[:, 0] * spans.q[:, 1]) % 1.0
+    return SpanBounds(upper, seen, q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
 
 
 def _halved(cells: Cells, vary: Floats) -> Cells:
@@ -206,7 +210,7 @@ def _halved(cells: Cells, vary: Floats) -> Cells:
         centre = np.concatenate(
             [np.where(both[:, None], cells.centre - step, cells.centre), (cells.centre + step)[both]]
         )
-        cells = Cells(np.concatenate([cells.home, cells.home[both]]), centre, np.concatenate([half, half[both]]))
+        cells = Cells(np.concatenate([cells.span, cells.span[both]]), centre, np.concatenate([half, half[both]]))
         vary = np.concatenate([vary, vary[both]])
     return cells
 

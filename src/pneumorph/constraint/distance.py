@@ -26,10 +26,10 @@ Ints = NDArray[np.integer]
 class ClosestPoints(NamedTuple):
     """Partners of n samples, in arrays of fixed shape.
 
-    The closest point to sample i is Σ_k weight[i, k]·X[partner[i, k]] + rest[i] with X the positions of all samples.
+    The closest point to sample i is Σ_k weight[i, k]·X[sample[i, k]] + rest[i] with X the positions of all samples.
     """
 
-    partner: Ints  # (n, 4)
+    sample: Ints  # (n, 4)
     weight: Floats  # (n, 4)
     rest: Floats  # (n, 3) mm
     active: NDArray[np.bool_]  # (n,): false where no partner is within reach
@@ -40,12 +40,12 @@ def distances(X: Array, source: Ints, partners: ClosestPoints) -> Array:
 
     X is (n_samples, 3). Differentiable, also at distance zero.
     """
-    closest = jnp.einsum("nk,nkc->nc", partners.weight, X[partners.partner]) + partners.rest
+    closest = jnp.einsum("nk,nkc->nc", partners.weight, X[partners.sample]) + partners.rest
     return jnp.sqrt(jnp.sum((X[source] - closest) ** 2, axis=1) + 1e-12)
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class SampledSurface:
     """A surface to which closest points are asked: the tube, with the end discs where it is a closed chamber.
 
     Samples are numbered row by row, n of them in all.
@@ -160,7 +160,7 @@ class Target:
         return np.einsum("nk,nkc->nc", weight, self.x[index])
 
 
-def target(fields: Fields, grid: Grid, discs: bool) -> Target:
+def sampled_surface(fields: Fields, grid: Grid, discs: bool) -> SampledSurface:
     """Make a surface searchable, from the fields of its tube, with or without its end discs."""
     rings = len(grid.rings) if discs else 0
     whole = with_discs(fields, grid) if discs else fields
@@ -172,7 +172,7 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
     behind = ahead.copy()
     behind[rings] = ahead[rows - rings - 1] = 0.0
     behind[0] = ahead[-1] = 0.0
-    return Target(
+    return SampledSurface(
         grid=grid,
         rings=rings,
         fields=Fields(*(np.ascontiguousarray(np.asarray(field).reshape(3, -1).T) for field in whole)),
@@ -181,25 +181,25 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
     )
 
 
-def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bool_], Ints]:
-    """Whether a sample of the target is within `bound` of each point; its number, else 0."""
-    distance, near = _tree(target.x).query(points, distance_upper_bound=bound, workers=-1)
+def nearest(points: Floats, surface: SampledSurface, bound: float) -> tuple[NDArray[np.bool_], Ints]:
+    """Whether a sample of the surface is within `bound` of each point; its number, else 0."""
+    distance, near = _tree(surface.x).query(points, distance_upper_bound=bound, workers=-1)
     within = np.isfinite(distance)
     return within, np.where(within, near, 0)
 
 
-def wall_closest(points: Floats, target: Target, bound: float, first: int) -> ClosestPoints:
+def wall_closest(points: Floats, surface: SampledSurface, bound: float, first: int) -> ClosestPoints:
     """Closest points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
     # The nearest sample is farther than the closest point, by less than a cell's diagonal.
-    within, near = nearest(points, target, bound + 1.0)
+    within, near = nearest(points, surface, bound + 1.0)
     some = np.flatnonzero(within)
-    distance, closest, offset = target.closest(points[some], near[some])
+    distance, closest, offset = surface.closest(points[some], near[some])
     active = distance <= bound
     some = some[active]
-    return _closest_points(len(points), target, first, some, near[some], offset[active], closest[active])
+    return _closest_points(len(points), surface, first, some, near[some], offset[active], closest[active])
 
 
-def fold_closest(tube: Target, neighbourhood: float, bound: float, first: int) -> ClosestPoints:
+def fold_closest(tube: SampledSurface, neighbourhood: float, bound: float, first: int) -> ClosestPoints:
     """Closest points to every other sample of a tube on itself outside the neighbourhood; active within `bound` mm."""
     source = every_other(tube.grid)
     fold = nearest_fold(tube, neighbourhood, bound + 0.5, source)
@@ -217,13 +217,13 @@ def joined(sets: list[ClosestPoints]) -> ClosestPoints:
 
 
 def _closest_points(
-    n: int, target: Target, first: int, some: Ints, near: Ints, offset: Floats, closest: Floats
+    n: int, surface: SampledSurface, first: int, some: Ints, near: Ints, offset: Floats, closest: Floats
 ) -> ClosestPoints:
     """The closest points of n samples, of which `some` have one."""
     index, weight, rest = np.full((n, 4), first, dtype=np.int32), np.zeros((n, 4)), np.zeros((n, 3))
-    corner, weight[some] = target.corners(near, offset)
+    corner, weight[some] = surface.corners(near, offset)
     index[some] = corner + first
-    rest[some] = closest - target.between(near, offset)
+    rest[some] = closest - surface.between(near, offset)
     active = np.zeros(n, dtype=bool)
     active[some] = True
     return ClosestPoints(index, weight, rest, active)
@@ -242,7 +242,7 @@ class Fold(NamedTuple):
     facing: NDArray[np.bool_]  # (n,) whether it is on a facing wall rather than on the edge of the neighbourhood
 
 
-def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints) -> Fold:
+def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, source: Ints) -> Fold:
     """Find the nearest place of the same tube outside the neighbourhood, for some of its samples.
 
     Facing walls are nearly parallel, so that every other sample both ways sees how near they come.
@@ -254,7 +254,7 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints)
 
     Parameters
     ----------
-    tube : Target
+    tube : SampledSurface
         Without discs.
     neighbourhood : float
         Distance in mm along the starting surface within which nothing counts.
@@ -290,13 +290,13 @@ _AS_SHORT = 0.7
 """Chords across a neighbourhood are at least this part of its length along the surface, which bends."""
 
 
-def _least_stretch(tube: Target) -> Floats:
+def _least_stretch(tube: SampledSurface) -> Floats:
     """Length (n,) of the shortest tangent per mm of the starting tube, at all samples."""
     E, F, G = _dot(tube.fields.q, tube.fields.q), _dot(tube.fields.q, tube.fields.r), _dot(tube.fields.r, tube.fields.r)
     return np.sqrt(np.maximum(0.5 * (E + G - np.hypot(E - G, 2.0 * F)), 0.0))
 
 
-def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:
+def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:
     """Distance, nearest sample and offset of the nearest place on the edge of each source's neighbourhood."""
     step_q, step_r = tube.grid.step
     rows, columns = tube.grid.shape

@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.cells import (
     BACKWARDS,
-    Aim,
+    Accuracy,
     Bounds,
     Cells,
-    Found,
-    Homes,
+    KnotSpans,
+    SpanBounds,
     derivative,
-    found_on,
     power,
     recentred,
     refine,
+    span_bounds,
     whole,
 )
 from pneumorph.constraint.surface import FLOOR, SMOOTHING, Form, Forms, forms
@@ -39,7 +39,7 @@ _FLAT = 1e-6  # mm by which a ring may be off its pole's plane
 
 @dataclass(frozen=True, eq=False)
 class Polynomials:
-    """What tangents are made of, on the homes of a surface: coefficients (n, f, 4, 4) of v^i u^j.
+    """What tangents are made of, on the spans of a surface: coefficients (n, f, 4, 4) of v^i u^j.
 
     Attributes
     ----------
@@ -60,12 +60,12 @@ class Polynomials:
     broken: NDArray[np.bool_]
 
 
-def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
+def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
     """The polynomials of a surface."""
-    (tau_q, tau_r), n = surface.size, len(homes.x)
-    scale = np.stack([1.0 / (homes.q[:, 1] * tau_q), 1.0 / (homes.r[:, 1] * tau_r)], axis=1)
-    r_q = derivative(homes.x, -1) * scale[:, 0, None, None, None]
-    r_r = derivative(homes.x, -2) * scale[:, 1, None, None, None]
+    (tau_q, tau_r), n = surface.size, len(spans.x)
+    scale = np.stack([1.0 / (spans.q[:, 1] * tau_q), 1.0 / (spans.r[:, 1] * tau_r)], axis=1)
+    r_q = derivative(spans.x, -1) * scale[:, 0, None, None, None]
+    r_r = derivative(spans.x, -2) * scale[:, 1, None, None, None]
     broken = np.zeros(n, dtype=bool)
     if surface.ends == "flat":
         return Polynomials(np.concatenate([r_q, r_r], axis=1), scale, False, broken)
@@ -76,7 +76,7 @@ def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
     S = np.repeat(S, columns, axis=0)
     beside = np.zeros(n, dtype=bool)
     beside[:columns] = beside[(rows - 1) * columns :] = True
-    broken[beside] = np.abs(homes.x[beside, 2, 1]).max(axis=-1) > _FLAT
+    broken[beside] = np.abs(spans.x[beside, 2, 1]).max(axis=-1) > _FLAT
 
     def divided(part: Floats, times: int = 1) -> Floats:
         part = part.copy()
@@ -91,35 +91,37 @@ def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
     return Polynomials(np.concatenate(parts, axis=1), scale, True, broken)
 
 
-def enclosed(surface: TubeSurface, homes: Homes, form: Form, aims: list[Aim], worst: list[float]) -> dict[str, Found]:
+def enclosed(
+    surface: TubeSurface, spans: KnotSpans, form: Form, accuracies: list[Accuracy], worst: list[float]
+) -> dict[str, SpanBounds]:
     """Bounds of the four limited quantities on every home; the area element with its sign turned.
 
     Parameters
     ----------
-    surface, homes
+    surface, spans
     form : "per_mm" or "printed"
         Of the stretch.
-    aims, worst : four each
+    accuracies, worst : four each
         In the order of `NAMES`; see `refine`.
     """
-    made, aspect = polynomials(surface, homes), surface.size[1] / surface.size[0]
+    made, aspect = polynomials(surface, spans), surface.size[1] / surface.size[0]
 
     def evaluate(cells: Cells) -> Bounds:
         parts = []
-        for first in range(0, len(cells.home), _BLOCK):
-            block = cells.some(slice(first, first + _BLOCK))
+        for first in range(0, len(cells.span), _BLOCK):
+            block = cells.select(slice(first, first + _BLOCK))
             found, vary = _forms(made, block)
-            parts.append(_bounds(found, aspect, form, vary, made.broken[block.home]))
+            parts.append(_bounds(found, aspect, form, vary, made.broken[block.span]))
         return Bounds(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    upper, seen, place = refine(evaluate, whole(len(homes.x)), aims, worst, len(homes.x))
-    return {name: found_on(homes, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
+    upper, seen, place = refine(evaluate, whole(len(spans.x)), accuracies, worst, len(spans.x))
+    return {name: span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
 
 
 def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
     """Taylor models of the forms on cells, and how much the tangents vary along u and v."""
-    local = recentred(made.parts[cells.home], cells)
-    by_q, by_r = (made.scale[cells.home] / cells.half).T[:, :, None, None]
+    local = recentred(made.parts[cells.span], cells)
+    by_q, by_r = (made.scale[cells.span] / cells.half).T[:, :, None, None]
     m = [taylor(local[:, k]) for k in range(local.shape[1])]
     d_q = {k: taylor(derivative(local[:, k], -1) * by_q) for k in range(local.shape[1]) if k < 3 or k == 6}
     d_r = {k: taylor(derivative(local[:, k], -2) * by_r) for k in range(local.shape[1])}
@@ -135,7 +137,7 @@ def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
     else:
         across, along, across_q, across_r = m[:3], m[3:6], [d_q[k] for k in range(3)], [d_r[k] for k in range(3)]
         found = forms(across, along, across_q, across_r, [d_r[k] for k in range(3, 6)], 1.0, 0.0)
-    vary = np.zeros((len(cells.home), 2))
+    vary = np.zeros((len(cells.span), 2))
     for part in (*across, *along, *across_q, *across_r):
         vary += np.stack([np.abs(part.c[1]) + np.abs(part.c[3]), np.abs(part.c[2]) + np.abs(part.c[5])], axis=1)
     return found, vary

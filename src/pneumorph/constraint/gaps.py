@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.cells import Aim, Homes, power
+from pneumorph.constraint.cells import Accuracy, KnotSpans, power
 from pneumorph.constraint.extent import FROM_POWERS
 from pneumorph.constraint.separation import candidates, least_distances, nearest_centres, spheres
 from pneumorph.geometry import TubeSurface
@@ -65,12 +65,12 @@ class Gaps(NamedTuple):
     b: Floats
 
 
-def patches(surface: TubeSurface, homes: Homes) -> Patches:
+def patches(surface: TubeSurface, spans: KnotSpans) -> Patches:
     """The patches of a surface."""
-    nets = np.moveaxis(FROM_POWERS @ homes.x @ FROM_POWERS.T, 1, -1)
+    nets = np.moveaxis(FROM_POWERS @ spans.x @ FROM_POWERS.T, 1, -1)
     columns = surface.basis_q.spans
     shrink = np.einsum("aij,j->ai", power(surface.basis_r), surface.parallels)
-    boxes = np.concatenate([homes.q, homes.r, np.repeat(shrink, columns, axis=0)], axis=1)
+    boxes = np.concatenate([spans.q, spans.r, np.repeat(shrink, columns, axis=0)], axis=1)
     if surface.ends == "pole":
         # The last row runs backwards; here it need not, so that S and the nets have one direction.
         nets[-columns:] = nets[-columns:, ::-1]
@@ -82,7 +82,7 @@ def patches(surface: TubeSurface, homes: Homes) -> Patches:
             ray = np.linspace(0.0, 1.0, 4)[None, :, None, None]
             centre = surface.end_centres[int(tip)]
             nets = np.concatenate([nets, centre + ray * (rim[:, None] - centre)])
-            ring = np.concatenate([homes.q[:columns], np.tile([float(tip), 0.0, 1.0, 0.0, 0.0, 0.0], (columns, 1))], 1)
+            ring = np.concatenate([spans.q[:columns], np.tile([float(tip), 0.0, 1.0, 0.0, 0.0, 0.0], (columns, 1))], 1)
             boxes = np.concatenate([boxes, ring])
             disc = np.concatenate([disc, np.ones(columns, dtype=bool)])
     nets = np.ascontiguousarray(nets)
@@ -97,7 +97,7 @@ def without_discs(surface: Patches) -> Patches:
     return Patches(nets, boxes, surface.disc[some], surface.centres[some], surface.radii[some], surface.size)
 
 
-def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst: float) -> tuple[Gaps, float]:
+def gaps(first: Patches, second: Patches, neighbourhood: float, accuracy: Accuracy, worst: float) -> tuple[Gaps, float]:
     """Bound the distances of two surfaces' patches, or of one's among each other.
 
     Parameters
@@ -106,7 +106,7 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
         Without discs where they are the same, to measure a fold.
     neighbourhood : float
         Points nearer each other on the starting tube do not count; zero for walls.
-    aim : Aim
+    accuracy : Accuracy
         In distances with their sign turned.
     worst : float
         The least distance known elsewhere.
@@ -120,12 +120,12 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
         A distance that all other pairs certainly keep.
     """
     same = first is second
-    bound = -aim.bound
+    bound = -accuracy.bound
     parts = (first.centres, second.centres, first.boxes, second.boxes)
     known, *nearest = nearest_centres(*parts, first.size, neighbourhood)
 
     def enough(seen: float) -> float:
-        return -aim.enough(-min(seen, _FAR * bound), -worst)
+        return -accuracy.enough(-min(seen, _FAR * bound), -worst)
 
     asked = enough(known)
     pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, same)
@@ -143,7 +143,7 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
     for some in (order[:_FIRST], np.random.default_rng(0).permutation(order[_FIRST:])):
         if not len(some):
             continue
-        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, asked, aim, work)
+        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, asked, accuracy, work)
         i, j = pairs[some].T
         found.append(Gaps(lower, seen, pairs[some], _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
         asked = min(asked, enough(min(known, float(seen.min()))))
@@ -153,7 +153,7 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
 
-def foremost(found: Gaps, needed: float) -> NDArray[np.integer]:
+def nearest_uncertified(found: Gaps, needed: float) -> NDArray[np.integer]:
     """Numbers of the pairs seen but not certified to be so far apart: of those of each patch, the nearest."""
     some = np.flatnonzero(~(found.lower >= needed))
     some = some[np.isfinite(found.seen[some])]
@@ -168,16 +168,16 @@ def _bounded(
     second: Patches,
     neighbourhood: float,
     asked: float,
-    aim: Aim,
+    accuracy: Accuracy,
     work: float,
 ) -> tuple[Floats, Floats, Floats]:
     """Lower bounds, seen distances and their u, v for pairs of patches; hard ones get more work, within limits."""
     lower, seen, at = np.zeros(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
-    bound = -aim.bound
+    bound = -accuracy.bound
     for most, modest in _PASSES:
-        target = min(asked, -aim.needed) if modest else asked
+        sufficient = min(asked, -accuracy.needed) if modest else asked
         known = np.minimum(seen, 1e9)
-        some = np.flatnonzero(lower < np.minimum(target, known - aim.gap * np.maximum(1.0, known / bound)))
+        some = np.flatnonzero(lower < np.minimum(sufficient, known - accuracy.gap * np.maximum(1.0, known / bound)))
         if not len(some) or seen.min() < _BROKEN * bound:
             break
         near, where = np.empty(len(some)), np.empty((len(some), 4))
@@ -189,8 +189,8 @@ def _bounded(
             second.boxes,
             first.size,
             neighbourhood,
-            target,
-            aim.gap,
+            sufficient,
+            accuracy.gap,
             bound,
             int(min(most, max(work / len(some), 4))),
             near,

@@ -17,7 +17,7 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
-from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, target, wall_closest
+from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, sampled_surface, wall_closest
 from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures
 from pneumorph.constraint.table import TABLE
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pneumorph.problem import Limits
 
 
-class Pairs(NamedTuple):
+class Partners(NamedTuple):
     """Who is near whom at the control points `found_at` (n_points, 3); arrays of fixed shapes."""
 
     wall: ClosestPoints
@@ -70,7 +70,7 @@ class LimitFunctions:
     envelope: float | None
     reach: float
 
-    def values(self, points: ArrayLike, pairs: Pairs) -> dict[str, Array]:
+    def values(self, points: ArrayLike, partners: Partners) -> dict[str, Array]:
         """Constraint values at control points (n_points, 3), or flat; held where c ≤ 0. Jittable and differentiable.
 
         Returns
@@ -89,17 +89,17 @@ class LimitFunctions:
         shapes = [measures(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
         tubes = [grid.positions(net) for net, grid in zip(nets, self.grids, strict=True)]
         X = self.positions(tubes)
-        wall = distances(X, self._wall_source, pairs.wall)
-        fold = distances(X, self._fold_source, pairs.fold)
+        wall = distances(X, self._wall_source, partners.wall)
+        fold = distances(X, self._fold_source, partners.fold)
         clear = [jnp.minimum(x[2], self.length - x[2]).ravel() for x in tubes]
 
         def over(name: str) -> Array:
             return jnp.concatenate([getattr(shape, name).ravel() for shape in shapes])
 
         result = {
-            "wall": jnp.where(pairs.wall.active, 1.0 - wall / self.wall, -1.0),
+            "wall": jnp.where(partners.wall.active, 1.0 - wall / self.wall, -1.0),
             "ends": jnp.concatenate([-clear[0] / self.wall, *(1.0 - height / self.wall for height in clear[1:])]),
-            "fold": jnp.where(pairs.fold.active, 1.0 - fold / self.fold, -1.0),
+            "fold": jnp.where(partners.fold.active, 1.0 - fold / self.fold, -1.0),
             "rim": jnp.concatenate([self._rim(x, grid) for x, grid in zip(tubes, self.grids, strict=True)]),
             "curvature": over("curvature") / self.curvature - 1.0,
             "skew": over("skew") / self.skew - 1.0,
@@ -122,22 +122,27 @@ class LimitFunctions:
             for name, value in values.items()
         }
 
-    def pairs(self, points: ArrayLike) -> Pairs:
+    def partners(self, points: ArrayLike) -> Partners:
         """Find every sample's partners again, at the control points (n_points, 3), or flat."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
         fields = self.fields(points)
-        targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)]
-        return Pairs(
+        closed = [
+            sampled_surface(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)
+        ]
+        return Partners(
             wall=joined(
                 [
-                    wall_closest(targets[a].x, targets[b], self.wall + self.reach, self._first[b])
+                    wall_closest(closed[a].x, closed[b], self.wall + self.reach, self._first[b])
                     for a, b in self._neighbours
                 ]
             ),
             fold=joined(
                 [
                     fold_closest(
-                        target(field, grid, discs=False), self.neighbourhood, self.fold + self.reach, tube.start
+                        sampled_surface(field, grid, discs=False),
+                        self.neighbourhood,
+                        self.fold + self.reach,
+                        tube.start,
                     )
                     for field, grid, tube in zip(fields, self.grids, self._tubes, strict=True)
                 ]
@@ -145,9 +150,9 @@ class LimitFunctions:
             found_at=points,
         )
 
-    def moved(self, points: ArrayLike, pairs: Pairs) -> bool:
+    def moved(self, points: ArrayLike, partners: Partners) -> bool:
         """Whether control points have moved so far since the partners were found that they should be found again."""
-        step = np.asarray(points, dtype=float).reshape(-1, 3) - pairs.found_at
+        step = np.asarray(points, dtype=float).reshape(-1, 3) - partners.found_at
         return bool(np.sqrt((step**2).sum(axis=1).max()) > self.reach / 4.0)
 
     # Each two surfaces are compared once. The exterior has the closer samples and therefore asks the chambers; with the

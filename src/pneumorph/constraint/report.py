@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.constraint import extent
-from pneumorph.constraint.cells import FINE, Aim, Found, homes
+from pneumorph.constraint.cells import FINE, Accuracy, SpanBounds, knot_spans
 from pneumorph.constraint.enclosure import NAMES, enclosed
-from pneumorph.constraint.gaps import Gaps, foremost, gaps, patches, without_discs
+from pneumorph.constraint.gaps import Gaps, gaps, nearest_uncertified, patches, without_discs
 from pneumorph.constraint.table import BY_NAME, TABLE, Limit
 from pneumorph.geometry import Body
 
@@ -29,7 +29,7 @@ Ints = NDArray[np.integer]
 
 # Part of the distance from the limit that may lie between certified and seen; a fold's far from its limit is mostly
 # the edge of the neighbourhood, of which nobody needs to know more than that it is far.
-_EASE, _EASE_OF_FOLDS = 0.01, 0.8
+_RELATIVE_GAP, _FOLD_RELATIVE_GAP = 0.01, 0.8
 
 
 @dataclass(frozen=True)
@@ -189,39 +189,39 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
     slack : float
         The report's `places` are those not certified to hold within so many times the tolerances.
     """
-    parts = [homes(surface) for surface in body.surfaces]
+    parts = [knot_spans(surface) for surface in body.surfaces]
     length = float(body.exterior.net[-1, 0, 2])
     tallies = {limit.name: _Tally(limit, bound, slack) for limit in TABLE if (bound := limit.read(spec)) is not None}
 
     tally = tallies["ends"]
-    tally.points(0, extent.beyond(parts[0], length, tally.aim, 0.0))
+    tally.points(0, extent.beyond(parts[0], length, tally.accuracy, 0.0))
     if "envelope" in tallies:
         tally = tallies["envelope"]
-        tally.points(0, extent.radius(parts[0], tally.aim, tally.worst))
+        tally.points(0, extent.radius(parts[0], tally.accuracy, tally.worst))
     tally = tallies["planes"]
     for number in range(1, len(parts)):
-        tally.points(number, extent.beyond(parts[number], length, tally.aim, tally.worst))
+        tally.points(number, extent.beyond(parts[number], length, tally.accuracy, tally.worst))
     tally = tallies["rim"]
     for number, (surface, part) in enumerate(zip(body.surfaces, parts, strict=True)):
         if surface.ends == "flat":
-            for found in extent.rims(surface, part, spec.fold.neighbourhood, tally.aim, tally.worst):
+            for found in extent.rims(surface, part, spec.fold.neighbourhood, tally.accuracy, tally.worst):
                 tally.points(number, found)
 
     shapes = [tallies[name] for name in NAMES]
     for number, (surface, part) in enumerate(zip(body.surfaces, parts, strict=True)):
-        aims, worst = [tally.aim for tally in shapes], [tally.worst for tally in shapes]
-        for name, found in enclosed(surface, part, spec.stretch.form, aims, worst).items():
+        accuracies, worst = [tally.accuracy for tally in shapes], [tally.worst for tally in shapes]
+        for name, found in enclosed(surface, part, spec.stretch.form, accuracies, worst).items():
             tallies[name].points(number, found)
 
     sides = [patches(surface, part) for surface, part in zip(body.surfaces, parts, strict=True)]
     wall, fold = tallies["wall"], tallies["fold"]
     for a, b in combinations(range(len(sides)), 2):
         known = -max(wall.worst, tallies["planes"].worst)
-        wall.pairs(a, b, *gaps(sides[a], sides[b], 0.0, wall.aim, known))
+        wall.pairs(a, b, *gaps(sides[a], sides[b], 0.0, wall.accuracy, known))
     for a, side in enumerate(sides):
         tube = without_discs(side)
         known = -max(fold.worst, tallies["rim"].worst)
-        fold.pairs(a, a, *gaps(tube, tube, spec.fold.neighbourhood, fold.aim, known))
+        fold.pairs(a, a, *gaps(tube, tube, spec.fold.neighbourhood, fold.accuracy, known))
 
     names = [surface.name for surface in body.surfaces]
     return LimitReport(
@@ -240,21 +240,21 @@ class _Tally:
         self.limit, self.bound = limit, bound
         self.sign = -1.0 if limit.at_least else 1.0
         scale = bound or limit.tolerance
-        self.aim = Aim(
+        self.accuracy = Accuracy(
             bound=self.sign * bound,
             needed=self.sign * bound + slack * limit.tolerance * (bound or 1.0),
             gap=FINE * scale,
-            ease=_EASE_OF_FOLDS if limit.name == "fold" else _EASE,
+            relative_gap=_FOLD_RELATIVE_GAP if limit.name == "fold" else _RELATIVE_GAP,
         )
         self.worst, self.upper = -np.inf, -np.inf
         self.place = (0, 0.0, 0.0)
         self._points: list[Points] = []
         self._pairs: list[Pairs] = []
 
-    def points(self, surface: int, found: Found) -> None:
+    def points(self, surface: int, found: SpanBounds) -> None:
         """Take in the bounds on a surface's knot spans."""
         self._worst(found.upper, found.seen, surface, found.q, found.r)
-        some = ~(found.upper <= self.aim.needed)
+        some = ~(found.upper <= self.accuracy.needed)
         self._points.append(
             Points(
                 np.full(np.count_nonzero(some), surface),
@@ -269,7 +269,7 @@ class _Tally:
         """Take in the distances between two surfaces, and what all others keep."""
         self._worst(-found.lower, -found.seen, first, found.a[:, 0], found.a[:, 1])
         self.upper = max(self.upper, -beyond)
-        some = foremost(found, -self.aim.needed)
+        some = nearest_uncertified(found, -self.accuracy.needed)
         n = len(some)
         self._pairs.append(
             Pairs(

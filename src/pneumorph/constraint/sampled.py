@@ -33,7 +33,7 @@ DIGITS = 9
 """Values that are equal to so many digits are equal."""
 
 
-class Part(NamedTuple):
+class RowBlock(NamedTuple):
     """Some rows of one kind: cells and values (m,), columns and entries (m, k)."""
 
     kind: Ints

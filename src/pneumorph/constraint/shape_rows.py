@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.frame import frame
 from pneumorph.constraint.report import Points
-from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, LimitSamples, Part, cell_of, worst_samples
+from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, LimitSamples, RowBlock, cell_of, worst_samples
 from pneumorph.constraint.sampling import Grid
 from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.geometry.local import at, local
+from pneumorph.geometry.local import nonzero_functions, point_weights
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -28,7 +28,7 @@ _BLOCK = 4096
 
 def shapes(
     limits: LimitSamples, body: Body, least: float, places: Mapping[str, Points] | None
-) -> tuple[list[Part], dict[str, Points]]:
+) -> tuple[list[RowBlock], dict[str, Points]]:
     """The rows, and by measure the places of those that are close to their bounds."""
     spec = limits.spec
     scale = np.array([1 / spec.curvature, 1 / spec.skew, 1 / spec.stretch.limit, -1 / MIN_AREA])
@@ -48,7 +48,7 @@ def shapes(
         value, entry, points = differentiated_shapes(surface, samples, kind, q, r, spec.stretch.form)
         excess = scale[kind] * value + shift[kind]
         unknowns = (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48)
-        rows.append(Part(kind, limits.first[number] + cell, excess, unknowns, scale[kind][:, None] * entry))
+        rows.append(RowBlock(kind, limits.first[number] + cell, excess, unknowns, scale[kind][:, None] * entry))
         close = excess > CLOSE
         close_by.append((kind[close], np.full(np.count_nonzero(close), number), q[close], r[close], value[close]))
     kind, surface, q, r, value = (np.concatenate(parts) for parts in zip(*close_by, strict=True))
@@ -133,8 +133,8 @@ def _measured(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
 
 def _tangents(surface: TubeSurface, q: Floats, r: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats, Floats]:
     """At places (m,): (U … r_rr (5, 3, m), S, dS/dr), and the functions of r (4, 3, m, 4) and q (3, m, 4) behind."""
-    in_q, in_r = local(surface.basis_q, q)[0], local(surface.basis_r, r)[0]
-    by_q = np.stack([local(surface.basis_q, q, order)[1] / surface.size[0] ** order for order in range(3)])
+    in_q, in_r = nonzero_functions(surface.basis_q, q)[0], nonzero_functions(surface.basis_r, r)[0]
+    by_q = np.stack([nonzero_functions(surface.basis_q, q, order)[1] / surface.size[0] ** order for order in range(3)])
     rows, back = np.unique(r, return_inverse=True)
     parts = frame(surface, rows)
     by_r = np.take_along_axis(np.stack(parts[:4])[:, :, back], in_r[None, None], axis=3)
@@ -158,7 +158,7 @@ def differentiated_shapes(
         np.einsum("cm,cmj,mi->mjic", slopes[k], by_r[of], by_q[order], optimize=True)
         for k, (of, order) in enumerate(_ORDERS)
     )
-    points, _ = at(surface, q, r)
+    points, _ = point_weights(surface, q, r)
     return value[kind, np.arange(len(kind))], np.asarray(entry).reshape(len(kind), 48), points
 
 
