@@ -29,8 +29,8 @@ KINDS = [kind for kind in vars(units).values() if isinstance(kind, units.Kind)]
         ("2 N", units.FORCE, 2.0),
         ("1 kg*m/s^2", units.FORCE, 1.0),
         ("4 N/mm", units.STIFFNESS, 4.0),
-        ("0.1 N*m/rad", units.TURNING_STIFFNESS, 100.0),
-        ("100 N*mm", units.TURNING_STIFFNESS, 100.0),
+        ("0.1 N*m/rad", units.ROTATIONAL_STIFFNESS, 100.0),
+        ("100 N*mm", units.ROTATIONAL_STIFFNESS, 100.0),
     ],
 )
 def test_reads(text, kind, value):
@@ -44,7 +44,7 @@ def test_inside_units_are_consistent():
 
 
 def test_degrees_become_radians():
-    assert units.parse("1 N*mm/deg", units.TURNING_STIFFNESS) == pytest.approx(180 / math.pi, rel=1e-15)
+    assert units.parse("1 N*mm/deg", units.ROTATIONAL_STIFFNESS) == pytest.approx(180 / math.pi, rel=1e-15)
 
 
 @pytest.mark.parametrize(

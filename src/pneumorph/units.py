@@ -44,7 +44,7 @@ ANGLE = Kind("an angle", "rad", "deg", "30 deg")
 FORCE = Kind("a force", "N", "N", "2 N")
 MOMENT = Kind("a moment", "N*mm", "N*mm", "50 N*mm")
 STIFFNESS = Kind("a stiffness", "N/mm", "N/mm", "4 N/mm")
-TURNING_STIFFNESS = Kind("a stiffness against turning", "N*mm/rad", "N*mm/rad", "100 N*mm/rad")
+ROTATIONAL_STIFFNESS = Kind("a stiffness against turning", "N*mm/rad", "N*mm/rad", "100 N*mm/rad")
 
 
 def text_of(quantity: Any) -> Any:

@@ -23,14 +23,14 @@ from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, component_of
 from pneumorph.problem.objective import ObjectiveSpec
-from pneumorph.problem.table import Misfit, Quantity, Table
+from pneumorph.problem.table import InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 Curvature = Annotated[float, Quantity(units.CURVATURE, "positive")]
-Gauge = Annotated[float, Quantity(units.PRESSURE)]
+GaugePressure = Annotated[float, Quantity(units.PRESSURE)]
 Stiffness = Annotated[float, Quantity(units.STIFFNESS, "not negative")]
-TurningStiffness = Annotated[float, Quantity(units.TURNING_STIFFNESS, "not negative")]
+RotationalStiffness = Annotated[float, Quantity(units.ROTATIONAL_STIFFNESS, "not negative")]
 Force = Annotated[float, Quantity(units.FORCE)]
 Moment = Annotated[float, Quantity(units.MOMENT)]
 Number = Annotated[float, Strict()]
@@ -98,9 +98,9 @@ class Spring(Table):
     shift_x: Stiffness = 0.0
     shift_y: Stiffness = 0.0
     axial: Stiffness = 0.0
-    bending_x: TurningStiffness = 0.0
-    bending_y: TurningStiffness = 0.0
-    torsion: TurningStiffness = 0.0
+    bending_x: RotationalStiffness = 0.0
+    bending_y: RotationalStiffness = 0.0
+    torsion: RotationalStiffness = 0.0
 
     @model_validator(mode="before")
     @classmethod
@@ -109,7 +109,7 @@ class Spring(Table):
             return data
         for motion, component in COMPONENT_OF.items():
             if motion in data and component in data:
-                raise Misfit(motion, f"is the same as {component}; write one of them")
+                raise InvalidKey(motion, f"is the same as {component}; write one of them")
         return {component_of(key): value for key, value in data.items()}
 
 
@@ -129,7 +129,7 @@ class EndEffector(Table):
     def _nothing_on_a_free_tip(self) -> "EndEffector":
         for key in ("spring", "force", "moment", "hold"):
             if self.kind == "free" and getattr(self, key) != type(self).model_fields[key].default:
-                raise Misfit(key, f'a free tip has no plate to carry it; take kind = "plate" or leave {key} out')
+                raise InvalidKey(key, f'a free tip has no plate to carry it; take kind = "plate" or leave {key} out')
         return self
 
 
@@ -143,7 +143,7 @@ class Gravity(Table):
     def _unit_direction(self) -> "Gravity":
         length = math.hypot(*self.direction)
         if length == 0:
-            raise Misfit("direction", "has no length; write e.g. direction = [0, 0, -1]")
+            raise InvalidKey("direction", "has no length; write e.g. direction = [0, 0, -1]")
         if not math.isclose(length, 1.0, rel_tol=1e-12):
             object.__setattr__(self, "direction", tuple(part / length for part in self.direction))
         return self
@@ -152,9 +152,9 @@ class Gravity(Table):
 class Pressure(Table):
     """The gauge pressure of a chamber in MPa: fixed, or free between min and max and then designed with the shape."""
 
-    start: Gauge
-    min: Gauge
-    max: Gauge
+    start: GaugePressure
+    min: GaugePressure
+    max: GaugePressure
 
     @property
     def free(self) -> bool:
@@ -172,9 +172,9 @@ class Pressure(Table):
     @model_validator(mode="after")
     def _start_within(self) -> "Pressure":
         if self.min > self.max:
-            raise Misfit("min", "is above max; exchange them")
+            raise InvalidKey("min", "is above max; exchange them")
         if not self.min <= self.start <= self.max:
-            raise Misfit("start", "is not between min and max; move it there or widen them")
+            raise InvalidKey("start", "is not between min and max; move it there or widen them")
         return self
 
     @model_serializer(mode="wrap")

@@ -9,15 +9,15 @@ from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, Validat
 
 from pneumorph import units
 from pneumorph.problem.components import MOTION_OF
-from pneumorph.problem.table import TAG, Misfit, Quantity, Table
+from pneumorph.problem.table import TAG, InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Weight = Annotated[float, Strict(), Field(ge=0)]
 Sections = Annotated[int, Strict(), Field(ge=2, le=100)]
 HALF_TURN = np.pi - 1e-6
-Place = tuple[Length, Length, Length]
-Turn = tuple[Angle, Angle, Angle]
+Position = tuple[Length, Length, Length]
+RotationVector = tuple[Angle, Angle, Angle]
 
 
 def _keeps(vectors: Any, signs: Sequence[float]) -> bool:
@@ -70,7 +70,7 @@ class MatchCurve(Table):
     """
 
     kind: Literal["match_curve"]
-    control_points: tuple[Place, ...] = Field(
+    control_points: tuple[Position, ...] = Field(
         min_length=2, description='e.g. control_points = [["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "80 mm"]]'
     )
     degree: Annotated[int, Strict(), Field(ge=1, le=5)] = 3
@@ -81,19 +81,23 @@ class MatchCurve(Table):
     @model_validator(mode="after")
     def _is_a_curve(self) -> "MatchCurve":
         if len(self.control_points) <= self.degree:
-            raise Misfit(
+            raise InvalidKey(
                 "control_points", f"are too few for degree {self.degree}; give {self.degree + 1} or lower degree"
             )
         steps = np.diff(np.array(self.control_points), axis=0)
         if not np.linalg.norm(steps[0]) > 0 or not np.linalg.norm(steps, axis=1).sum() > 1e-6:
-            raise Misfit("control_points", "the first two are at one place, so the curve has no direction; part them")
+            raise InvalidKey(
+                "control_points", "the first two are at one place, so the curve has no direction; part them"
+            )
         if steps[0, 2] <= 0.5 * np.linalg.norm(steps[0]):
-            raise Misfit(
+            raise InvalidKey(
                 "control_points",
                 "the curve leaves the base by more than 60° from the body's axis z; let it begin along +z",
             )
         if self.orientation_weight == 0 and self.position_weight == 0:
-            raise Misfit("position_weight", "is zero, and orientation_weight too; give one of them a weight above 0")
+            raise InvalidKey(
+                "position_weight", "is zero, and orientation_weight too; give one of them a weight above 0"
+            )
         return self
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
@@ -105,7 +109,7 @@ class MatchSections(Table):
     """Objective: sections at equal distances take these orientations, rotation vectors from the base, in order."""
 
     kind: Literal["match_sections"]
-    rotations: tuple[Turn, ...] = Field(
+    rotations: tuple[RotationVector, ...] = Field(
         min_length=2, max_length=100, description='e.g. rotations = [["0 deg", "10 deg", "0 deg"], …]'
     )
 
@@ -121,23 +125,23 @@ class Reach(Table):
     """
 
     kind: Literal["reach"]
-    position: Place | None = None
-    rotation: Turn | None = None
+    position: Position | None = None
+    rotation: RotationVector | None = None
     position_weight: Weight = 0.01
     rotation_weight: Weight = 1.0
 
     @model_validator(mode="after")
     def _has_a_target(self) -> "Reach":
         if self.position is None and self.rotation is None:
-            raise Misfit(
+            raise InvalidKey(
                 "position", 'is missing, and rotation too; give one, e.g. position = ["0 mm", "20 mm", "70 mm"]'
             )
         # At half a turn both ways round are as long, and there is no gradient that takes one of them.
         if self.rotation is not None and np.linalg.norm(self.rotation) > HALF_TURN:
-            raise Misfit("rotation", "turns by 180° or more; give a target less than half a turn away")
+            raise InvalidKey("rotation", "turns by 180° or more; give a target less than half a turn away")
         places = self.position is not None and self.position_weight > 0
         if not places and not (self.rotation is not None and self.rotation_weight > 0):
-            raise Misfit("position_weight", "leaves nothing to reach; give a weight above 0 to what has a target")
+            raise InvalidKey("position_weight", "leaves nothing to reach; give a weight above 0 to what has a target")
         return self
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
@@ -164,15 +168,15 @@ class Custom(Table):
         if not isinstance(data, dict) or "file" not in data:
             return data
         if "code" in data:
-            raise Misfit("file", "stands beside code; leave one of them out")
+            raise InvalidKey("file", "stands beside code; leave one of them out")
         if not isinstance(data["file"], str):
-            raise Misfit("file", 'should be the name of a Python file; write e.g. file = "objective.py"')
+            raise InvalidKey("file", 'should be the name of a Python file; write e.g. file = "objective.py"')
         path = Path((info.context or {}).get("folder", ".")) / data["file"]
         try:
             code = path.read_text(encoding="utf-8")
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
-            raise Misfit("file", f"{path} cannot be read ({why}); put it beside the problem file") from None
+            raise InvalidKey("file", f"{path} cannot be read ({why}); put it beside the problem file") from None
         return {key: value for key, value in data.items() if key != "file"} | {"code": code}
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
@@ -193,7 +197,7 @@ def _of_a_known_kind(data: Any) -> Any:
     kind = data.get("kind", "maximize") if isinstance(data, dict) else "maximize"
     if not isinstance(kind, str) or kind not in KINDS:
         shown = f'"{kind}"' if isinstance(kind, str) else f"a {type(kind).__name__}"
-        raise Misfit("kind", f"{shown} is not known here; take one of {', '.join(KINDS)}")
+        raise InvalidKey("kind", f"{shown} is not known here; take one of {', '.join(KINDS)}")
     return data
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pneumorph.problem.table import TAG, Misfit
+from pneumorph.problem.table import TAG, InvalidKey
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -30,7 +30,7 @@ def faults_of(error: ValidationError) -> list[tuple[str, str]]:
 def _fault(found: Any) -> tuple[str, str]:
     path = [part for part in found["loc"] if not str(part).startswith(TAG)]
     context = found.get("ctx", {})
-    if isinstance(context.get("error"), Misfit):
+    if isinstance(context.get("error"), InvalidKey):
         path.append(context["error"].key)
     if path and path[-1] == "[key]":
         path.pop()

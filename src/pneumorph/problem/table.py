@@ -13,7 +13,7 @@ TAG = "="
 """Begins the names of a choice among tables in the paths of pydantic's errors, where they are no keys of the file."""
 
 
-class Misfit(ValueError):
+class InvalidKey(ValueError):
     """A table does not fit: `key`, inside the table, is wrong for the reason given."""
 
     def __init__(self, key: str, reason: str):
@@ -86,10 +86,10 @@ class Table(BaseModel):
             for key in (key for key in data if key not in cls.model_fields):
                 near = difflib.get_close_matches(key, cls.model_fields, n=1)
                 fix = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
-                raise Misfit(key, f"unknown key; {fix}")
+                raise InvalidKey(key, f"unknown key; {fix}")
             for key, field in cls.model_fields.items():
                 if field.is_required() and key not in data:
                     quantities = [part for part in field.metadata if isinstance(part, Quantity)]
                     example = f'e.g. {key} = "{quantities[0].kind.example}"' if quantities else field.description
-                    raise Misfit(key, f"is missing; add {example}")
+                    raise InvalidKey(key, f"is missing; add {example}")
         return data
