@@ -9,7 +9,7 @@ from pneumorph.make.libraries import load
 load()
 
 from pneumorph.make.checks import Check, mesh_checks, step_checks  # noqa: E402
-from pneumorph.make.files import Made, make  # noqa: E402
+from pneumorph.make.files import MadeFiles, make  # noqa: E402
 from pneumorph.make.printing import read_3mf, read_stl, write_3mf, write_stl  # noqa: E402
 from pneumorph.make.solid import filled  # noqa: E402
 from pneumorph.make.step import body_step, chamber_step, read_step  # noqa: E402
@@ -17,7 +17,7 @@ from pneumorph.make.triangles import Triangles, triangles  # noqa: E402
 
 __all__ = [
     "Check",
-    "Made",
+    "MadeFiles",
     "Triangles",
     "body_step",
     "chamber_step",

@@ -87,10 +87,10 @@ def step_checks(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
     shape, name = read_step(path), path.name
     shells = [TopoDS.Shell(each) for each in _parts(shape, TopAbs_ShapeEnum.TopAbs_SHELL)]
     solids = _parts(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
-    amiss = abs(len(solids) - 1) + abs(len(shells) - len(surfaces))
-    amiss += sum(not BRep_Tool.IsClosed_s(shell) for shell in shells)
-    yield Check(name, "shells open, missing or in excess", amiss, 0)
-    if amiss:
+    wrong = abs(len(solids) - 1) + abs(len(shells) - len(surfaces))
+    wrong += sum(not BRep_Tool.IsClosed_s(shell) for shell in shells)
+    yield Check(name, "shells open, missing or in excess", wrong, 0)
+    if wrong:
         return
     yield Check(name, "invalid shapes (BRepCheck)", int(not BRepCheck_Analyzer(shape).IsValid()), 0)
     properties = GProp_GProps()
@@ -123,9 +123,9 @@ def mesh_checks(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> It
     part = read_stl(path) if path.suffix == ".stl" else next(iter(read_3mf(path).values()))
     solid = manifold3d.Manifold(manifold3d.Mesh64(part.points, part.corners.astype(np.uint64)))
     open_edges = _open_edges(part)
-    amiss = open_edges or int(solid.status() != manifold3d.Error.NoError)
-    yield Check(name, "edges open or against each other", amiss, 0)
-    if amiss:
+    wrong = open_edges or int(solid.status() != manifold3d.Error.NoError)
+    yield Check(name, "edges open or against each other", wrong, 0)
+    if wrong:
         return
     yield Check(name, "edges that pass through triangles", crossings(part, solid), 0)
     yield Check(name, "chord error", _chord_error(part, surfaces), chord, "mm")

@@ -16,7 +16,7 @@ from pneumorph.make.triangles import triangles
 
 
 @dataclass(frozen=True)
-class Made:
+class MadeFiles:
     """What was made.
 
     Attributes
@@ -35,7 +35,7 @@ class Made:
         return tuple(check for check in self.checks if not check.passed)
 
 
-def make(body: Body, folder: Path, chord: float = 0.02) -> Made:
+def make(body: Body, folder: Path, chord: float = 0.02) -> MadeFiles:
     """Write a body as STEP, 3MF and STL, every chamber as STEP, and ``checks.json`` with what was measured on them.
 
     Parameters
@@ -71,10 +71,10 @@ def make(body: Body, folder: Path, chord: float = 0.02) -> Made:
     for path in (mesh, plain):
         checks += mesh_checks(path, body.surfaces, chord)
     report = folder / "checks.json"
-    report.write_text(_told(checks), encoding="utf-8")
-    return Made((step, *cores, mesh, plain, report), tuple(checks))
+    report.write_text(_as_json(checks), encoding="utf-8")
+    return MadeFiles((step, *cores, mesh, plain, report), tuple(checks))
 
 
-def _told(checks: Sequence[Check]) -> str:
+def _as_json(checks: Sequence[Check]) -> str:
     content = [{**asdict(check), "passed": check.passed} for check in checks]
     return json.dumps({"checks": content}, indent=2, allow_nan=False) + "\n"

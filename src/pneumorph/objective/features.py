@@ -66,7 +66,7 @@ def equidistant(count: int, length: float) -> Slabs:
     return Slabs(half * (2 * np.arange(count) + 1), half)
 
 
-class Measures(NamedTuple):
+class ElementSums(NamedTuple):
     """The numbers of a state that features are functions of: the plate's, and sums over elements.
 
     Moments (…, 16) are Σw, Σw (X − o), Σw x and Σw x ⊗ (X − o) of weights w and an origin o.
@@ -87,7 +87,7 @@ class Measures(NamedTuple):
     below: Values
 
 
-class Kind(NamedTuple):
+class ModelTraits(NamedTuple):
     """What decides how features are made of measures; hashable.
 
     Attributes
@@ -104,9 +104,9 @@ class Kind(NamedTuple):
     even: tuple[float, ...]
 
 
-def kind_of(model: Model) -> Kind:
+def traits_of(model: Model) -> ModelTraits:
     """The kind of a model."""
-    return Kind(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)))
+    return ModelTraits(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)))
 
 
 def measure_features(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Features:
@@ -115,10 +115,10 @@ def measure_features(model: Model, X: np.ndarray, state: State, slabs: Slabs = N
     With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its
     rotation the polar factor of its mean deformation; the sections below it tell how often it has turned round.
     """
-    return features_of(kind_of(model), measure(model, X, state, slabs))
+    return features_of(traits_of(model), element_sums(model, X, state, slabs))
 
 
-def measure(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Measures:
+def element_sums(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> ElementSums:
     """The measures of a state on nodes X (N, 3)."""
     u = displacement(model.tip, X, state)
     face, below = np.zeros(16), np.zeros((0, 16))
@@ -127,11 +127,11 @@ def measure(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) 
         face = sums.summed(_face_moments, model.face, X, u, centre)
         below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
     volume = sums.summed(sums.volumes, model.cavities, X, u)
-    return Measures(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below)
+    return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below)
 
 
-def measures_pulled_back(
-    model: Model, X: np.ndarray, state: State, slabs: Slabs, cotangents: Measures
+def sums_pulled_back(
+    model: Model, X: np.ndarray, state: State, slabs: Slabs, cotangents: ElementSums
 ) -> tuple[np.ndarray, list[State]]:
     """Derivatives by X (k, N, 3) and by the unknowns of cotangents·measures, for k cotangents at once."""
     u = displacement(model.tip, X, state)
@@ -155,12 +155,12 @@ def measures_pulled_back(
 
 
 @partial(jax.jit, static_argnums=0)
-def features_of(kind: Kind, at: Measures) -> Features:
+def features_of(traits: ModelTraits, at: ElementSums) -> Features:
     """The features as functions of the measures."""
-    volume = dict(zip(kind.chambers, kind.copies * jnp.asarray(at.volume), strict=True))
-    even = jnp.asarray(kind.even)
+    volume = dict(zip(traits.chambers, traits.copies * jnp.asarray(at.volume), strict=True))
+    even = jnp.asarray(traits.even)
     position, _, rotation = _fitted(even, at.sections)
-    if kind.plate:
+    if traits.plate:
         plate = jnp.asarray(at.plate)
         return Features(plate[:3], plate[3:], volume, position, rotation)
     moved, place, turned = _fitted(even, jnp.asarray(at.face)[None])

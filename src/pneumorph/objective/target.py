@@ -20,16 +20,16 @@ from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
 from pneumorph.objective.features import (
     NO_SLABS,
+    ElementSums,
     Features,
-    Kind,
-    Measures,
+    ModelTraits,
     Slabs,
+    element_sums,
     equidistant,
     features_of,
-    kind_of,
-    measure,
     measure_features,
-    measures_pulled_back,
+    sums_pulled_back,
+    traits_of,
 )
 from pneumorph.objective.rotations import angle_residual
 from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach
@@ -44,7 +44,7 @@ _READERS = {
     "twist": lambda f: f.rotation[2],
 }
 MOTIONS = tuple(_READERS)
-Measure = Callable[[Features], Array]
+FeatureFunction = Callable[[Features], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +59,10 @@ class Objective:
     residuals : what J is the sum of squares of, (k,); None where it is no such sum.
     """
 
-    value: Measure
+    value: FeatureFunction
     slabs: Slabs = NO_SLABS
-    errors: Mapping[str, Measure] = field(default_factory=dict)
-    residuals: Measure | None = None
+    errors: Mapping[str, FeatureFunction] = field(default_factory=dict)
+    residuals: FeatureFunction | None = None
 
     def features(self, model: Model, X: np.ndarray, state: State) -> Features:
         """The features it needs of a state on nodes X (N, 3)."""
@@ -70,40 +70,40 @@ class Objective:
 
     def at(self, model: Model, X: np.ndarray, state: State) -> float:
         """J of such a state."""
-        return float(_value(self, kind_of(model), measure(model, X, state, self.slabs)))
+        return float(_value(self, traits_of(model), element_sums(model, X, state, self.slabs)))
 
     def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
         """J of such a state, and its derivatives by X (N, 3) and by the unknowns."""
-        value, by_measures = _slope(self, kind_of(model), measure(model, X, state, self.slabs))
-        by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: part[None], by_measures))
+        value, by_sums = _slope(self, traits_of(model), element_sums(model, X, state, self.slabs))
+        by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: part[None], by_sums))
         return float(value), by_X[0], by_state[0]
 
     def jacobian(self, model: Model, X: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray, list[State]]:
         """The residuals (k,) of such a state, and their derivatives by X (k, N, 3) and by the unknowns."""
-        residuals, by_measures = _jacobian(self, kind_of(model), measure(model, X, state, self.slabs))
-        return np.asarray(residuals), *self._pulled_back(model, X, state, by_measures)
+        residuals, by_sums = _jacobian(self, traits_of(model), element_sums(model, X, state, self.slabs))
+        return np.asarray(residuals), *self._pulled_back(model, X, state, by_sums)
 
-    def _pulled_back(self, model: Model, X: np.ndarray, state: State, bars: Measures):
-        return measures_pulled_back(model, X, state, self.slabs, jax.tree.map(np.asarray, bars))
-
-
-@partial(jax.jit, static_argnums=(0, 1))
-def _value(objective: Objective, kind: Kind, at: Measures) -> Array:
-    return objective.value(features_of(kind, at))
+    def _pulled_back(self, model: Model, X: np.ndarray, state: State, bars: ElementSums):
+        return sums_pulled_back(model, X, state, self.slabs, jax.tree.map(np.asarray, bars))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _slope(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measures]:
-    return jax.value_and_grad(lambda at: objective.value(features_of(kind, at)))(at)
+def _value(objective: Objective, traits: ModelTraits, at: ElementSums) -> Array:
+    return objective.value(features_of(traits, at))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _jacobian(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measures]:
+def _slope(objective: Objective, traits: ModelTraits, at: ElementSums) -> tuple[Array, ElementSums]:
+    return jax.value_and_grad(lambda at: objective.value(features_of(traits, at)))(at)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tuple[Array, ElementSums]:
     measure = objective.residuals
     assert measure is not None
 
-    def residuals(at: Measures) -> tuple[Array, Array]:
-        found = measure(features_of(kind, at))
+    def residuals(at: ElementSums) -> tuple[Array, Array]:
+        found = measure(features_of(traits, at))
         return found, found
 
     slopes, found = jax.jacrev(residuals, has_aux=True)(at)
@@ -143,7 +143,7 @@ def objectives(problem: Problem) -> dict[str, Objective]:
     return found
 
 
-def motion(name: str) -> Measure:
+def motion(name: str) -> FeatureFunction:
     """A motion of the end-effector: "extension" in mm, "bending_x", "bending_y" or "twist" in rad.
 
     With a sign before it, as in "-twist", the other way.
@@ -193,8 +193,8 @@ def match(
 
 def reach(asked: Reach, length: float) -> Objective:
     """The plate's centre at a place from the base's centre, and the plate turned so (the paper's (8)–(10))."""
-    parts: list[tuple[float, Measure]] = []
-    errors: dict[str, Measure] = {}
+    parts: list[tuple[float, FeatureFunction]] = []
+    errors: dict[str, FeatureFunction] = {}
     if asked.position is not None:
         wanted = jnp.array(asked.position) - jnp.array([0.0, 0.0, length])
 
@@ -214,7 +214,9 @@ def reach(asked: Reach, length: float) -> Objective:
     return _squares(parts, NO_SLABS, errors)
 
 
-def _squares(parts: list[tuple[float, Measure]], slabs: Slabs, errors: Mapping[str, Measure]) -> Objective:
+def _squares(
+    parts: list[tuple[float, FeatureFunction]], slabs: Slabs, errors: Mapping[str, FeatureFunction]
+) -> Objective:
     """The weighted sum of squares of some residuals."""
 
     def residuals(f: Features) -> Array:
