@@ -54,12 +54,12 @@ def test_degrees_become_radians():
         ("60", '"60" has no unit; write e.g. "60 kPa"'),
         ("kPa", '"kPa" is not a number with a unit; write e.g. "60 kPa"'),
         ("60 mm", '"mm" is not a unit of a pressure; write e.g. "60 kPa"'),
-        ("60 KPa", '"KPa" is not a unit known here; write e.g. "60 kPa"'),
+        ("60 KPa", '"KPa" is not a known unit; write e.g. "60 kPa"'),
         ("60 kPa*2", '"kPa*2" is not a unit; write e.g. "60 kPa"'),
         ("nan kPa", '"nan kPa" is not a number with a unit; write e.g. "60 kPa"'),
         ("1e999 kPa", '"1e999 kPa" is too large; write e.g. "60 kPa"'),
-        (True, 'a pressure with its unit is needed here; write e.g. "60 kPa"'),
-        (["60 kPa"], 'a pressure with its unit is needed here; write e.g. "60 kPa"'),
+        (True, 'a pressure with its unit is expected here; write e.g. "60 kPa"'),
+        (["60 kPa"], 'a pressure with its unit is expected here; write e.g. "60 kPa"'),
     ],
 )
 def test_refuses(text, reason):

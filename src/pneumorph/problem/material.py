@@ -1,4 +1,4 @@
-"""The table [material]: a rubber from the library by its name, or a model with its parameters."""
+"""The table [material]: a rubber of the library given by its name, or a rubber model with its parameters."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Number = Annotated[float, Strict()]
 
 
 class RubberModel(Table):
-    """What every rubber has: bulk modulus in MPa, density in t/mm³, and the largest stretch its parameters hold for."""
+    """What all rubbers have: bulk modulus (MPa), density (t/mm³), largest stretch at which the parameters are valid."""
 
     name: str = "rubber"
     bulk_modulus: Modulus
@@ -36,7 +36,7 @@ class RubberModel(Table):
     valid_stretch: Annotated[Number, Field(gt=1)] | None = None
     source: str = ""
     blamed_key: ClassVar[str] = "shear_modulus"
-    """The key that is to blame for a shear modulus that is not above zero."""
+    """The key named in the error when the initial shear modulus is not positive."""
 
     @property
     @abstractmethod
@@ -92,7 +92,7 @@ class Yeoh(RubberModel):
 
 
 class Gent(RubberModel):
-    """−μ J_m/2 ln(1 − (Ī₁ − 3)/J_m) with the limit J_m of Ī₁ − 3."""
+    """−μ J_m/2 ln(1 − (Ī₁ − 3)/J_m), where `limit` is J_m, the limiting value of Ī₁ − 3."""
 
     model: Literal["gent"]
     shear_modulus: Modulus
@@ -104,7 +104,7 @@ class Gent(RubberModel):
 
 
 class ArrudaBoyce(RubberModel):
-    """Eight-chain model, series of five terms: shear modulus n k T of the chains, locking stretch λ_m."""
+    """Eight-chain model as a series of five terms; shear modulus n k T of the chains, locking stretch λ_m."""
 
     model: Literal["arruda-boyce"]
     shear_modulus: Modulus
@@ -126,7 +126,7 @@ class OgdenTerm(Table):
     @model_validator(mode="after")
     def _has_a_power(self) -> OgdenTerm:
         if self.exponent == 0:
-            raise InvalidKey("exponent", "is zero, which leaves nothing to the power of it; take another")
+            raise InvalidKey("exponent", "is zero, so the term vanishes; use another value")
         return self
 
 
@@ -156,27 +156,27 @@ MODELS = {
 
 @cache
 def library() -> dict[str, dict[str, Any]]:
-    """The named elastomers: tables [material] without their names, with `assumed`, what their sources do not say."""
+    """The library of elastomers by name: tables [material], and in `assumed` what their sources do not give."""
     text = resources.files("pneumorph.problem").joinpath("elastomers.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 
 def _from_the_library(data: Any) -> Any:
-    """The table of a name that stands alone; a table with a model that is known."""
+    """Replace a name that is given alone by its table from the library; check that a given model is known."""
     if not isinstance(data, dict):
         return data
     if data.keys() - {"name"}:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{model}"' if isinstance(model, str) else f"a {type(model).__name__}"
-            raise InvalidKey("model", f"{shown} is not known here; take one of {', '.join(MODELS)}")
+            raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
         return data
     name, known = data.get("name"), library()
     if isinstance(name, str) and name in known:
         return {"name": name, **{key: value for key, value in known[name].items() if key != "assumed"}}
     wrong = "is missing" if name is None else f'"{name}" is not in the library'
     named = ", ".join(f'"{elastomer}"' for elastomer in known)
-    raise InvalidKey("name", f"{wrong}; take one of {named} or give a model, its parameters, bulk_modulus and density")
+    raise InvalidKey("name", f"{wrong}; use one of {named} or give a model, its parameters, bulk_modulus and density")
 
 
 def _tag(data: Any) -> str:
@@ -185,7 +185,7 @@ def _tag(data: Any) -> str:
 
 
 class _ByNameAlone:
-    """In the file a material may also be a name from the library, and nothing else."""
+    """JSON schema of a material, which may also be just a name from the library."""
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         by_name = {
