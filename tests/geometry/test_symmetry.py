@@ -186,7 +186,7 @@ def test_control_points_around_are_made_to_fit_and_it_is_said():
     body = starting_body(asked.body)
     assert [surface.net.shape[1] % 5 for surface in body.surfaces] == [0, 0]
     said = adjusted_columns(asked.body)
-    assert said[0].startswith("the exterior gets 25 control points around instead of 23, a multiple of 5")
+    assert said[0].startswith("the exterior has 25 control points around instead of 23: the symmetry needs a")
     assert adjusted_columns(problem({}).body) == []
     assert columns_multiple(Symmetry.model_validate({"mirror": ["xz", "yz"]})) == 2
 

@@ -1,4 +1,4 @@
-"""Positions on a body as sparse combinations of its control points: the sixteen that a parameter pair depends on."""
+"""Points of a surface as combinations of the sixteen control points on which they depend."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Ints = NDArray[np.integer]
 
 @lru_cache(maxsize=64)
 def _pieces(basis: Basis) -> Floats:
-    """Coefficients (spans, 4, 4) of the four functions nonzero on each span, in powers of the span's own [0, 1]."""
+    """Coefficients (spans, 4, 4) of the four nonzero functions on each span, in powers of a parameter from 0 to 1."""
     places = np.array([0.05, 0.35, 0.65, 0.95])
     powers = np.linalg.inv(np.vander(places, 4, increasing=True))
     values = basis.matrix(((np.arange(basis.spans)[:, None] + places) / basis.spans).ravel())
@@ -26,13 +26,13 @@ def _pieces(basis: Basis) -> Floats:
 
 
 def _nonzero(basis: Basis, span: Ints) -> Ints:
-    """Numbers (n, 4) of the functions that do not vanish on each span."""
+    """Indices (n, 4) of the functions that are nonzero on each span."""
     number = span[:, None] + np.arange(4)
     return (number - 1) % basis.count if basis.periodic else number
 
 
 def nonzero_functions(basis: Basis, t: ArrayLike, derivative: int = 0) -> tuple[Ints, Floats]:
-    """The four functions nonzero at each of the parameters t (n,): their numbers (n, 4) and values or derivatives."""
+    """The four basis functions nonzero at each parameter t (n,): indices and values (or derivatives), each (n, 4)."""
     t = np.asarray(t, dtype=float)
     t = t % 1.0 if basis.periodic else np.clip(t, 0.0, 1.0)
     span = np.minimum((t * basis.spans).astype(np.int64), basis.spans - 1)
@@ -43,7 +43,7 @@ def nonzero_functions(basis: Basis, t: ArrayLike, derivative: int = 0) -> tuple[
 
 
 def point_weights(surface: TubeSurface, q: ArrayLike, r: ArrayLike) -> tuple[Ints, Floats]:
-    """Numbers (n, 16) of the control points in the net that positions at (q, r) depend on, and their weights."""
+    """Indices (n, 16) of the control points in the net on which the points at (q, r) depend, and their weights."""
     in_q, by_q = nonzero_functions(surface.basis_q, q)
     in_r, by_r = nonzero_functions(surface.basis_r, r)
     numbers = in_r[:, :, None] * surface.net.shape[1] + in_q[:, None, :]

@@ -1,11 +1,11 @@
-"""From a design to the workshop: the body and its chambers as exact CAD and as triangles, with checks on the files.
+"""Files for manufacturing: the body and its chambers as exact CAD and as triangles, with checks of the files.
 
 The libraries that read and write them are large and come with the extra ``cad``: ``pip install 'pneumorph[cad]'``.
 """
 
 from pneumorph.make.libraries import load
 
-# Before anything imports OCP: it must not share its symbols with the other OpenCASCADE in this process, Netgen's.
+# Before anything imports OCP: its OpenCASCADE must not mix symbols with the one that Netgen brings.
 load()
 
 from pneumorph.make.checks import Check, mesh_checks, step_checks  # noqa: E402

@@ -1,4 +1,4 @@
-"""Everything made of a body, in one folder."""
+"""All files for manufacturing a body, in one folder."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pneumorph.make.triangles import triangles
 
 @dataclass(frozen=True)
 class MadeFiles:
-    """What was made.
+    """The files that were written, and their checks.
 
     Attributes
     ----------
     files : tuple of Path
-        Those written, ``checks.json`` the last.
+        The files written, ``checks.json`` last.
     checks : tuple of Check
-        What was measured on them.
+        The results of checking them.
     """
 
     files: tuple[Path, ...]
@@ -32,29 +32,30 @@ class MadeFiles:
 
     @property
     def failed(self) -> tuple[Check, ...]:
+        """The checks that were not passed."""
         return tuple(check for check in self.checks if not check.passed)
 
 
 def make(body: Body, folder: Path, chord: float = 0.02) -> MadeFiles:
-    """Write a body as STEP, 3MF and STL, every chamber as STEP, and ``checks.json`` with what was measured on them.
+    """Write a body as STEP, 3MF and STL, every chamber as STEP, and the results of checking them as ``checks.json``.
 
     Parameters
     ----------
     body : Body
         In mm.
     folder : Path
-        Where to; it is made where there is none, and files of these names in it are replaced.
+        Where to write; created if it does not exist. Existing files of the same names are replaced.
     chord : float
-        Most distance in mm between the surfaces and the triangles of 3MF and STL.
+        Largest distance in mm between the surfaces and the triangles of 3MF and STL.
 
     Raises
     ------
     OSError
-        When the folder or a file cannot be written.
+        If the folder or a file cannot be written.
     ComputationError
-        When a chord error asks for more triangles than any program reads.
+        If the chord error needs too many triangles, see `triangles`.
     """
-    # First, because it is what can be refused.
+    # First, so that a chord error that is too small is refused before anything is written.
     parts = {"body": triangles(body.surfaces, chord)}
     parts |= {f"chamber {chamber.name}": triangles([filled(chamber)], chord) for chamber in body.chambers}
     folder.mkdir(parents=True, exist_ok=True)
