@@ -69,8 +69,8 @@ def test_what_is_violated_is_said_in_a_sentence(make_body, table):
     found = certify(make_body(), table(wall=3.5, envelope=7.0))
     assert not found.satisfied()
     wall, envelope = found.violated()
-    assert str(wall).startswith("wall is 3 mm, at least 3.5 mm is asked (on A, q = ")
-    assert str(envelope).startswith("envelope is 8.02 mm, at most 7 mm is asked (on exterior, q = ")
+    assert str(wall).startswith("wall is 3 mm, must be at least 3.5 mm (on A, q = ")
+    assert str(envelope).startswith("envelope is 8.02 mm, must be at most 7 mm (on exterior, q = ")
     assert found.satisfied(slack=40.0)
     assert wall.excess() == pytest.approx(1 / 7, rel=1e-6)
 

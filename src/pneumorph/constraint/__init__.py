@@ -1,4 +1,4 @@
-"""Geometric limits: distances, curvature, fairness, envelope; smooth for the optimiser, certified for the report."""
+"""Geometric limits: distances, curvature, skew, stretch, envelope; smooth for the optimiser, certified for reports."""
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax)
 from pneumorph.constraint.limits import LimitFunctions, Partners, build_limit_functions

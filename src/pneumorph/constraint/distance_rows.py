@@ -1,4 +1,4 @@
-"""Rows of walls, folds, rims, end planes and the envelope: places that are combinations of control points."""
+"""Linearised limits (rows) of walls, folds, rims, end planes and the envelope."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ Ints = NDArray[np.integer]
 
 
 def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlock]:
+    """The rows of all limits on distances that are at most `reach` mm within their bounds."""
     fields = [_fields(surface, samples) for surface, samples in zip(body.surfaces, limits.coarse, strict=True)]
     closed = [
         sampled_surface(field, samples, discs=samples.cavity)
@@ -49,7 +50,7 @@ def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlo
 
 
 def _fields(surface: TubeSurface, samples: Grid) -> Fields:
-    # Contiguous factors: products of strided ones are ten times as slow.
+    # Contiguous factors, because products of strided ones are ten times slower.
     net = np.ascontiguousarray(np.moveaxis(surface.net, 2, 0))
     along = [values @ net for values in samples.values_r]
     around = [np.ascontiguousarray(values.T) for values in samples.values_q]
@@ -64,10 +65,10 @@ def _walls(
     asked: tuple[int, SampledSurface],
     reach: float,
 ) -> RowBlock:
-    """Distances from one surface to another, both with their end discs where they are chambers."""
+    """Distances from one surface to another, including the end discs of chambers."""
     (a, here), (b, there) = asking, asked
     bound = limits.spec.wall + reach
-    # The nearest sample is farther than the closest point, by less than a cell's diagonal.
+    # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.
     within, near = nearest(here.x, there, bound + 0.5 * float(np.hypot(there.across, there.grid.step[1])))
     some = np.flatnonzero(within)
     distance, _, offset = there.closest(here.x[some], near[some])
@@ -86,7 +87,7 @@ def _walls(
 def _closest_nearby(
     here: SampledSurface, some: Ints, there: SampledSurface, near: Ints, offset: Floats
 ) -> tuple[Floats, Floats]:
-    """Offsets (m, 2) of places around samples and of their closest points: surfaces are nearest between samples."""
+    """Offsets (m, 2) from samples, on both surfaces, of the closest pair near each sample and its closest point."""
     row = some // here.columns
     best = np.linalg.norm(here.x[some] - _expanded(there, near, offset), axis=1)
     aside, closest = np.zeros((len(some), 2)), offset.copy()
@@ -101,7 +102,7 @@ def _closest_nearby(
 
 
 def _expanded(surface: SampledSurface, sample: Ints, offset: Floats) -> Floats:
-    """Positions (m, 3) at offsets from samples, to second order."""
+    """Positions (m, 3) at offsets from samples, by the second-order expansion."""
     x, q, r, qq, qr, rr = (field[sample] for field in surface.fields)
     a, b = offset[:, :1], offset[:, 1:]
     return x + a * (q + 0.5 * a * qq + b * qr) + b * (r + 0.5 * b * rr)
@@ -110,7 +111,7 @@ def _expanded(surface: SampledSurface, sample: Ints, offset: Floats) -> Floats:
 def _folds(limits: LimitSamples, body: Body, number: int, tube: SampledSurface, reach: float) -> RowBlock:
     """Distances within one surface, outside the neighbourhood."""
     spec = limits.spec.fold
-    # Walls farther apart than the neighbourhood are no folds.
+    # Walls farther apart than the neighbourhood are not folds.
     bound = min(spec.distance + reach, spec.neighbourhood)
     fold = nearest_fold(tube, spec.neighbourhood, bound, np.arange(len(tube.x)))
     some = np.flatnonzero(np.isfinite(fold.distance))
@@ -124,11 +125,11 @@ def _folds(limits: LimitSamples, body: Body, number: int, tube: SampledSurface, 
 
 
 NEARBY = (-0.5, -0.25, 0.0, 0.25, 0.5)
-"""Places between samples, in steps of them, that are looked at around those close to their bounds."""
+"""Points between samples, in units of the sample distance, that are tried around samples close to their bounds."""
 
 
 class _Place(NamedTuple):
-    """Places on a surface: samples (m,) and offsets (m, 2) in mm of the two parameters."""
+    """Points on the surface with index `number`: samples (m,), and offsets (m, 2) in mm of both parameters."""
 
     number: int
     surface: SampledSurface
@@ -146,9 +147,10 @@ def _between(
     bound: float,
     outward: Floats | None = None,
 ) -> RowBlock:
-    """Rows of distances between places; at closest points these do not change with the offsets, to first order.
+    """Rows of the distances between two sets of points, which are held at fixed parameters.
 
-    With normals of the other surface into its void, a place that has passed through it has a negative distance.
+    The error is of second order, because at closest points the derivatives with respect to the parameters vanish. If
+    the normals (m, 3) of the other surface are given, the distance of points that have passed through it is negative.
     """
     ends = _combination(body, one), _combination(body, other)
     return _separation(kind, body.control_points(), *ends, limits.first[one.number] + cell, bound, outward)
@@ -163,7 +165,7 @@ def _separation(
     bound: float,
     outward: Floats | None = None,
 ) -> RowBlock:
-    """Rows of the distances between two sets of places that are combinations of control points."""
+    """Rows of the distances between two sets of points, given as control points and their weights."""
     (column_a, weight_a), (column_b, weight_b) = one, other
     gap = np.einsum("mk,mkc->mc", weight_a, points[column_a]) - np.einsum("mk,mkc->mc", weight_b, points[column_b])
     distance = np.linalg.norm(gap, axis=1)
@@ -183,7 +185,7 @@ def _separation(
 
 
 def _combination(body: Body, place: _Place) -> tuple[Ints, Floats]:
-    """Control points (m, k) of the body, and their weights, that make up places on a tube or its end discs."""
+    """Indices (m, k) of control points of the body, and their weights, for points on a tube or its end discs."""
     surface, samples, rings = body.surfaces[place.number], place.surface.grid, place.surface.rings
     row, column = np.divmod(place.sample, place.surface.columns)
     around = samples.q[column] + place.offset[:, 0] / surface.size[0]
@@ -198,7 +200,7 @@ def _combination(body: Body, place: _Place) -> tuple[Ints, Floats]:
 
 
 def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = None) -> tuple[Ints, Floats]:
-    """The same of places (q, r); with s, of (1 - s)·centre + s·place, the centre being the mean of the end row."""
+    """The same for points (q, r); with s for (1 - s)·centre + s·point, where the centre is the mean of the end row."""
     surface, first = body.surfaces[number], body.slices[number].start
     numbers, weights = point_weights(surface, q, r)
     if s is None:
@@ -210,7 +212,7 @@ def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = N
 
 
 def gaps(limits: LimitSamples, body: Body, name: str, found: Pairs) -> RowBlock:
-    """Distances between pairs of places that a certificate has found too close."""
+    """Rows of the distances between pairs of points that a certificate has found too close."""
     bound = limits.spec.wall if name == "wall" else limits.spec.fold.distance
     points = body.control_points()
     parts = []
@@ -224,7 +226,7 @@ def gaps(limits: LimitSamples, body: Body, name: str, found: Pairs) -> RowBlock:
 
 
 def _joined(parts: list[RowBlock], kind: int) -> RowBlock:
-    """Parts of different widths as one, filled up with zeros."""
+    """Combine row blocks of different widths, padded with zeros."""
     width = max((part.column.shape[1] for part in parts), default=0)
 
     def filled(array: NDArray) -> NDArray:
@@ -243,7 +245,7 @@ def _joined(parts: list[RowBlock], kind: int) -> RowBlock:
 
 
 def _cell(limits: LimitSamples, number: int, surface: SampledSurface, sample: Ints) -> Ints:
-    """Cells of samples; those on an end disc belong to the cells at its rim."""
+    """Knot-span cells of samples; samples on an end disc belong to the cells at its rim."""
     row, column = np.divmod(sample, surface.columns)
     row = np.clip(row - surface.rings, 0, len(surface.grid.r) - 1)
     around, along = limits.spans[number]
@@ -253,7 +255,7 @@ def _cell(limits: LimitSamples, number: int, surface: SampledSurface, sample: In
 def _heights(
     limits: LimitSamples, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float
 ) -> RowBlock:
-    """Rows of limits c (rows, columns) on the height z, with dc/dz (rows, 1)."""
+    """Rows of limits on the height z, with values c (rows, columns) and derivatives dc/dz (rows, 1)."""
     samples, surface = limits.coarse[number], body.surfaces[number]
     row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach * float(np.abs(slope).max()))
     numbers, weights = point_weights(surface, samples.q[column], samples.r[row])
@@ -267,11 +269,11 @@ def _heights(
 
 
 EDGE = 1e-3
-"""Part of a knot span at which the slope of a wall on its very rim is read off."""
+"""Distance from the rim, relative to a knot span, at which the slope of a wall on its rim is evaluated."""
 
 
 def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterator[RowBlock]:
-    """A tube beside the planes of its own flat ends, its rims included; see `sampling.rim_share`."""
+    """Heights of a tube over the planes of its own flat ends, including its rims; see `sampling.rim_share`."""
     samples, spec, surface = limits.fine[number], limits.spec.fold, body.surfaces[number]
     edge = EDGE / limits.spans[number][1]
     r = np.clip(samples.r, edge, 1.0 - edge)
@@ -282,7 +284,7 @@ def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterat
         c = 1.0 + slope * (z - surface.net[-1 if tip else 0, 0, 2])
         row, column, cell = worst_samples(c, FINE, limits.spans[number], -reach / spec.distance)
         numbers, weights = point_weights(surface, samples.q[column], r[row])
-        # The plane goes with the end row; all of its points share one z.
+        # The plane moves with the end row, whose points all have the same z.
         end, whole = point_weights(surface, samples.q[column], np.full(len(row), float(tip)))
         yield RowBlock(
             np.full(len(cell), KINDS.index("rim")),
@@ -294,7 +296,7 @@ def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterat
 
 
 def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: float) -> Iterator[RowBlock]:
-    """Chambers before the planes of the body's ends, and the exterior, which must not pass them."""
+    """Distances of chambers from the planes of the body's ends, which the exterior must not pass."""
     wall, cavity, z = limits.spec.wall, limits.coarse[number].cavity, field.x[2]
     for height, direction in ((z, -1.0), (limits.length - z, 1.0)):
         c = (1.0 if cavity else 0.0) - height / wall
@@ -305,6 +307,7 @@ def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: f
 
 
 def _envelope(limits: LimitSamples, body: Body, field: Fields, radius: float, reach: float) -> RowBlock:
+    """Distances of the exterior from the z axis."""
     samples, surface, wall = limits.coarse[0], body.exterior, limits.spec.wall
     away = np.hypot(field.x[0], field.x[1])
     row, column, cell = worst_samples((away - radius) / wall, COARSE, limits.spans[0], -reach / wall)

@@ -1,8 +1,9 @@
-"""Bounds of where a surface reaches, from control nets: a polynomial patch lies within the hull of its own.
+"""Bounds of the extent of a surface from control nets: a polynomial patch lies in the convex hull of its net.
 
-Halving a patch makes the net four times as close to it. The envelope, the planes of the body's ends and of a tube's
-own flat ends are read off nets in ways that preserve the hull: a coordinate, the (convex) distance from the axis, and a
-quotient of two polynomials of which the lower one is positive.
+Halving a patch reduces the distance between net and patch to a quarter. The limits on the envelope, the planes of the
+body's ends and those of a tube's own flat ends are bounded by functions of the net's points whose maximum over the hull
+is at one of these points: a coordinate, the (convex) distance from the axis, and a quotient of two polynomials with a
+positive denominator.
 """
 
 from __future__ import annotations
@@ -37,22 +38,22 @@ _FROM_CENTRE = FROM_POWERS @ np.array(
 
 
 def radius(spans: KnotSpans, accuracy: Accuracy, worst: float) -> SpanBounds:
-    """Largest distances from the z axis in mm."""
+    """Largest distances from the z axis, mm."""
     return _bounded(spans.x[:, :2], lambda net: np.hypot(net[:, 0], net[:, 1]), spans, accuracy, worst)
 
 
 def beyond(spans: KnotSpans, length: float, accuracy: Accuracy, worst: float) -> SpanBounds:
-    """How far in mm a surface passes the planes z = 0 and z = length; negative where it is between them."""
+    """Distances in mm by which a surface passes the planes z = 0 and z = length; negative between them."""
     return _bounded(spans.x[:, 2:], lambda net: np.maximum(-net[:, 0], net[:, 0] - length), spans, accuracy, worst)
 
 
 def rims(
     surface: TubeSurface, spans: KnotSpans, neighbourhood: float, accuracy: Accuracy, worst: float
 ) -> list[SpanBounds]:
-    """Least heights above base and below tip of a tube with flat ends, over their share of the fold; signs turned.
+    """Smallest heights (mm) of a tube over the planes of its flat ends, divided by `rim_share`; signs changed.
 
-    The share grows in proportion to the distance from the rim along the starting surface up to 1 at the edge of the
-    neighbourhood (see `rim_share`). Height and share both vanish on the rim, so a factor of v is taken out there.
+    The share is proportional to the distance from the rim along the starting surface, up to 1 at the edge of the
+    neighbourhood. Height and share both vanish on the rim, so the common factor v is divided out there.
     """
     rows = surface.basis_r.spans
     z = spans.x[:, 2].reshape(rows, -1, 4, 4)
@@ -98,7 +99,7 @@ def _bounded(
     worst: float,
     start: Cells | None = None,
 ) -> SpanBounds:
-    """Bounds of a quantity that is read off the nets (n, f, 4, 4) of polynomials on the spans."""
+    """Bounds of a quantity that is a function of the nets (n, f, 4, 4) of polynomials on the knot spans."""
 
     def evaluate(cells: Cells) -> Bounds:
         net = _FROM_CENTRE @ recentred(coefficients[cells.span], cells) @ _FROM_CENTRE.T

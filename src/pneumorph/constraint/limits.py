@@ -1,7 +1,7 @@
-"""All limits of a problem as normalised, differentiable constraint values c ≤ 0 of fixed shapes.
+"""All limits of a problem as normalised, differentiable constraint values c ≤ 0 in arrays of fixed shapes.
 
-The optimiser forms what it likes from them: the paper's penalties (32) from `paper_arguments`, or an augmented
-Lagrangian with a multiplier to each entry.
+An optimiser can use them in different ways: in the paper's penalties (32) through `paper_arguments`, or in an augmented
+Lagrangian with a multiplier for each entry.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, sampled_surface, wall_closest
-from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid, heights, rim_share
+from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_second, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures
 from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Partners(NamedTuple):
-    """Who is near whom at the control points `found_at` (n_points, 3); arrays of fixed shapes."""
+    """Closest points of all samples at the control points `found_at` (n_points, 3), in arrays of fixed shapes."""
 
     wall: ClosestPoints
     fold: ClosestPoints
@@ -37,7 +37,7 @@ class Partners(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LimitFunctions:
-    """The limits of a problem on fixed samples of a body's surfaces; make it with `build_limit_functions`.
+    """The limits of a problem on fixed samples of a body's surfaces; built by `build_limit_functions`.
 
     Attributes
     ----------
@@ -48,13 +48,13 @@ class LimitFunctions:
     length : float
         The body's length in mm: its end discs lie at z = 0 and z = length.
     wall, fold, neighbourhood, curvature, skew, stretch : float
-        Limits in mm, mm, mm, 1/mm², 1 and 1/mm².
+        Bounds in mm, mm, mm, 1/mm², 1 and 1/mm².
     form : "per_mm" or "printed"
-        Of the stretch.
+        Of the stretch, see `measures`.
     envelope : float or None
         Largest distance from the z axis in mm.
     reach : float
-        Partners up to this much farther apart than their limit are taken into account, mm.
+        Partners are found up to this distance beyond the limit, mm.
     """
 
     grids: tuple[Grid, ...]
@@ -71,19 +71,19 @@ class LimitFunctions:
     reach: float
 
     def values(self, points: ArrayLike, partners: Partners) -> dict[str, Array]:
-        """Constraint values at control points (n_points, 3), or flat; held where c ≤ 0. Jittable and differentiable.
+        """Constraint values c ≤ 0 at control points (n_points, 3) or flat, for jax.jit and jax.grad too.
 
         Returns
         -------
-        dict of 1-d arrays, whose lengths never change
-            wall : 1 - d/t between surfaces; -1 where nothing is within reach
-            ends : 1 - d/t between chambers and the planes of the body's ends, for samples of the chambers; and how far
-                samples of the exterior are beyond these planes, over t
-            fold : 1 - d/t within a surface; -1 where nothing is within reach
-            rim : 1 - d/t from tubes with flat ends to the planes of their own ends, t in proportion near the rim
+        dict of 1-d arrays of fixed lengths, where d is a distance and t its limit
+            wall : 1 - d/t between surfaces; -1 if nothing is within reach
+            ends : 1 - d/t between samples of chambers and the planes of the body's ends; and the distance of samples
+                of the exterior beyond these planes, divided by t
+            fold : 1 - d/t within a surface; -1 if nothing is within reach
+            rim : 1 - d/t between tubes with flat ends and the planes of these ends, with t reduced near the rim
             curvature, skew, stretch : h/h_max - 1
-            area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
-            envelope : distance of the exterior's samples from the axis beyond its limit, over t; absent without one
+            area : 1 - sqrt(EG - F²)/(0.1·starting value), which prevents folded nets
+            envelope : distance of samples of the exterior beyond the envelope, divided by t; absent without envelope
         """
         nets = self._nets(points)
         shapes = [measures(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
@@ -112,9 +112,9 @@ class LimitFunctions:
         return result
 
     def paper_arguments(self, values: dict[str, Array], tolerance: float = 0.05) -> dict[str, Array]:
-        """What (33) puts into the barrier f of (32): g/ε_t for distances in mm, h/h_max for the rest, from `values`.
+        """Arguments of the barrier f of (32) in (33), from `values`: g/ε_t for distances g in mm, otherwise h/h_max.
 
-        The barrier of a quantity h starts at zero and reaches one at its limit, that of a distance starts at the limit.
+        The barrier of a quantity h is zero at h = 0 and one at its limit, that of a distance is zero up to its limit.
         """
         scale = {limit.name: getattr(self, limit.per) for limit in TABLE if limit.per}
         return {
@@ -123,7 +123,7 @@ class LimitFunctions:
         }
 
     def partners(self, points: ArrayLike) -> Partners:
-        """Find every sample's partners again, at the control points (n_points, 3), or flat."""
+        """Find the partners of all samples at the control points (n_points, 3) or flat."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
         fields = self.fields(points)
         closed = [
@@ -151,12 +151,12 @@ class LimitFunctions:
         )
 
     def moved(self, points: ArrayLike, partners: Partners) -> bool:
-        """Whether control points have moved so far since the partners were found that they should be found again."""
+        """Whether control points have moved so far since the partners were found that they must be found again."""
         step = np.asarray(points, dtype=float).reshape(-1, 3) - partners.found_at
         return bool(np.sqrt((step**2).sum(axis=1).max()) > self.reach / 4.0)
 
-    # Each two surfaces are compared once. The exterior has the closer samples and therefore asks the chambers; with the
-    # planes of the body's ends in "ends", its own discs need no samples.
+    # Each pair of surfaces is compared once. The exterior has the denser samples, so its samples get partners on the
+    # chambers and not vice versa. Its own discs need no samples, because "ends" covers the planes of the body's ends.
 
     @cached_property
     def _neighbours(self) -> list[tuple[int, int]]:
@@ -164,7 +164,7 @@ class LimitFunctions:
 
     @cached_property
     def _first(self) -> list[int]:
-        """Number of each surface's first sample among all positions."""
+        """Index of each surface's first sample among all positions."""
         counts = [len(grid.q) * (len(grid.r) + (2 * len(grid.rings) if grid.cavity else 0)) for grid in self.grids]
         return [0, *np.cumsum(counts).tolist()]
 
@@ -175,7 +175,7 @@ class LimitFunctions:
 
     @cached_property
     def _tubes(self) -> list[slice]:
-        """Where the samples of each tube stand among all positions."""
+        """Positions that are the samples of each tube."""
         starts = [
             first + (len(grid.rings) * len(grid.q) if grid.cavity else 0)
             for grid, first in zip(self.grids, self._first, strict=False)
@@ -184,7 +184,7 @@ class LimitFunctions:
 
     @cached_property
     def _fold_source(self) -> NDArray[np.int32]:
-        blocks = [tube.start + every_other(grid) for grid, tube in zip(self.grids, self._tubes, strict=True)]
+        blocks = [tube.start + every_second(grid) for grid, tube in zip(self.grids, self._tubes, strict=True)]
         return np.concatenate(blocks).astype(np.int32)
 
     def _nets(self, points: ArrayLike) -> list[Array]:
@@ -192,20 +192,20 @@ class LimitFunctions:
         return [points[where].reshape(*grid.net_shape, 3) for grid, where in zip(self.grids, self.slices, strict=True)]
 
     def _rim(self, x: Array, grid: Grid) -> Array:
-        """Constraint values of a tube (3, rows, columns) beside the planes of its own ends; none with poles."""
+        """Constraint values of a tube x (3, rows, columns) over the planes of its own ends; empty with poles."""
         if not len(grid.rings):
             return jnp.zeros(0)
         base, tip = (
             height[1:-1] / (self.fold * share[1:-1])
             for share, height in zip(rim_share(grid, self.neighbourhood), heights(x, grid), strict=True)
         )
-        # On the rim itself, where it is the slope of the wall, by extrapolation.
+        # On the rim itself the value is that of the wall's slope, found by extrapolation.
         rims = [2.0 * base[0] - base[1], 2.0 * tip[-1] - tip[-2]]
         return 1.0 - jnp.concatenate([jnp.minimum(base, tip).ravel(), *rims])
 
     @cached_property
     def fields(self) -> Callable[[ArrayLike], list[Fields]]:
-        """The fields of every surface's samples, of control points."""
+        """Function from control points to the fields of every surface's samples."""
 
         @jax.jit
         def fields(points: ArrayLike) -> list[Fields]:
@@ -214,7 +214,7 @@ class LimitFunctions:
         return fields
 
     def positions(self, tubes: list[Array]) -> Array:
-        """All samples that distances are taken between, (n, 3): the exterior's tube, then the closed chambers."""
+        """Positions (n, 3) of all samples used for distances: the tube of the exterior, then the closed chambers."""
         parts = [
             (closed_positions(x, grid) if grid.cavity else x).reshape(3, -1).T
             for x, grid in zip(tubes, self.grids, strict=True)
@@ -225,17 +225,17 @@ class LimitFunctions:
 def build_limit_functions(
     body: Body, spec: Limits, per_span: tuple[int, int] = (4, 8), reach: float = 0.5
 ) -> LimitFunctions:
-    """The limits of a problem on samples of a body.
+    """Build the limits of a problem on samples of a body.
 
     Parameters
     ----------
     body : Body
-        Any body of the run: only what never changes (net shapes, starting sizes, kinds of ends, length) is taken from
-        it.
+        Any body of the run: only properties that never change (net shapes, starting sizes, kinds of ends, length) are
+        used.
     spec : problem.Limits
     per_span : (int, int)
-        Samples to each knot span in q and in r. Curvature peaks on the knots, stretch anywhere: where a bellows folds,
-        one span of r turns by more than a right angle, and four samples to it miss a quarter of h₃.
+        Samples per knot span in q and in r. Curvature has its peaks on knots, stretch has them anywhere: in a fold of a
+        bellows, one span of r turns by more than a right angle, and four samples would miss a quarter of h₃.
     reach : float
         See `LimitFunctions`.
     """

@@ -1,4 +1,4 @@
-"""Tensor grids of samples on the surfaces: every quantity that is limited is read off these.
+"""Tensor grids of samples on the surfaces, at which the limited quantities are evaluated.
 
 Derivatives are taken per millimetre of the starting tube: with respect to q·τ_q and r·τ_r, so that E = G = 1 on it.
 """
@@ -35,7 +35,7 @@ class Grid:
     Attributes
     ----------
     name, cavity, size
-        As of the surface.
+        See `TubeSurface`.
     net_shape : (int, int)
         Rows and columns of the control net.
     q, r : (columns,) and (rows,) arrays
@@ -43,10 +43,10 @@ class Grid:
     values_q, values_r : three arrays each
         Basis functions and their first two derivatives per mm, (columns, n_q) and (rows, n_r).
     frame : Frame
-        Functions of r behind the tangents, finite up to the poles.
+        Functions of r for tangents that are finite up to the poles.
     rings : (m,) array
-        Fractions s of the rings that sample each flat end's disc, from the centre (s = 0) outwards without the rim;
-        empty at poles.
+        Fractions s of the rings of samples on each end disc, from the centre (s = 0) outwards, excluding the rim; empty
+        for poles.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Grid:
 
     @property
     def step(self) -> tuple[float, float]:
-        """Distance in mm of neighbouring samples along q and r on the starting tube."""
+        """Distances in mm between neighbouring samples along q and r on the starting tube."""
         return self.size[0] / len(self.q), self.size[1] / (len(self.r) - 1)
 
     def positions(self, net: Array) -> Array:
@@ -82,7 +82,7 @@ class Grid:
 
 
 def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
-    """Samples of a surface, so many steps to each knot span in q and in r."""
+    """Build the samples of a surface with the given numbers of steps per knot span in q and r."""
     n_r, n_q = surface.net.shape[:2]
     tau_q, tau_r = surface.size
     q = np.arange(per_span[0] * n_q) / (per_span[0] * n_q)
@@ -106,10 +106,10 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
 
 
 def with_discs(fields: Fields, grid: Grid) -> Fields:
-    """The fields of a chamber closed by its end discs: rings of the base's disc, the tube, rings of the tip's disc.
+    """The fields of a chamber with its end discs: rings of the base disc, the tube, rings of the tip disc.
 
-    The discs are the linear blends (1 - s)·centre + s·rim(q); along them the second parameter is s times the starting
-    radius. Surfaces with poles are closed already and come back unchanged.
+    Points of the discs are (1 - s)·centre + s·rim(q), with s times the starting radius as second parameter. Surfaces
+    with poles are closed already and returned unchanged.
     """
     if not len(grid.rings):
         return fields
@@ -134,7 +134,7 @@ def with_discs(fields: Fields, grid: Grid) -> Fields:
 
 
 def closed_positions(x: Array, grid: Grid) -> Array:
-    """Only the positions of `with_discs`: (3, rows + 2m, columns) from (3, rows, columns)."""
+    """The positions of `with_discs` alone, (3, rows + 2m, columns) from (3, rows, columns)."""
     if not len(grid.rings):
         return x
     s = grid.rings[:, None]
@@ -147,21 +147,21 @@ def closed_positions(x: Array, grid: Grid) -> Array:
 
 
 def heights(x: Any, grid: Grid) -> tuple[Any, Any]:
-    """How far samples x (3, rows, columns) of a tube with flat ends are above its base and below its tip, in mm."""
+    """Heights in mm of samples x (3, rows, columns) of a tube with flat ends above its base and below its tip."""
     return x[2] - x[2, :1], x[2, -1:] - x[2]
 
 
 def rim_share(grid: Grid, neighbourhood: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Share of the fold distance that each row (rows, 1) has to keep from the base's plane, and from the tip's.
+    """Fraction of the fold distance that each row (rows, 1) must keep from the base's plane, and from the tip's.
 
-    All of it outside the neighbourhood of the rim, in proportion to the distance along the starting surface within:
-    a wall thus leaves its end at an angle and never lies flat on it.
+    It is 1 outside the neighbourhood of the rim, and proportional to the distance along the starting surface within it.
+    So a wall leaves its end at an angle and never lies flat on it.
     """
     along = grid.r[:, None] * grid.size[1] / neighbourhood
     return np.minimum(along, 1.0), np.minimum(along[::-1], 1.0)
 
 
-def every_other(grid: Grid) -> NDArray[np.int64]:
-    """Numbers of every other sample of a tube, both ways."""
+def every_second(grid: Grid) -> NDArray[np.int64]:
+    """Indices of every second sample of a tube in both directions."""
     rows, columns = grid.shape
     return np.arange(rows * columns).reshape(rows, columns)[::2, ::2].ravel()
