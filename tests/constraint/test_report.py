@@ -43,8 +43,8 @@ def test_wall_and_fold_agree_with_brute_force(make_body, table, waved, seed):
         grid_q, grid_r = np.meshgrid(q, r)
         flat, around, along = points.reshape(-1, 3), grid_q.ravel() * surface.size[0], grid_r.ravel() * surface.size[1]
         for i in range(0, len(flat), 7):
-            aside = np.abs(around - around[i])
-            apart = np.hypot(np.minimum(aside, surface.size[0] - aside), along - along[i])
+            turn = (around - around[i]) / surface.size[0]
+            apart = np.hypot(np.sin(np.pi * turn) / np.pi * surface.size[0], along - along[i])
             fold = min(fold, np.linalg.norm(flat[apart >= 2.0] - flat[i], axis=1).min())
     assert found["fold"].value <= fold
     assert found["fold"].value >= fold - 0.85 * abs(fold - 1.0) - 0.1

@@ -83,12 +83,19 @@ def test_folds_contain_brute_force(make_body, waved, seed):
         least = np.inf
         for i in range(0, len(x), 3):
             aside = np.abs(around - around[i])
-            apart = np.hypot(np.minimum(aside, 1 - aside) * surface.size[0], along - along[i])
+            apart = np.hypot(np.sin(np.pi * aside) / np.pi * surface.size[0], along - along[i])
             least = min(least, np.linalg.norm(x[apart >= 2.0] - x[i], axis=1).min())
         certified, seen = fold(surface)
         assert certified <= least
         assert certified <= seen
         assert certified >= min(least - 0.1, 0.995)
+
+
+def test_places_round_a_pole_are_neighbours(make_body):
+    # A circle round the pole that is twice the neighbourhood long is only 2/π of it across.
+    body = make_body(chambers=((4.0, (0.0, 0.0), (3.0, 21.0), "pole"),))
+    certified, seen = fold(body.chambers[0], bound=1.9)
+    assert 0.995 * 1.9 <= certified <= seen
 
 
 def test_slabs_are_of_second_order():

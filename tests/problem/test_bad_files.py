@@ -245,7 +245,6 @@ WRONG = [
     ("weight = 1.0", "weight = true", "task[0].weight", "not a number"),
     ('wall = "2 mm"', 'wall = "4 mm"', "body.chamber[0].span", "thinner than limits.wall"),
     ('neighbourhood = "2 mm"', 'neighbourhood = "1 mm"', "limits.fold.neighbourhood", "make it larger"),
-    ('distance = "1 mm"', 'distance = "1.99 mm"', "limits.fold.distance", "closer to itself"),
     ('curvature = "0.3 /mm^2"', 'curvature = "0.01 /mm^2"', "limits.curvature", "too far above the limit"),
     ('curvature = "0.3 /mm^2"', 'curvature = "0.3 /mm"', "limits.curvature", "not a unit of"),
     ('stretch = "0.1 /mm^2"', 'stretch = "0 /mm^2"', "limits.stretch", "not above zero"),

@@ -1,4 +1,4 @@
-"""Points of two patches: their distance in space and along the starting tube, and the closest pair."""
+"""Points of two patches: their distance in space and on the starting tube, and the closest pair."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 
 @numba.njit(cache=True)
 def apart(box_a, box_b, u_a, v_a, u_b, v_b, size):
-    """Distance in mm between two points along the starting tube, see `distance.py`."""
-    aside = abs(box_a[0] + u_a * box_a[1] - box_b[0] - u_b * box_b[1]) % 1.0
-    aside = min(aside, 1.0 - aside) * min(cubic(box_a[4:], v_a), cubic(box_b[4:], v_b))
+    """Distance in mm between two points on the starting tube, see `distance.py`."""
+    turn = abs(box_a[0] + u_a * box_a[1] - box_b[0] - u_b * box_b[1])
+    aside = abs(np.sin(np.pi * turn)) / np.pi * min(cubic(box_a[4:], v_a), cubic(box_b[4:], v_b))
     up = box_a[2] + v_a * box_a[3] - box_b[2] - v_b * box_b[3]
     return np.hypot(aside * size[0], up * size[1])
 

@@ -4,6 +4,10 @@ The partner of a sample is the closest point of the other surface itself, not it
 overestimate a wall of 2 mm by up to 0.05 mm. It is found from the second-order expansion at the closest sample and then
 kept as a fixed combination of four samples plus a fixed vector, so that distances are smooth in the control points and
 exact for those at which the partners were found.
+
+Points of one surface are neighbours if their distance on the starting tube is small: the chord across the tube and the
+length along it. With the arc instead of the chord, points on opposite sides of a pole would not be neighbours, although
+they are near each other.
 """
 
 from __future__ import annotations
@@ -256,7 +260,7 @@ def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, sourc
     tube : SampledSurface
         Without discs.
     neighbourhood : float
-        Distance in mm along the starting surface; points within it are ignored.
+        Distance in mm on the starting tube; points within it are ignored.
     bound : float
         Largest distance in mm that is searched.
     source : (n,) array
@@ -306,9 +310,11 @@ def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Flo
     best = np.full(len(source), np.inf)
     near = np.zeros(len(source), dtype=np.int64)
     offset = np.zeros((len(source), 2))
-    for around, along in _ring(neighbourhood, step_r):
-        if abs(around) > tube.grid.size[0] / 2.0:
+    diameter = tube.grid.size[0] / np.pi
+    for chord, along in _ring(neighbourhood, step_r):
+        if abs(chord) > diameter:
             continue  # the neighbourhood extends around the whole tube
+        around = diameter * np.arcsin(chord / diameter)
         aside, up = round(around / step_q), round(along / step_r)
         rest = np.array([around - aside * step_q, along - up * step_r])
 
@@ -324,7 +330,7 @@ def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Flo
         distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
         there = np.clip(row + up, 0, rows - 1)
         # Near a pole steps around are shorter, and the point may still be within the neighbourhood.
-        apart = np.hypot(around * np.minimum(shrink[row], shrink[there]), along)
+        apart = np.hypot(chord * np.minimum(shrink[row], shrink[there]), along)
         exists = (row + along / step_r >= 0.0) & (row + along / step_r <= rows - 1)
         distance[~exists | (apart < neighbourhood - 1e-6)] = np.inf
         closer = distance < best
@@ -348,12 +354,12 @@ def _tree(points: Floats) -> KDTree:
 
 
 def _apart(grid: Grid, i: Ints, j: Ints) -> Floats:
-    """Distance in mm between samples i and j along the starting tube."""
+    """Distance in mm between samples i and j on the starting tube."""
     columns = len(grid.q)
     (row_i, column_i), (row_j, column_j) = np.divmod(i, columns), np.divmod(j, columns)
-    around = np.abs(column_i - column_j)
-    around = np.minimum(around, columns - around) * np.minimum(grid.frame.shrink[row_i, 0], grid.frame.shrink[row_j, 0])
-    return np.hypot(around * grid.step[0], (row_i - row_j) * grid.step[1])
+    diameter = grid.size[0] / np.pi * np.minimum(grid.frame.shrink[row_i, 0], grid.frame.shrink[row_j, 0])
+    chord = diameter * np.abs(np.sin(np.pi * (column_i - column_j) / columns))
+    return np.hypot(chord, (row_i - row_j) * grid.step[1])
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

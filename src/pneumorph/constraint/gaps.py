@@ -111,7 +111,7 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, accuracy: Accura
     first, second : Patches
         The same object, without discs, to measure a fold.
     neighbourhood : float
-        Pairs of points nearer than this along the starting tube are ignored, mm; zero for walls.
+        Pairs of points nearer than this on the starting tube are ignored, mm; zero for walls.
     accuracy : Accuracy
         For distances with their sign changed.
     worst : float

@@ -83,11 +83,11 @@ def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood
     nets, others : (n, 4, 4, 3) arrays
         Control nets of the patches on either side.
     boxes, other_boxes : (n, 8) arrays
-        Start and width in q and in r, and the coefficients of S(v), for distances along the starting tube.
+        Start and width in q and in r, and the coefficients of S(v), for distances on the starting tube.
     size : (float, float)
         Circumference and length of that tube.
     neighbourhood : float
-        Only points at least this far apart along the starting tube count; all points if it is zero.
+        Only points at least this far apart on the starting tube count; all points if it is zero.
     asked : float
         Pairs that are certainly farther apart than this are not refined.
     gap, bound : float

@@ -2,7 +2,7 @@
 
 A patch lies in the convex hull of its control net, and two hulls are at least as far apart as the width of any slab
 that separates them. Hulls of neighbouring patches of one tube overlap, although the points that count are a
-neighbourhood apart along the starting tube. For these both patches are expanded to first order, so that the bound can
+neighbourhood apart on the starting tube. For these both patches are expanded to first order, so that the bound can
 use the difference of the points' parameters.
 """
 
@@ -63,22 +63,29 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     Along the direction between the patches' centres, the coordinate of either patch is a linear function of the
     parameters plus a remainder that its net bounds. The mean of both slopes multiplies the difference δ of the points
     on the starting tube. δ lies in a rectangle outside a disc around zero, where a linear function has its minimum at a
-    corner or where a side meets the circle. The difference of the slopes enters with its absolute value; it is small
-    where the distance is smallest.
+    corner or where a side meets the circle. Steps around the tube are arcs, shortened to their chords, by which the
+    neighbourhood is defined. The difference of the slopes enters with its absolute value; it is small where the
+    distance is smallest.
     """
     shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
     if shrink <= 0.0:
         return 0.0
     between, half_a, half_b = np.empty(2), np.empty(2), np.empty(2)
-    for k in range(2):
-        scale = size[k] * (shrink if k == 0 else 1.0)
+    scale = size[1]
+    for k in range(1, -1, -1):
         between[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
         between[k] -= box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
+        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1]
+        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
         if k == 0:
-            between[k] = (between[k] + 0.5) % 1.0 - 0.5
-        between[k] *= scale
-        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1] * scale
-        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1] * scale
+            between[0] = (between[0] + 0.5) % 1.0 - 0.5
+            # The least ratio of arc to chord, for the steps up the tube that these patches allow.
+            up = abs(between[1]) + half_a[1] + half_b[1]
+            chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
+            diameter = size[0] * shrink / np.pi
+            arc = diameter * np.arcsin(min(chord / diameter, 1.0))
+            scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
+        between[k], half_a[k], half_b[k] = scale * between[k], scale * half_a[k], scale * half_b[k]
     direction = np.zeros(3)
     for i in range(4):
         for j in range(4):
@@ -138,7 +145,7 @@ def _linear(net, direction):
 
 @numba.njit(cache=True)
 def farthest(box_a, box_b, span, size):
-    """Upper bound of the distance along the starting tube for u, v in ranges (8,), first patch first."""
+    """Upper bound of the distance on the starting tube for u, v in ranges (8,), first patch first."""
     reach = np.empty(2)
     for k in range(2):
         middle_a = box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
@@ -150,7 +157,11 @@ def farthest(box_a, box_b, span, size):
         width = abs((span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1])
         width += abs((span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1])
         reach[k] = between + 0.5 * width
-    around = min(reach[0], 0.5) * min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
+    around = (
+        np.sin(np.pi * min(reach[0], 0.5))
+        / np.pi
+        * min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
+    )
     return np.hypot(around * size[0], reach[1] * size[1])
 
 

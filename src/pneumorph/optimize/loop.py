@@ -73,6 +73,9 @@ PATIENCE, PROGRESS = 5, 0.005
 """The loop also stops when this many designs together improve the objective by less than this fraction, or when the
 next one promises less than its share of that."""
 
+MOST_FACTORISATIONS = 40
+"""A step is taken back if a task's equilibrium is not found in so many: nearer ones are a tenth of the work."""
+
 BEARABLE = 0.002
 """A mesh is kept if no new one can be made and its worst element is better than this."""
 
@@ -332,7 +335,7 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
         yield Remeshed(now.iteration + 1, poor, disc.model.elements, _quality(disc, points))
     before = now.analysis.value
     with clock.phase("equilibrium"):
-        analysis = analyse(problem, space, disc, phi, starts)
+        analysis = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS)
         if not isinstance(analysis, NoEquilibrium) and poor is not None and analysis.value > before:
             before = _before(loop, now, disc, analysis)
     spent = disc.factorisations - count
@@ -344,7 +347,7 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
 def _before(loop: _Loop, now: _Standing, disc: Discretisation, trial: Analysis) -> float:
     """The objective before a step, on the mesh after it: a new mesh changes it by as much as a small step gains."""
     starts = predicted(loop.space, disc, trial, now.analysis.phi)
-    again = analyse(loop.problem, loop.space, disc, now.analysis.phi, starts)
+    again = analyse(loop.problem, loop.space, disc, now.analysis.phi, starts, most=MOST_FACTORISATIONS)
     return now.analysis.value if isinstance(again, NoEquilibrium) else again.value
 
 

@@ -230,13 +230,6 @@ def _limits(problem: Problem) -> Iterator[Fault]:
                 f"{name} starts with a curvature of {bend:.3g} /mm^2, too far above the limit of {limits.curvature:g} "
                 "/mm^2; raise the limit, make the radius larger or the ripple flatter",
             )
-        half_turn = min(limits.fold.neighbourhood / (2 * radius), math.pi / 2)
-        if 2 * radius * math.sin(half_turn) < limits.fold.distance - _EPS:
-            yield (
-                "limits.fold.distance",
-                f"{name} starts closer to itself than {limits.fold.distance:g} mm; reduce the distance or make the "
-                "neighbourhood or the radius larger",
-            )
 
 
 def _resolution(problem: Problem) -> Iterator[Fault]:

@@ -35,6 +35,10 @@ class SingularMatrix(ArithmeticError):
     """The matrix could not be factorised."""
 
 
+class TooCostly(ArithmeticError):
+    """No more factorisations are allowed."""
+
+
 class Pardiso:
     """LDLᵀ by MKL PARDISO; the symbolic analysis is done once per pattern."""
 

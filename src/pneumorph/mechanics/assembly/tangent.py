@@ -6,6 +6,7 @@ them; so Newton, predictors and adjoints all share this solver and factorise onl
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ import numpy as np
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.linear import build_factorisation
+from pneumorph.mechanics.assembly.linear import TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.terms import Loads
 
@@ -52,6 +53,8 @@ class Tangent:
     ----------
     factorisations : int
         Number of numerical factorisations so far.
+    most : float
+        Number at which no more are made: `TooCostly` is raised instead.
     solves : int
         Number of back-solves so far.
     negative_pivots : int
@@ -67,6 +70,7 @@ class Tangent:
         self._factor = build_factorisation(model.sparsity.indptr, model.sparsity.indices)
         self.origin: Origin | None = None
         self.factorisations = 0
+        self.most = math.inf
         self.solves = 0
         self.unit_seconds = 0.0
 
@@ -127,6 +131,8 @@ class Tangent:
 
     def refactorise(self, data: np.ndarray, origin: Origin) -> None:
         """Factorise these values of the tangent, which belong to `origin`."""
+        if self.factorisations >= self.most:
+            raise TooCostly
         self.origin = None
         self._factor.refactorise(data)
         self.factorisations += 1

@@ -6,6 +6,7 @@ method (`saddle.py`). Both look for stable states; where there is none, `NoEquil
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import jax
@@ -13,7 +14,7 @@ import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.sums import summed
 from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
@@ -121,15 +122,17 @@ def solve(
     start: State | None = None,
     tolerance: float = TOLERANCE,
     since: tuple[Loads, State] | None = None,
+    most: float = math.inf,
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
     Newton's method goes to the full load at once from `start`. Without a start, or if that fails, the load is raised in
     adaptive steps: from `since`, the loads and equilibrium of another load case on the same nodes, or else from rest,
     weights and plate loads first, then pressures. A state has converged when its residual is `tolerance` times the
-    norm of the applied forces.
+    norm of the applied forces. The search ends after `most` factorisations.
     """
     before = tangent.factorisations, tangent.solves
+    tangent.most = tangent.factorisations + most
     try:
         if start is not None:
             found = _find(at, tangent, start, tolerance)
@@ -140,6 +143,10 @@ def solve(
         return _step_up(at, tangent, before, tolerance)
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
+    except TooCostly:
+        return NoEquilibrium(f"no equilibrium found in {most:g} factorisations", 0.0, None)
+    finally:
+        tangent.most = math.inf
 
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
