@@ -33,6 +33,17 @@ def test_a_ballooning_tube_is_told_in_a_sentence():
     assert np.isfinite(found.last.u).all()
 
 
+def test_the_search_ends_after_the_factorisations_allowed():
+    mesh = tube(11, 13, 40, (1, 12, 6))
+    built = build_model(mesh, RUBBER)
+    solver = Tangent(built)
+    found = solve(configure(built, mesh.points, build_loads(built, {"A": 0.3})), solver, most=12)
+    assert isinstance(found, NoEquilibrium)
+    assert found.reason == "no equilibrium found in 12 factorisations"
+    assert solver.factorisations == 12
+    assert isinstance(solve(configure(built, mesh.points, build_loads(built, {"A": 0.01})), solver), Equilibrium)
+
+
 def test_a_start_turned_inside_out_is_answered_from_rest():
     mesh = tube(4, 8, 20, (1, 8, 4))
     built = build_model(mesh, RUBBER)

@@ -13,6 +13,7 @@ they are near each other.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -93,6 +94,11 @@ class SampledSurface:
         """The samples that lie on the tube."""
         first = self.rings * self.columns
         return slice(first, first + len(self.grid.r) * self.columns)
+
+    @cached_property
+    def tree(self) -> KDTree:
+        """Search tree of the samples."""
+        return _tree(self.x)
 
     def normals(self) -> Floats:
         """Unit normals, (n, 3)."""
@@ -188,7 +194,7 @@ def sampled_surface(fields: Fields, grid: Grid, discs: bool) -> SampledSurface:
 
 def nearest(points: Floats, surface: SampledSurface, bound: float) -> tuple[NDArray[np.bool_], Ints]:
     """For each point whether a sample of the surface is within `bound` mm, and the index of the nearest (0 if not)."""
-    distance, near = _tree(surface.x).query(points, distance_upper_bound=bound, workers=-1)
+    distance, near = surface.tree.query(points, distance_upper_bound=bound, workers=-1)
     within = np.isfinite(distance)
     return within, np.where(within, near, 0)
 
@@ -300,7 +306,7 @@ def _least_stretch(tube: SampledSurface) -> Floats:
 
 
 def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:
-    """Distance, nearest sample and offset of the nearest place on the edge of each source's neighbourhood."""
+    """Distance, nearest sample and offset of the nearest point on the edge of each source's neighbourhood."""
     step_q, step_r = tube.grid.step
     rows, columns = tube.grid.shape
     shrink = tube.grid.frame.shrink[:, 0]

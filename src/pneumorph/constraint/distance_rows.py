@@ -50,12 +50,7 @@ def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlo
 
 
 def _fields(surface: TubeSurface, samples: Grid) -> Fields:
-    # Contiguous factors, because products of strided ones are ten times slower.
-    net = np.ascontiguousarray(np.moveaxis(surface.net, 2, 0))
-    along = [values @ net for values in samples.values_r]
-    around = [np.ascontiguousarray(values.T) for values in samples.values_q]
-    orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-    return Fields(*(along[dr] @ around[dq] for dq, dr in orders))
+    return Fields(*samples.combine(surface.net, samples.local_r, ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))))
 
 
 def _walls(
@@ -90,14 +85,19 @@ def _closest_nearby(
     """Offsets (m, 2) from samples, on both surfaces, of the closest pair near each sample and its closest point."""
     row = some // here.columns
     best = np.linalg.norm(here.x[some] - _expanded(there, near, offset), axis=1)
-    aside, closest = np.zeros((len(some), 2)), offset.copy()
-    for across in NEARBY:
-        for along in NEARBY:
-            step = np.where(along < 0, here.behind[row], here.ahead[row])
-            away = np.stack([np.full(len(some), across * here.across), along * step], axis=1)
-            distance, _, place = there.closest(_expanded(here, some, away), near)
-            closer = distance < best - 10.0**-DIGITS
-            best[closer], aside[closer], closest[closer] = distance[closer], away[closer], place[closer]
+    # All points around all samples at once.
+    steps = [(0.0, 0.0), *((across, along) for across in NEARBY for along in NEARBY)]
+    away = [
+        np.stack([np.full(len(some), across * here.across), along * (here.behind if along < 0 else here.ahead)[row]], 1)
+        for across, along in steps
+    ]
+    around, everywhere = np.concatenate(away), np.tile(near, len(steps))
+    distance, _, place = there.closest(_expanded(here, np.tile(some, len(steps)), around), everywhere)
+    distance, place = distance.reshape(len(steps), -1), place.reshape(len(steps), -1, 2)
+    distance[0], place[0] = best, offset
+    # Of distances that are equal up to rounding the first is taken.
+    pick, each = np.argmin(np.round(distance, DIGITS), axis=0), np.arange(len(some))
+    aside, closest = np.stack(away)[pick, each], place[pick, each]
     return aside, closest
 
 

@@ -6,6 +6,7 @@ Derivatives are taken per millimetre of the starting tube: with respect to q·τ
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -13,8 +14,12 @@ import numpy as np
 from jax import Array
 from numpy.typing import NDArray
 
+from pneumorph.constraint.combination import combined
 from pneumorph.constraint.frame import Frame, frame
 from pneumorph.geometry import TubeSurface
+from pneumorph.geometry.local import nonzero_functions
+
+Orders = tuple[tuple[int, int], ...]
 
 
 class Fields(NamedTuple):
@@ -47,6 +52,8 @@ class Grid:
     rings : (m,) array
         Fractions s of the rings of samples on each end disc, from the centre (s = 0) outwards, excluding the rim; empty
         for poles.
+    support_q, support_r : (columns, 4) and (rows, 4) arrays
+        Indices of the control net's columns and rows on which each sample depends.
     """
 
     name: str
@@ -59,6 +66,8 @@ class Grid:
     values_r: tuple[NDArray[np.float64], ...]
     frame: Frame
     rings: NDArray[np.float64]
+    support_q: NDArray[np.integer]
+    support_r: NDArray[np.integer]
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -69,6 +78,38 @@ class Grid:
     def step(self) -> tuple[float, float]:
         """Distances in mm between neighbouring samples along q and r on the starting tube."""
         return self.size[0] / len(self.q), self.size[1] / (len(self.r) - 1)
+
+    def combine(self, net: NDArray[np.float64], functions: NDArray[np.float64], orders: Orders) -> NDArray[np.float64]:
+        """Fields (m, 3, rows, columns) of the control net (n_r, n_q, 3), by the rows and columns that affect a sample.
+
+        Parameters
+        ----------
+        functions : (k, 3, rows, 4) array
+            Functions of r for each component, see `restricted`.
+        orders : m pairs (int, int)
+            Index of the function of r, and order of the derivative in q, for each field.
+        """
+        net = np.ascontiguousarray(np.moveaxis(net, 2, 0))
+        return combined(net, self.support_r, functions, self.support_q, self.local_q, np.array(orders))
+
+    def restricted(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Functions of r (..., rows, n_r) restricted to the net's rows that affect each sample, (..., rows, 4)."""
+        return np.take_along_axis(values, np.broadcast_to(self.support_r, (*values.shape[:-1], 4)), axis=-1)
+
+    @cached_property
+    def local_q(self) -> NDArray[np.float64]:
+        """The nonzero basis functions in q and their first two derivatives per mm, (3, columns, 4)."""
+        return np.stack([np.take_along_axis(values, self.support_q, axis=1) for values in self.values_q])
+
+    @cached_property
+    def local_r(self) -> NDArray[np.float64]:
+        """The same in r, repeated for each component: (3, 3, rows, 4)."""
+        return np.repeat(self.restricted(np.stack(self.values_r))[:, None], 3, axis=1)
+
+    @cached_property
+    def local_frame(self) -> NDArray[np.float64]:
+        """The first four functions of the frame, (4, 3, rows, 4): `across`, `along`, `across_r`, `along_r`."""
+        return self.restricted(np.stack(self.frame[:4]))
 
     def positions(self, net: Array) -> Array:
         """Positions (3, rows, columns) on the tube for the control net (n_r, n_q, 3)."""
@@ -102,6 +143,8 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
         values_r=tuple(surface.basis_r.matrix(r, order) / tau_r**order for order in range(3)),
         frame=frame(surface, r),
         rings=rings,
+        support_q=nonzero_functions(surface.basis_q, q)[0],
+        support_r=nonzero_functions(surface.basis_r, r)[0],
     )
 
 

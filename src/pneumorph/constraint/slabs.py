@@ -79,7 +79,7 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
         half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
         if k == 0:
             between[0] = (between[0] + 0.5) % 1.0 - 0.5
-            # The least ratio of arc to chord, for the steps up the tube that these patches allow.
+            # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
             up = abs(between[1]) + half_a[1] + half_b[1]
             chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
             diameter = size[0] * shrink / np.pi

@@ -30,11 +30,12 @@ certificate."""
 ACCURACY = 0.1
 """Fraction of the tolerances to which limits are met on samples."""
 
-PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 12, 5, 200
+PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 16, 5, 200
 """Most linearisations between two certificates, most certificates, and most iterations for each motion."""
 
-HOPELESS = 2.0
-"""Motions end where a limit is exceeded by this multiple of its bound: linearisation is useless there."""
+HOPELESS = 100.0
+"""Motions end where a limit is exceeded by this multiple of its bound. A motion may well exceed one by ten times: what
+is quadratic in the control points, such as stretch, then comes down by three quarters with each of the next."""
 
 ELASTIC = 1e-4
 """Compliance of the rows, relative to their own scale: rows that contradict each other are then met half way instead of

@@ -196,7 +196,7 @@ class Task(Table):
 
 
 class Fold(Table):
-    """Smallest distance between points of one surface that are farther apart along it than the neighbourhood (23)."""
+    """Smallest distance within one surface, of points outside each other's neighbourhood on the starting tube (23)."""
 
     distance: PositiveLength = 1.0
     neighbourhood: PositiveLength = 2.0
