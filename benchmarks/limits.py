@@ -40,17 +40,17 @@ def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
     body = starting_body(BodySpec.model_validate(table))
     limits = build_limit_functions(body, spec)
     points = jnp.asarray(body.control_points())
-    pairs = jax.device_put(limits.pairs(points))
+    partners = jax.device_put(limits.partners(points))
 
-    def penalty(points, pairs):
-        return sum(jnp.mean(jnp.maximum(c + 1.0, 0.0) ** 2) for c in limits.values(points, pairs).values())
+    def penalty(points, partners):
+        return sum(jnp.mean(jnp.maximum(c + 1.0, 0.0) ** 2) for c in limits.values(points, partners).values())
 
     value_and_gradient = jax.jit(jax.value_and_grad(penalty))
     return (
         len(points),
         sum(len(grid.q) * len(grid.r) for grid in limits.grids),
-        milliseconds(lambda: jax.block_until_ready(value_and_gradient(points, pairs)), 30),
-        milliseconds(lambda: limits.pairs(points), 3),
+        milliseconds(lambda: jax.block_until_ready(value_and_gradient(points, partners)), 30),
+        milliseconds(lambda: limits.partners(points), 3),
         1e-3 * milliseconds(lambda: certify(body, spec), 3),
     )
 

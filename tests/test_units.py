@@ -29,8 +29,8 @@ KINDS = [kind for kind in vars(units).values() if isinstance(kind, units.Kind)]
         ("2 N", units.FORCE, 2.0),
         ("1 kg*m/s^2", units.FORCE, 1.0),
         ("4 N/mm", units.STIFFNESS, 4.0),
-        ("0.1 N*m/rad", units.TURNING_STIFFNESS, 100.0),
-        ("100 N*mm", units.TURNING_STIFFNESS, 100.0),
+        ("0.1 N*m/rad", units.ROTATIONAL_STIFFNESS, 100.0),
+        ("100 N*mm", units.ROTATIONAL_STIFFNESS, 100.0),
     ],
 )
 def test_reads(text, kind, value):
@@ -44,7 +44,7 @@ def test_inside_units_are_consistent():
 
 
 def test_degrees_become_radians():
-    assert units.parse("1 N*mm/deg", units.TURNING_STIFFNESS) == pytest.approx(180 / math.pi, rel=1e-15)
+    assert units.parse("1 N*mm/deg", units.ROTATIONAL_STIFFNESS) == pytest.approx(180 / math.pi, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -54,12 +54,12 @@ def test_degrees_become_radians():
         ("60", '"60" has no unit; write e.g. "60 kPa"'),
         ("kPa", '"kPa" is not a number with a unit; write e.g. "60 kPa"'),
         ("60 mm", '"mm" is not a unit of a pressure; write e.g. "60 kPa"'),
-        ("60 KPa", '"KPa" is not a unit known here; write e.g. "60 kPa"'),
+        ("60 KPa", '"KPa" is not a known unit; write e.g. "60 kPa"'),
         ("60 kPa*2", '"kPa*2" is not a unit; write e.g. "60 kPa"'),
         ("nan kPa", '"nan kPa" is not a number with a unit; write e.g. "60 kPa"'),
         ("1e999 kPa", '"1e999 kPa" is too large; write e.g. "60 kPa"'),
-        (True, 'a pressure with its unit is needed here; write e.g. "60 kPa"'),
-        (["60 kPa"], 'a pressure with its unit is needed here; write e.g. "60 kPa"'),
+        (True, 'a pressure with its unit is expected here; write e.g. "60 kPa"'),
+        (["60 kPa"], 'a pressure with its unit is expected here; write e.g. "60 kPa"'),
     ],
 )
 def test_refuses(text, reason):

@@ -1,16 +1,16 @@
-"""The errors that users see: each is one line that names the key or file, what is wrong, and how to fix it."""
+"""Errors that users see: one line each, naming the key or file, what is wrong, and how to fix it."""
 
 
 class PneumorphError(Exception):
-    """Base of every error that pneumorph raises on purpose."""
+    """Base class of all errors that pneumorph raises deliberately."""
 
 
 class ProblemError(PneumorphError):
-    """The input is wrong: a problem file, a key in it, or an argument (exit status 2)."""
+    """The input is invalid: a problem file, a key in it, or an argument (exit status 2)."""
 
 
 class ComputationError(PneumorphError):
-    """The input is sound but the computation did not succeed (exit status 1)."""
+    """The input is valid but the computation failed (exit status 1)."""
 
 
 class MeshError(ComputationError):
@@ -18,4 +18,4 @@ class MeshError(ComputationError):
 
 
 class Renamed(FutureWarning):
-    """A word of a problem file has a new name; the old one is still read."""
+    """A name used in a problem file has changed; the old one is still accepted."""

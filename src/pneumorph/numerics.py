@@ -1,12 +1,12 @@
-"""Settings of the process that the numerical packages need, made when the first of them is imported.
+"""Process-wide settings that the numerical packages need, made when the first of them is imported.
 
-``import pneumorph`` alone changes nothing. The first use of mechanics or limits
+``import pneumorph`` alone changes nothing. The first use of the mechanics or the limits
 
-- sets the environment variables KMP_BLOCKTIME and OMP_WAIT_POLICY, where they are not set: threads of the linear solver
-  that spin while they wait take the cores from the kernels in between, measured twice as slow;
-- switches jax to double precision: equilibria are solved to nine digits and gradients checked to eight;
-- lets jax keep compiled kernels in `cache_folder()`, where it has no such folder yet: compiling takes some twenty
-  seconds, reading them back one.
+- sets the environment variables KMP_BLOCKTIME and OMP_WAIT_POLICY unless they are set already: threads of the linear
+  solver that spin while waiting occupy the cores and make the kernels that run in between twice as slow (measured);
+- switches jax to double precision, because equilibria are solved to nine digits and gradients are checked to eight;
+- lets jax cache compiled kernels in `cache_folder()`, unless it has a cache folder already: compiling takes about
+  twenty seconds, reading the kernels back one.
 """
 
 import os
@@ -20,7 +20,7 @@ import jax
 
 
 def cache_folder() -> Path:
-    """PNEUMORPH_CACHE, or pneumorph's folder where the platform keeps caches."""
+    """The folder named by PNEUMORPH_CACHE, or else pneumorph's folder in the platform's cache directory."""
     if chosen := os.environ.get("PNEUMORPH_CACHE"):
         return Path(chosen)
     if sys.platform == "win32":
@@ -33,7 +33,7 @@ def cache_folder() -> Path:
 
 
 def _keep_compiled(folder: Path) -> None:
-    """Let jax keep what it compiles in a folder; where that cannot be written, do without."""
+    """Let jax cache what it compiles in a folder; do nothing if the folder is not writable."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

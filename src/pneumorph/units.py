@@ -1,7 +1,7 @@
-"""Quantities at the edge of the program: "60 kPa" in the file, 0.06 inside.
+"""Conversion of quantities between text and numbers: "60 kPa" in a file is 0.06 in the code.
 
-Inside, everything is a float in mm, N, MPa, t, s, rad (N = t·mm/s², MPa = N/mm²). Text becomes a float here and nowhere
-else, and a float becomes text that reads back as the same float to the last bit: the arithmetic is decimal.
+In the code everything is a float in mm, N, MPa, t, s, rad (N = t·mm/s², MPa = N/mm²). Text is converted only here, and
+a float is written as text that reads back as the same float to the last bit; the arithmetic is therefore decimal.
 """
 
 import re
@@ -12,11 +12,11 @@ from typing import Any, cast
 
 import pint
 
-# pint documents Decimal here; its annotation knows float alone.
+# pint documents that Decimal is accepted here; its annotation allows only float.
 _registry = pint.UnitRegistry(non_int_type=cast(type[float], Decimal))
 
 LARGEST, SMALLEST = 1e30, 1e-30
-"""No quantity is larger, and none that has to be above zero is smaller: powers of it would overflow."""
+"""Bounds of quantities, the lower one for those that must be positive: beyond them powers would overflow."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
@@ -25,7 +25,7 @@ _UNIT = re.compile(r"(?:1?\s*/\s*)?[A-Za-zµμ°](?:[A-Za-zµμ°²³·*/() ]|\^
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of quantity: what it is called, its unit inside, the unit it is written in, and an example."""
+    """A kind of quantity: its name, the unit used in the code, the unit it is written in, and an example."""
 
     name: str
     inside: str
@@ -44,11 +44,11 @@ ANGLE = Kind("an angle", "rad", "deg", "30 deg")
 FORCE = Kind("a force", "N", "N", "2 N")
 MOMENT = Kind("a moment", "N*mm", "N*mm", "50 N*mm")
 STIFFNESS = Kind("a stiffness", "N/mm", "N/mm", "4 N/mm")
-TURNING_STIFFNESS = Kind("a stiffness against turning", "N*mm/rad", "N*mm/rad", "100 N*mm/rad")
+ROTATIONAL_STIFFNESS = Kind("a rotational stiffness", "N*mm/rad", "N*mm/rad", "100 N*mm/rad")
 
 
 def text_of(quantity: Any) -> Any:
-    """A pint quantity, of any registry, as text with its unit; all else as it is."""
+    """A pint quantity of any registry as text with its unit; anything else unchanged."""
     if hasattr(quantity, "magnitude") and hasattr(quantity, "units"):
         unit = format(quantity.units, "C").replace("**", "^")
         return f"{quantity.magnitude} {unit}"
@@ -56,26 +56,27 @@ def text_of(quantity: Any) -> Any:
 
 
 def parse(text: Any, kind: Kind) -> float:
-    """The value of a quantity in its inside unit.
+    """Read a quantity and return its value in the unit used in the code.
 
     Parameters
     ----------
     text : str or pint quantity
         A number and a unit, e.g. ``"60 kPa"``, ``"0.6 /mm"``, ``"1.10 g/cm^3"``.
     kind : Kind
-        What the quantity has to be.
+        The kind of quantity that is expected.
 
     Raises
     ------
     ValueError
-        Says what is wrong (no unit, no number, an unknown unit, another dimension) and how to fix it.
+        If the number or the unit is missing, or the unit is unknown or of another dimension. The message says how to
+        fix it.
     """
     fix = f'write e.g. "{kind.example}"'
     text = text_of(text)
     if not isinstance(text, str):
         if isinstance(text, (int, float)) and not isinstance(text, bool):
             raise ValueError(f"the number {text} has no unit; {fix}")
-        raise ValueError(f"{kind.name} with its unit is needed here; {fix}")
+        raise ValueError(f"{kind.name} with its unit is expected here; {fix}")
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise ValueError(f'"{text}" is not a number with a unit; {fix}')
@@ -89,7 +90,7 @@ def parse(text: Any, kind: Kind) -> float:
 
 
 def write(value: float, kind: Kind) -> str:
-    """The shortest text that `parse` reads back as exactly this value, in the usual unit of its kind."""
+    """Write a value as the shortest text that `parse` reads back exactly, in the usual unit of its kind."""
     factor = _factor(kind.written, kind)
     exact = Decimal(value) / factor
     for digits in range(1, 29):
@@ -101,15 +102,15 @@ def write(value: float, kind: Kind) -> str:
 
 
 def _factor(unit: str, kind: Kind) -> Decimal:
-    """How many inside units one `unit` is."""
+    """Value of one `unit` in the unit used in the code."""
     fix = f'write e.g. "{kind.example}"'
     if _UNIT.fullmatch(unit) is None:
         raise ValueError(f'"{unit}" is not a unit; {fix}')
     try:
         parsed = _registry.parse_units(f"1{unit}" if unit.startswith("/") else unit)
-    # What pint raises for text that is not a unit depends on where its tokenizer, parser or arithmetic trips.
+    # Which error pint raises for text that is not a unit depends on where its tokenizer, parser or arithmetic fails.
     except (pint.PintError, TokenError, ArithmeticError, AssertionError, SyntaxError, TypeError, ValueError) as error:
-        raise ValueError(f'"{unit}" is not a unit known here; {fix}') from error
+        raise ValueError(f'"{unit}" is not a known unit; {fix}') from error
     inside = _registry.parse_units(kind.inside)
     if parsed.dimensionality != inside.dimensionality:
         raise ValueError(f'"{unit}" is not a unit of {kind.name}; {fix}')

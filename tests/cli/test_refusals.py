@@ -45,7 +45,7 @@ def test_usage(run, tiny, arguments):
         (
             '{ kind = "match_curve", degree = 1, sections = 2, control_points = '
             '[["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "20 mm"], ["0 mm", "0 mm", "9 mm"]] }',
-            "task[0].objective.control_points: the curve turns back",
+            "task[0].objective.control_points: the curve reverses",
         ),
     ],
 )

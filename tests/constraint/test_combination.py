@@ -1,4 +1,4 @@
-"""Fields on a grid by the few control points alive at each sample, against whole matrices of B-splines."""
+"""Fields on a grid by the few control points that affect each sample, against whole matrices of B-splines."""
 
 import numpy as np
 import pytest

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pneumorph.constraint.cells import Aim, Cells, homes, recentred
+from pneumorph.constraint.cells import Accuracy, Cells, knot_spans, recentred
 from pneumorph.constraint.enclosure import NAMES, enclosed, polynomials
 from pneumorph.constraint.extent import beyond, radius, rims
 from pneumorph.constraint.frame import frame
@@ -20,8 +20,8 @@ BOUNDS = {"curvature": 0.3, "skew": 0.2, "stretch": 0.1, "area": -0.1}
 
 
 def bounded(surface, form="per_mm", bounds=BOUNDS):
-    aims = [Aim(bound, 1.01 * bound, 0.003 * abs(bound), 0.01) for bound in bounds.values()]
-    return enclosed(surface, homes(surface), form, aims, [-np.inf] * 4)
+    accuracies = [Accuracy(bound, 1.01 * bound, 0.003 * abs(bound), 0.01) for bound in bounds.values()]
+    return enclosed(surface, knot_spans(surface), form, accuracies, [-np.inf] * 4)
 
 
 def sampled(surface, form="per_mm"):
@@ -122,7 +122,7 @@ def test_models_contain_products_and_quotients(seed):
 
 def test_polynomials_are_the_surface():
     surface = moved("flat", 0, 0.2, 0.1)
-    part = homes(surface)
+    part = knot_spans(surface)
     made = polynomials(surface, part)
     k, u, v = 100, 0.3, 0.8
     powers = np.outer(v ** np.arange(4), u ** np.arange(4))
@@ -136,22 +136,24 @@ def test_polynomials_are_the_surface():
 @pytest.mark.parametrize("seed", range(4))
 def test_extents_contain_every_sample(seed):
     surface = moved("flat", seed, 0.3, 0.1)
-    part, aim = homes(surface), Aim(4.0, 4.02, 0.003, 0.01)
+    part, accuracy = knot_spans(surface), Accuracy(4.0, 4.02, 0.003, 0.01)
     q, r = np.linspace(0, 1, 400), np.linspace(0, 1, 1001)
     x = surface.sample(q, r)
     widest = np.hypot(x[..., 0], x[..., 1]).max()
-    found = radius(part, aim, -np.inf)
+    found = radius(part, accuracy, -np.inf)
     assert found.seen.max() <= widest + 1e-3
     assert widest <= found.upper.max() <= found.seen.max() + 0.02
 
     passed = np.maximum(4.0 - x[..., 2] - 4.0, x[..., 2] - 26.0).max()
-    found = beyond(part, 26.0, Aim(1.0, 1.0, 0.003, 0.01), -np.inf)
+    found = beyond(part, 26.0, Accuracy(1.0, 1.0, 0.003, 0.01), -np.inf)
     assert passed <= found.upper.max() + 1e-9
     assert found.upper.max() <= passed + 0.02
 
     share = np.minimum(r * surface.size[1] / 2.0, 1.0)[1:-1, None]
     heights = (x[1:-1, :, 2] - x[0, 0, 2]) / share, (x[-1, 0, 2] - x[1:-1, :, 2]) / share[::-1]
-    for found, height in zip(rims(surface, part, 2.0, Aim(-1.0, -0.995, 0.003, 0.01), -np.inf), heights, strict=True):
+    for found, height in zip(
+        rims(surface, part, 2.0, Accuracy(-1.0, -0.995, 0.003, 0.01), -np.inf), heights, strict=True
+    ):
         assert found.upper.max() >= -height.min() - 1e-9
         assert found.upper.max() <= -height.min() + 0.03
 

@@ -16,24 +16,24 @@ def test_shapes_never_change(make_body, table, waved):
     traced = []
 
     @jax.jit
-    def values(points, pairs):
+    def values(points, partners):
         traced.append(True)
-        return limits.values(points, pairs)
+        return limits.values(points, partners)
 
     shapes = []
     for seed in range(3):
         points = waved(body, seed)
-        shapes.append({name: value.shape for name, value in values(points, limits.pairs(points)).items()})
+        shapes.append({name: value.shape for name, value in values(points, limits.partners(points)).items()})
     assert shapes[0] == shapes[1] == shapes[2]
     assert len(traced) == 1
     assert set(shapes[0]) == {"wall", "ends", "fold", "rim", "curvature", "skew", "stretch", "area", "envelope"}
-    assert "envelope" not in build_limit_functions(body, table(envelope=None)).values(points, limits.pairs(points))
+    assert "envelope" not in build_limit_functions(body, table(envelope=None)).values(points, limits.partners(points))
 
 
 def test_concentric_cylinders_and_end_walls(make_body, table):
     body, limits = two_walls(make_body, table)
     points = body.control_points()
-    values = limits.values(points, limits.pairs(points))
+    values = limits.values(points, limits.partners(points))
     # Samples beside the chamber see a wall of 4 mm, where samples alone would see up to 0.02 mm more.
     assert float(values["wall"].max()) == pytest.approx(1.0 - 4.0 / 5.0, abs=2e-4)
     assert float(values["ends"].max()) == pytest.approx(1.0 - 3.0 / 5.0, abs=1e-9)
@@ -45,14 +45,14 @@ def test_eccentric_chamber_and_corner_of_its_disc(make_body, table):
     body = make_body(chambers=((3.0, (2.0, 1.0), (3.0, 21.0), "flat"),))
     limits = build_limit_functions(body, table(wall=4.0))
     points = body.control_points()
-    pairs = limits.pairs(points)
+    partners = limits.partners(points)
     x = np.asarray(limits.positions([field.x for field in limits.fields(points)]))
-    distance = 4.0 * (1.0 - np.asarray(limits.values(points, pairs)["wall"]))
+    distance = 4.0 * (1.0 - np.asarray(limits.values(points, partners)["wall"]))
     q = np.arctan2(x[: len(distance), 1], x[: len(distance), 0])
     aside = np.hypot(8.0 * np.cos(q) - 2.0, 8.0 * np.sin(q) - 1.0) - 3.0
     beyond = np.maximum(np.abs(x[: len(distance), 2] - 12.0) - 9.0, 0.0)
     true = np.hypot(aside, beyond)
-    active = np.asarray(pairs.wall.active)
+    active = np.asarray(partners.wall.active)
     assert np.all(active == (true < 4.5)) or np.abs(true[active != (true < 4.5)] - 4.5).max() < 1e-2
     np.testing.assert_allclose(distance[active], true[active], atol=5e-3)
 
@@ -62,7 +62,7 @@ def test_chambers_in_series_are_kept_apart_by_their_discs(make_body, table):
     body = make_body(chambers=flat)
     limits = build_limit_functions(body, table(wall=2.5))
     points = body.control_points()
-    values = limits.values(points, limits.pairs(points))
+    values = limits.values(points, limits.partners(points))
     between = values["wall"][-limits._first[2] + limits._first[1] :]
     assert float(between.max()) == pytest.approx(0.0, abs=1e-9)
 
@@ -71,8 +71,8 @@ def test_chambers_in_series_are_kept_apart_by_their_discs(make_body, table):
 def test_gradients_by_taylor_remainders(make_body, table, waved, form):
     body, limits = two_walls(make_body, table, form=form)
     points = waved(body, wave=1.5)
-    pairs = limits.pairs(points)
-    values = limits.values(points, pairs)
+    partners = limits.partners(points)
+    values = limits.values(points, partners)
     rng = np.random.default_rng(5)
     weights = {name: rng.uniform(size=value.shape) for name, value in values.items()}
     for name in ("ends", "rim"):
@@ -80,7 +80,7 @@ def test_gradients_by_taylor_remainders(make_body, table, waved, form):
 
     @jax.jit
     def total(points):
-        found = limits.values(points, pairs)
+        found = limits.values(points, partners)
         return jnp.stack([jnp.vdot(weights[name], found[name]) for name in sorted(found)])
 
     direction = rng.normal(size=points.shape) * 0.1
@@ -100,12 +100,12 @@ def test_distances_follow_motion_until_partners_are_found_anew(make_body, table,
     start = waved(body, wave=1.5)
     direction = np.random.default_rng(2).normal(size=start.shape)
     direction *= 0.1 / np.linalg.norm(direction, axis=1).max()
-    pairs = limits.pairs(start)
-    assert not limits.moved(start + direction, pairs)
-    assert limits.moved(start + 1.3 * direction, pairs)
+    partners = limits.partners(start)
+    assert not limits.moved(start + direction, partners)
+    assert limits.moved(start + 1.3 * direction, partners)
     moved = start + direction
-    kept, fresh = (np.asarray(limits.values(moved, found)["wall"]) for found in (pairs, limits.pairs(moved)))
-    active = np.asarray(pairs.wall.active)
+    kept, fresh = (np.asarray(limits.values(moved, found)["wall"]) for found in (partners, limits.partners(moved)))
+    active = np.asarray(partners.wall.active)
     assert np.abs(5.0 * (kept - fresh))[active].max() < 0.04
 
 
@@ -134,7 +134,7 @@ def bellows(make_body, gap):
 def test_fold_of_a_bellows(make_body, table, gap):
     body, points = bellows(make_body, gap)
     limits = build_limit_functions(body, table())
-    values = limits.values(points, limits.pairs(points))
+    values = limits.values(points, limits.partners(points))
     surface = body.with_control_points(points).exterior
     profile = surface.sample([0.0], np.linspace(0, 1, 4001))[:, 0]
     gaps = np.linalg.norm(profile[:, None] - profile[None], axis=2)
@@ -146,7 +146,7 @@ def test_fold_of_a_bellows(make_body, table, gap):
 def test_paper_arguments(make_body, table):
     body, limits = two_walls(make_body, table)
     points = body.control_points()
-    values = limits.values(points, limits.pairs(points))
+    values = limits.values(points, limits.partners(points))
     arguments = limits.paper_arguments(values)
     assert float(arguments["wall"].max()) == pytest.approx((5.0 - 4.0) / 0.05, rel=1e-3)
     np.testing.assert_allclose(arguments["curvature"], values["curvature"] + 1.0)
@@ -157,11 +157,11 @@ def test_no_nan_where_surfaces_touch_or_fold(make_body, table):
     body = make_body()
     limits = build_limit_functions(body, table())
     total = jax.jit(
-        jax.value_and_grad(lambda points, pairs: sum(c.sum() for c in limits.values(points, pairs).values()))
+        jax.value_and_grad(lambda points, partners: sum(c.sum() for c in limits.values(points, partners).values()))
     )
     rng = np.random.default_rng(0)
     for points in (np.zeros((body.n_points, 3)), rng.normal(size=(body.n_points, 3)), np.full((body.n_points, 3), 3.0)):
-        value, gradient = total(points, limits.pairs(points))
+        value, gradient = total(points, limits.partners(points))
         assert np.isfinite(value)
         assert np.all(np.isfinite(gradient))
 
@@ -177,7 +177,7 @@ def test_a_chamber_may_not_lie_flat_on_its_own_end(make_body, table, slope, exce
     # The wall runs inward over the disc; with a rise of 0.3 it is 0.6 mm above it where 1 mm is asked.
     net[row, :, 2] = 3.0 + slope * along[row, None]
     net[row, :, :2] *= (1.0 - 0.08 * along[row])[:, None, None]
-    rim = float(limits.values(points, limits.pairs(points))["rim"].max())
+    rim = float(limits.values(points, limits.partners(points))["rim"].max())
     reading = certify(body.with_control_points(points), table())["fold"]
     if excess:
         assert rim == pytest.approx(excess, abs=0.02)

@@ -69,8 +69,8 @@ def test_what_is_violated_is_said_in_a_sentence(make_body, table):
     found = certify(make_body(), table(wall=3.5, envelope=7.0))
     assert not found.satisfied()
     wall, envelope = found.violated()
-    assert str(wall).startswith("wall is 3 mm, at least 3.5 mm is asked (on A, q = ")
-    assert str(envelope).startswith("envelope is 8.02 mm, at most 7 mm is asked (on exterior, q = ")
+    assert str(wall).startswith("wall is 3 mm, must be at least 3.5 mm (on A, q = ")
+    assert str(envelope).startswith("envelope is 8.02 mm, must be at most 7 mm (on exterior, q = ")
     assert found.satisfied(slack=40.0)
     assert wall.excess() == pytest.approx(1 / 7, rel=1e-6)
 
@@ -104,7 +104,7 @@ def test_certificate_agrees_with_what_the_optimiser_holds(make_body, table, wave
     body = make_body(length=30.0, chambers=((5.5, (0.0, 0.0), (3.0, 27.0), "flat"),))
     points = waved(body, 1, wave=wave, noise=0.1)
     limits = build_limit_functions(body, table())
-    coarse = limits.values(points, limits.pairs(points))
+    coarse = limits.values(points, limits.partners(points))
     fine = certify(body.with_control_points(points), table())
     walls = 2.0 * (1.0 - max(float(coarse["wall"].max()), float(coarse["ends"].max())))
     assert fine["wall"].value <= walls + 1e-6

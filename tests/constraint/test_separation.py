@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
-from pneumorph.constraint.cells import Aim, homes
+from pneumorph.constraint.cells import Accuracy, knot_spans
 from pneumorph.constraint.gaps import gaps, patches, without_discs
 from pneumorph.constraint.slabs import slab
 from pneumorph.geometry import cap_points, starting_body
@@ -25,16 +25,16 @@ def moved(seed, wave, ends):
 
 
 def wall(body, bound=2.0):
-    first, second = (patches(surface, homes(surface)) for surface in body.surfaces)
-    found, beyond = gaps(first, second, 0.0, Aim(-bound, -0.995 * bound, 0.003 * bound, 0.01), np.inf)
+    first, second = (patches(surface, knot_spans(surface)) for surface in body.surfaces)
+    found, beyond = gaps(first, second, 0.0, Accuracy(-bound, -0.995 * bound, 0.003 * bound, 0.01), np.inf)
     return min(beyond, found.lower.min()), found.seen.min()
 
 
 def fold(surface, bound=1.0, neighbourhood=2.0):
-    part = homes(surface)
+    part = knot_spans(surface)
     tube = without_discs(patches(surface, part))
-    aim = Aim(-bound, -0.995 * bound, 0.003 * bound, 0.8)
-    found, beyond = gaps(tube, tube, neighbourhood, aim, np.inf)
+    accuracy = Accuracy(-bound, -0.995 * bound, 0.003 * bound, 0.8)
+    found, beyond = gaps(tube, tube, neighbourhood, accuracy, np.inf)
     return min(beyond, found.lower.min()), found.seen.min()
 
 
@@ -45,8 +45,8 @@ def test_concentric_cylinders(make_body):
 
 def test_discs_of_chambers_count(make_body):
     body = make_body(chambers=((4.0, (0.0, 0.0), (3.0, 11.0), "flat"), (4.0, (0.0, 0.0), (13.5, 21.0), "flat")))
-    first, second = (patches(surface, homes(surface)) for surface in body.chambers)
-    found, beyond = gaps(first, second, 0.0, Aim(-2.5, -2.49, 0.0075, 0.01), np.inf)
+    first, second = (patches(surface, knot_spans(surface)) for surface in body.chambers)
+    found, beyond = gaps(first, second, 0.0, Accuracy(-2.5, -2.49, 0.0075, 0.01), np.inf)
     assert 2.5 - 0.0076 <= min(beyond, found.lower.min()) <= found.seen.min() == pytest.approx(2.5, abs=1e-9)
     k = int(np.argmin(found.seen))
     assert found.a[k, 1] == 1.0

@@ -177,7 +177,7 @@ def test_helices_of_chambers_wind_the_other_way_across_a_mirror():
 @pytest.mark.parametrize("lobes", [(2, 2, 2, 2), (2, -2, -2, 2), (1, -1, 1, -1), (2, -2, 2, 0)])
 def test_other_helices_are_no_images(lobes):
     ((key, reason), *_) = faults(BOTH, rippled(*lobes), radius=10.0)
-    assert key.startswith("body.chamber[") and key.endswith("].ripple") and "is not symmetric with that of" in reason
+    assert key.startswith("body.chamber[") and key.endswith("].ripple") and "is not the image of that of" in reason
 
 
 def test_control_points_around_are_made_to_fit_and_it_is_said():
@@ -186,7 +186,7 @@ def test_control_points_around_are_made_to_fit_and_it_is_said():
     body = starting_body(asked.body)
     assert [surface.net.shape[1] % 5 for surface in body.surfaces] == [0, 0]
     said = adjusted_columns(asked.body)
-    assert said[0].startswith("the exterior gets 25 control points around instead of 23, a multiple of 5")
+    assert said[0].startswith("the exterior has 25 control points around instead of 23: the symmetry needs a")
     assert adjusted_columns(problem({}).body) == []
     assert columns_multiple(Symmetry.model_validate({"mirror": ["xz", "yz"]})) == 2
 
@@ -194,4 +194,4 @@ def test_control_points_around_are_made_to_fit_and_it_is_said():
 def test_a_chamber_without_its_image_is_refused():
     ((key, reason), *_) = faults({"mirror": ["xz", "yz"]}, [FOUR[0], FOUR[3]])
     assert key == "body.chamber[0]"
-    assert reason.startswith('"A" has no image under body.symmetry: put one like it at center = ["-4 mm", "4 mm"]')
+    assert reason.startswith('"A" has no image under body.symmetry; add the same chamber at center = ["-4 mm", "4 mm"]')

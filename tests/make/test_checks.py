@@ -37,7 +37,7 @@ def test_another_design_is_told(bodies, tmp_path):
     net = body.exterior.net.copy()
     net[5, 3, 0] += 1e-4
     assert failing(make.step_checks(path, [replace(body.exterior, net=net), *body.chambers])) == [
-        "design's points off the surfaces"
+        "distance of the design's points from the surfaces"
     ]
     net[5] *= [1.01, 1.01, 1.0]
     assert len(failing(make.step_checks(path, [replace(body.exterior, net=net), *body.chambers]))) == 2
@@ -50,13 +50,15 @@ def test_an_end_elsewhere_is_told(bodies, tmp_path):
     make.body_step(body, path)
     (left, *others) = body.chambers
     lower = replace(left, net=left.net - np.array([0.0, 0.0, 1e-4]))
-    assert failing(make.step_checks(path, [body.exterior, lower, *others])) == ["design's points off the surfaces"]
+    assert failing(make.step_checks(path, [body.exterior, lower, *others])) == [
+        "distance of the design's points from the surfaces"
+    ]
 
 
 def test_a_chamber_that_is_not_there_is_told(bodies, tmp_path):
     body = bodies("flat")
     make.body_step(Body(body.exterior, ()), tmp_path / "body.step")
-    assert failing(make.step_checks(tmp_path / "body.step", body.surfaces)) == ["shells open, missing or in excess"]
+    assert failing(make.step_checks(tmp_path / "body.step", body.surfaces)) == ["open, missing or surplus shells"]
 
 
 def test_chambers_out_of_place_are_told(bodies, tmp_path):
@@ -86,5 +88,5 @@ def test_triangles_that_are_amiss_are_told(bodies, tmp_path, form):
 
     assert written(part) == []
     assert written(make.triangles(body.surfaces, 0.3)) == ["chord error"]
-    assert written(make.Triangles(part.points, part.corners[1:])) == ["edges open or against each other"]
-    assert written(make.Triangles(part.points, part.corners[:, ::-1])) == ["volume off the design's"]
+    assert written(make.Triangles(part.points, part.corners[1:])) == ["open or inconsistently oriented edges"]
+    assert written(make.Triangles(part.points, part.corners[:, ::-1])) == ["volume error"]

@@ -79,7 +79,7 @@ def test_nothing_is_printed(bodies, tmp_path, capfd):
 def test_files_that_cannot_be(bodies, tmp_path):
     with pytest.raises(OSError, match="cannot be written"):
         make.body_step(bodies("flat"), tmp_path / "none" / "body.step")
-    with pytest.raises(OSError, match="no STEP file"):
+    with pytest.raises(OSError, match="not a STEP file"):
         make.read_step(tmp_path / "none.step")
 
 

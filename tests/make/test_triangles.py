@@ -61,7 +61,7 @@ def test_a_surface_that_crosses_itself_is_found(bodies):
 
 
 def test_too_many(bodies):
-    with pytest.raises(ComputationError, match="allow more"):
+    with pytest.raises(ComputationError, match="allow a larger error"):
         make.triangles(bodies("flat").surfaces, 1e-9)
 
 

@@ -161,9 +161,9 @@ def arm(objective):
 @pytest.mark.parametrize(
     ("points", "degree", "said"),
     [
-        ([0, 20, 10], 1, "the curve turns back on itself"),
-        ([0, 20, 5, 10], 3, "the curve turns back on itself"),
-        ([0, 10, 10, 24], 1, "the curve stops on its way"),
+        ([0, 20, 10], 1, "the curve reverses its direction"),
+        ([0, 20, 5, 10], 3, "the curve reverses its direction"),
+        ([0, 10, 10, 24], 1, "the curve has no direction"),
     ],
 )
 def test_a_curve_without_direction_is_refused(points, degree, said):

@@ -65,8 +65,8 @@ WRONG = [
     ('length = "80 mm"', 'lenght = "80 mm"', "body.lenght", 'did you mean "length"?'),
     ("[material]", "[materials]", "materials", 'did you mean "material"?'),
     ('[material]\nname = "Hei-Cast 8400"', "", "material", "is missing"),
-    ('name = "Hei-Cast 8400"', "", "material.name", 'take one of "Hei-Cast 8400"'),
-    ('name = "Hei-Cast 8400"', 'name = "Ecoflex"', "material.name", 'not in the library; take one of "Hei-Cast 8400"'),
+    ('name = "Hei-Cast 8400"', "", "material.name", 'use one of "Hei-Cast 8400"'),
+    ('name = "Hei-Cast 8400"', 'name = "Ecoflex"', "material.name", 'not in the library; use one of "Hei-Cast 8400"'),
     (
         'name = "Hei-Cast 8400"',
         'shear_modulus = "0.49 MPa"\nbulk_modulus = "-4.8 MPa"\ndensity = "1 g/cm^3"',
@@ -84,9 +84,9 @@ WRONG = [
         'name = "Hei-Cast 8400"',
         'model = "rubber"\nc10 = "1 MPa"',
         "material.model",
-        "take one of neo-hookean, mooney-rivlin",
+        "use one of neo-hookean, mooney-rivlin",
     ),
-    ('name = "Hei-Cast 8400"', "model = 3", "material.model", "is not known here"),
+    ('name = "Hei-Cast 8400"', "model = 3", "material.model", "is not a known rubber model"),
     ('name = "Hei-Cast 8400"', f"{MOONEY}\nc02 = '1 MPa'", "material.c02", 'did you mean "c10"?'),
     ('name = "Hei-Cast 8400"', MOONEY.replace('"0.1 MPa"', '"0.1 mm"'), "material.c10", "not a unit of a modulus"),
     (
@@ -135,10 +135,10 @@ WRONG = [
         "material.terms[0].exponent",
         "is missing",
     ),
-    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", "85 mm"]', "body.chamber[0].span", "outside the body"),
-    ('span = ["3 mm", "77 mm"]', 'span = ["-3 mm", "77 mm"]', "body.chamber[0].span", "outside the body"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", "85 mm"]', "body.chamber[0].span", "beyond the body"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["-3 mm", "77 mm"]', "body.chamber[0].span", "beyond the body"),
     ('span = ["3 mm", "77 mm"]', 'span = ["77 mm", "3 mm"]', "body.chamber[0].span", "lower end first"),
-    ('span = ["3 mm", "77 mm"]', 'span = ["1 mm", "77 mm"]', "body.chamber[0].span", "wall at an end"),
+    ('span = ["3 mm", "77 mm"]', 'span = ["1 mm", "77 mm"]', "body.chamber[0].span", "at an end of the body"),
     ('span = ["3 mm", "77 mm"]', 'span = ["3 mm"]', "body.chamber[0].span[1]", "is missing"),
     ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", "4 mm", "77 mm"]', "body.chamber[0].span", "too many"),
     ('span = ["3 mm", "77 mm"]', 'span = ["3 mm", 77]', "body.chamber[0].span[1]", "has no unit"),
@@ -146,11 +146,11 @@ WRONG = [
         'span = ["3 mm", "77 mm"]',
         'span = ["3 mm", "8 mm"]\nends = "pole"',
         "body.chamber[0].span",
-        "shorter than the two hemispheres",
+        "shorter than its two hemispherical ends",
     ),
     ('center = ["5 mm", "0 mm"]', 'center = ["9 mm", "3 mm"]', "body.chamber[0].center", "outside the body"),
     ('center = ["5 mm", "0 mm"]', 'center = ["-1 mm", "0 mm"]', "body.chamber[1]", 'overlaps "A"'),
-    ('name = "B"', 'name = "A"', "body.chamber[1].name", "taken already"),
+    ('name = "B"', 'name = "A"', "body.chamber[1].name", "used twice"),
     ('name = "B"', 'name = "B 2"', "body.chamber[1].name", "letters, digits"),
     ('name = "B"', 'name = ""', "body.chamber[1].name", "letters, digits"),
     ("[[body.chamber]]", "[body.chamber]", "problem", "not TOML"),
@@ -158,7 +158,7 @@ WRONG = [
         'ripple = { amplitude = "0.2 mm"',
         'ripple = { amplitude = "13 mm"',
         "body.ripple.amplitude",
-        "is not below the radius of",
+        "is not smaller than the radius of",
     ),
     ('period = "10 mm"', 'period = "2 mm"', "limits.curvature", "raise the limit"),
     ("title =", 'symmetry.mirror = ["xz"]\ntitle =', "symmetry", "unknown key"),
@@ -166,25 +166,30 @@ WRONG = [
     ('radius = "12 mm"', 'radius = "12 mm"\nsymmetry = { rotation = 0 }', "body.symmetry.rotation", "1"),
     ('radius = "12 mm"', 'radius = "12 mm"\ncontrol_density = "60 /mm"', "body.control_density", "lower it"),
     ('radius = "12 mm"', 'radius = "12 mm"\ncontrol_density = "0.01 /mm"', "body.control_density", "raise it"),
-    ('kind = "plate"', 'kind = "free"', "end_effector.spring", "a free tip has no plate"),
+    ('kind = "plate"', 'kind = "free"', "end_effector.spring", "needs a plate, but the tip is free"),
     ('axial = "4 N/mm"', 'axial = "-4 N/mm"', "end_effector.spring.axial", "below zero"),
     ('axial = "4 N/mm"', 'bending_y = "4 N/mm"', "end_effector.spring.bending_y", "not a unit of"),
-    ("[0, 0, -1]", "[0, 0, 0]", "gravity.direction", "has no length"),
+    ("[0, 0, -1]", "[0, 0, 0]", "gravity.direction", "has length zero"),
     ("[0, 0, -1]", "[0, 0, nan]", "gravity.direction[2]", "not a number"),
     ("[0, 0, -1]", '[0, 0, "down"]', "gravity.direction[2]", "not a number"),
     ('A = "60 kPa"', 'C = "60 kPa"', "task[0].pressure.C", 'no chamber "C"; the chambers are A, B'),
     ('A = "60 kPa"', "A = 60", "task[0].pressure.A", "has no unit"),
-    ('A = "60 kPa"', 'A = "60 KPa"', "task[0].pressure.A", "not a unit known here"),
+    ('A = "60 kPa"', 'A = "60 KPa"', "task[0].pressure.A", "not a known unit"),
     ('start = "30 kPa"', 'start = "70 kPa"', "task[0].pressure.B.start", "between min and max"),
     ('min = "0 kPa"', 'min = "90 kPa"', "task[0].pressure.B.min", "above max"),
     ('min = "0 kPa", ', "", "task[0].pressure.B.min", "is missing"),
-    ('motion = "bending_y"', 'motion = "bend"', "task[0].objective.motion", "take 'extension'"),
-    ('"maximize", motion = "bending_y"', '"follow"', "task[0].objective.kind", "take one of maximize, match_curve"),
+    ('motion = "bending_y"', 'motion = "bend"', "task[0].objective.motion", "use 'extension'"),
+    ('"maximize", motion = "bending_y"', '"follow"', "task[0].objective.kind", "use one of maximize, match_curve"),
     ('"maximize", motion = "bending_y"', '"reach", position = [0, 0, 9]', "task[0].objective.position[0]", "no unit"),
-    (TARGET, curve("0 0 0", "9 0 3", *SOUND[2:]), "task[0].objective.control_points", "let it begin along +z"),
-    (TARGET, curve("0 0 0", "0 0 -9", *SOUND[2:]), "task[0].objective.control_points", "let it begin along +z"),
-    (TARGET, curve("0 0 0", "0 0 0", *SOUND[2:]), "task[0].objective.control_points", "the first two are at one place"),
-    (TARGET, curve(*SOUND[:3]), "task[0].objective.control_points", "too few for degree 3; give 4 or lower degree"),
+    (TARGET, curve("0 0 0", "9 0 3", *SOUND[2:]), "task[0].objective.control_points", "let it start along +z"),
+    (TARGET, curve("0 0 0", "0 0 -9", *SOUND[2:]), "task[0].objective.control_points", "let it start along +z"),
+    (TARGET, curve("0 0 0", "0 0 0", *SOUND[2:]), "task[0].objective.control_points", "the first two coincide"),
+    (
+        TARGET,
+        curve(*SOUND[:3]),
+        "task[0].objective.control_points",
+        "too few for degree 3; give at least 4 or lower the degree",
+    ),
     (TARGET, curve(SOUND[0]), "task[0].objective.control_points", "has too few entries; give at least 2"),
     (TARGET, curve(*SOUND).replace('"30 mm"', "30", 1), "task[0].objective.control_points[1][2]", "has no unit"),
     (
@@ -195,12 +200,12 @@ WRONG = [
     ),
     (TARGET, curve(*SOUND, more=", degree = 6"), "task[0].objective.degree", "out of range"),
     (TARGET, curve(*SOUND, more=", sections = 1"), "task[0].objective.sections", "out of range"),
-    (TARGET, curve(*SOUND, more=", sections = 41"), "task[0].objective.sections", "take at most 40 or a finer mesh"),
+    (TARGET, curve(*SOUND, more=", sections = 41"), "task[0].objective.sections", "use at most 40 or a finer mesh"),
     (
         TARGET,
         curve(*SOUND, more=", orientation_weight = 0"),
         "task[0].objective.position_weight",
-        "is zero, and orientation_weight too",
+        "is zero, and so is orientation_weight",
     ),
     (TARGET, curve(*SOUND, more=", position_weight = -1"), "task[0].objective.position_weight", "out of range"),
     (TARGET, curve(*SOUND, more=", weigth = 1"), "task[0].objective.weigth", "unknown key"),
@@ -218,22 +223,22 @@ WRONG = [
         "not a unit of an angle",
     ),
     (TARGET, '"match_sections"', "task[0].objective.rotations", "is missing; add e.g. rotations"),
-    (TARGET, '"reach"', "task[0].objective.position", "is missing, and rotation too"),
+    (TARGET, '"reach"', "task[0].objective.position", "is missing, and so is rotation"),
     (
         TARGET,
         '"reach", rotation = ["0 deg", "0 deg", "200 deg"]',
         "task[0].objective.rotation",
-        "turns by 180° or more",
+        "turn by 180° or more",
     ),
     (TARGET, '"reach", rotation = ["180 deg", "0 deg", "0 deg"]', "task[0].objective.rotation", "180° or more"),
     (
         TARGET,
         '"reach", position = ["0 mm", "0 mm", "90 mm"], position_weight = 0',
         "task[0].objective.position_weight",
-        "leaves nothing to reach",
+        "leaves no target with a weight",
     ),
     (TARGET, '"custom", file = "none.py"', "task[0].objective.file", "none.py cannot be read"),
-    (TARGET, "3", "task[0].objective.kind", "a int is not known here"),
+    (TARGET, "3", "task[0].objective.kind", "a int is not a known kind"),
     ("weight = 1.0", "weight = 0", "task[0].weight", "greater than 0"),
     ("weight = 1.0", "weight = inf", "task[0].weight", "not a number"),
     ("weight = 1.0", 'weight = "1"', "task[0].weight", "not a number"),
@@ -246,10 +251,10 @@ WRONG = [
     ("skew = 0.2", "skew = 1.5", "limits.skew", "out of range"),
     ('size = "2 mm"', 'size = "20 mm"', "mesh.size", "make it smaller"),
     ('size = "2 mm"', 'size = "1 um"', "mesh.size", "make it larger"),
-    ('element = "quadratic"', 'element = "linear"', "mesh.element", "take 'auto', 'quadratic' or 'mixed'"),
+    ('element = "quadratic"', 'element = "linear"', "mesh.element", "use 'auto', 'quadratic' or 'mixed'"),
     ("iterations = 40", "iterations = 4.5", "optimizer.iterations", "whole number"),
     ("iterations = 40", "iterations = 0", "optimizer.iterations", "out of range"),
-    ('method = "sqp"', 'method = "newton"', "optimizer.method", "take 'sqp' or 'dfp'"),
+    ('method = "sqp"', 'method = "newton"', "optimizer.method", "use 'sqp' or 'dfp'"),
     ("[mesh]", "mesh = 2\n[mesh]", "limits.mesh", "unknown key"),
     ("iterations = 40", "iterations = 40\niterations = 50", "problem", "not TOML"),
 ]
@@ -292,7 +297,7 @@ def test_no_chamber_and_no_task(table):
 def test_a_free_tip_reaches_nothing():
     free = GOOD.replace('kind = "plate"\nspring = { axial = "4 N/mm" }', 'kind = "free"')
     message = refusal(free.replace(TARGET, '"reach", position = ["0 mm", "0 mm", "90 mm"]'))
-    assert message.startswith("task[0].objective.kind: reach is a target of the plate, and the tip is free; take")
+    assert message.startswith("task[0].objective.kind: reach is a target for the plate, but the tip is free; use")
 
 
 def test_too_many_sections_for_the_mesh():
@@ -309,7 +314,7 @@ def test_several_faults_are_counted():
     text = GOOD.replace('length = "80 mm"', "length = 80").replace('wall = "2 mm"', "wall = 2")
     message = refusal(text)
     assert message.startswith("body.length: ")
-    assert message.endswith("(and 1 more fault after it)")
+    assert message.endswith("(and 1 more fault)")
     assert "more fault" not in refusal(GOOD.replace("weight = 1.0", "weight = 0"))
 
 

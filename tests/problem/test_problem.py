@@ -151,11 +151,11 @@ def test_springs_and_motions_are_read_by_each_others_names():
     problem = loads(other)
     assert problem.end_effector.spring.axial == loads(text).end_effector.spring.axial > 0
     assert problem.task[0].objective.motion == "-extension"
-    with pytest.raises(ProblemError, match=r"end_effector\.spring\.extension: is the same as axial; write one of them"):
+    with pytest.raises(ProblemError, match=r"end_effector\.spring\.extension: is the same as axial; give only one"):
         loads(text.replace("axial =", 'extension = "1 N/mm", axial ='))
 
 
 def test_the_old_name_of_the_method_is_read_with_a_sentence():
     text = (FOLDER / "linear.toml").read_text().replace('"sqp"', '"lbfgs"')
-    with pytest.warns(Renamed, match='"lbfgs" is called "sqp" now'):
+    with pytest.warns(Renamed, match='"lbfgs" is now called "sqp"'):
         assert loads(text).optimizer.method == "sqp"

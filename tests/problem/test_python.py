@@ -80,8 +80,8 @@ def test_another_elastomer_takes_its_own_parameters():
     ("changes", "words"),
     [
         ({"body.lenth": "24 mm"}, 'body.lenth: unknown key; did you mean "length"?'),
-        ({"task[3].weight": 2.0}, "there is no entry [3], only 1"),
-        ({"task..name": "x"}, "is no key of a problem"),
+        ({"task[3].weight": 2.0}, "there is no entry [3]; the list has 1"),
+        ({"task..name": "x"}, "is not a key of a problem"),
         ({"mesh.size.x": "1 mm"}, 'there is no table to hold "x"'),
         ({"material.name": "steel"}, "material"),
         ({"limits.wall": "20 mm"}, "limits.wall"),

@@ -64,7 +64,10 @@ def test_members_have_bases_and_changes_of_their_own(study):
         ('base = "base.toml"\n[grid]\n"mesh.size" = "4 mm"', "grid: needs a list of values"),
         ('base = "base.toml"\n[grid]\n"mesh.sizes" = ["4 mm"]', "sizes-4-mm: mesh.sizes: "),
         ('base = "base.toml"\n[grid]\n"mesh.size" = ["4 kPa"]', "mesh.size"),
-        ('base = "base.toml"\n[grid]\n"task[3].weight" = [2.0]', '"task[3].weight": there is no entry [3], only 1'),
+        (
+            'base = "base.toml"\n[grid]\n"task[3].weight" = [2.0]',
+            '"task[3].weight": there is no entry [3]; the list',
+        ),
         ('base = "base.toml"\n[grid]\n"title.x" = [1]\n', 'there is no table to hold "x"'),
         ('base = "base.toml"\nbases = 1\n[[member]]', "bases: is not a key of a study"),
         ('base = "base.toml"\n[[member]]\nname = "a"\n[[member]]\nname = "a"', 'two members are called "a"'),

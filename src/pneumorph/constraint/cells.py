@@ -1,7 +1,7 @@
-"""Cells of a surface, on which limits are bounded, and their subdivision until the bounds are good enough.
+"""Cells of a surface on which limits are bounded, and their subdivision until the bounds are accurate enough.
 
-On every knot span of q and r a surface is one polynomial; such a span is a *home*, and cells are rectangles within
-homes. All quantities are written so that more is worse (a distance has its sign turned).
+A surface is one polynomial on every knot span (a rectangle in q and r between neighbouring knots). Cells are rectangles
+within knot spans. Larger is worse for all quantities here; distances therefore have their sign changed.
 """
 
 from __future__ import annotations
@@ -19,16 +19,20 @@ from pneumorph.geometry import Basis, TubeSurface
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-_ROUNDS = 9  # of halvings
-_MOST = 300  # cells in all rounds to each home
-FINE = 0.003  # part of the bound that may lie between what is certified and what is seen
+_ROUNDS = 9  # of halving cells
+_MAX_CELLS = 300  # cells per knot span in all rounds
+FINE = 0.003  # largest gap between certified and attained values, relative to the bound
 
 
-class Homes(NamedTuple):
+class KnotSpans(NamedTuple):
     """Knot spans of a surface as polynomials in u, v ∈ [0, 1], where q = q₀ + u Δq and r = r₀ + v Δr.
 
-    x holds the coefficients (n, 3, 4, 4) of v^i u^j; q and r are (n, 2): start and width. Spans that end in the pole
-    at the tip run backwards, so that a pole is always at v = 0.
+    Attributes
+    ----------
+    x : (n, 3, 4, 4) array
+        Coefficients of v^i u^j, mm.
+    q, r : (n, 2) arrays
+        Start and width. The direction of r is reversed in spans at a tip's pole, so that poles are always at v = 0.
     """
 
     x: Floats
@@ -37,22 +41,28 @@ class Homes(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """Rectangles within homes: number of the home (n,), and in u and v the centre (n, 2) and half the width (n, 2)."""
+    """Rectangles within knot spans: index of the span (n,); centre (n, 2) and half the width (n, 2) in u and v."""
 
-    home: Ints
+    span: Ints
     centre: Floats
     half: Floats
 
-    def some(self, which: NDArray[np.bool_] | slice) -> Cells:
+    def select(self, which: NDArray[np.bool_] | slice) -> Cells:
         """Some of the cells."""
-        return Cells(self.home[which], self.centre[which], self.half[which])
+        return Cells(self.span[which], self.centre[which], self.half[which])
 
 
 class Bounds(NamedTuple):
     """Bounds of m quantities on n cells.
 
-    upper and seen are (n, m): what is certainly not exceeded, and what is certainly reached; place is (n, m, 2): where
-    on the cell, from -1 to 1 in u and v; vary is (n, 2): how much the cell's surface bends along u and v.
+    Attributes
+    ----------
+    upper, seen : (n, m) arrays
+        Certified upper bound, and a value that some point of the cell attains.
+    place : (n, m, 2) array
+        That point on the cell, from -1 to 1 in u and v.
+    vary : (n, 2) array
+        Measure of the variation along u and v, which decides how the cell is halved.
     """
 
     upper: Floats
@@ -61,8 +71,8 @@ class Bounds(NamedTuple):
     vary: Floats
 
 
-class Found(NamedTuple):
-    """Bounds of one quantity on every home of a surface: upper, seen, q and r of the latter, each (n,)."""
+class SpanBounds(NamedTuple):
+    """Bounds of one quantity on every knot span: certified and attained value, and q and r of the latter, each (n,)."""
 
     upper: Floats
     seen: Floats
@@ -71,46 +81,46 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Aim:
-    """How well a quantity is to be bounded.
+class Accuracy:
+    """The accuracy to which a quantity is bounded.
 
     Attributes
     ----------
     bound : float
-        Of the limit.
+        Bound of the limit.
     needed : float
-        What every place is to be shown to keep, or not to: the bound and what is tolerated.
+        Bound plus tolerance; for every point it is decided whether it is kept.
     gap : float
-        Between what is certified and what is seen, where the limit is near.
-    ease : float
-        The same as a part of the distance from the limit, where it is not.
+        Allowed difference of certified and attained values near the limit.
+    relative_gap : float
+        The same far from the limit, relative to the distance from it.
     """
 
     bound: float
     needed: float
     gap: float
-    ease: float
+    relative_gap: float
 
     def enough(self, seen: float, elsewhere: float) -> float:
-        """What a place's upper bound need not be below, by the worst that is seen here and elsewhere."""
-        here = seen + max(self.gap, self.ease * (self.bound - seen))
+        """Upper bound that needs no refinement, given the worst values attained on this surface and elsewhere."""
+        here = seen + max(self.gap, self.relative_gap * (self.bound - seen))
         return min(max(elsewhere, here), self.needed)
 
     def close(self, seen: Floats) -> Floats:
-        """The same for places where `seen` (n,) is the worst."""
+        """The same for single knot spans with the worst attained values `seen` (n,)."""
         return seen + self.gap * np.clip(np.abs(seen) / max(abs(self.bound), 1e-9), 1.0, 1e12)
 
 
 def power(basis: Basis) -> Floats:
-    """Coefficients (spans, 4, count) of every basis function's powers of u on every span."""
-    # At the middle, where no rounding can tell which side of a knot is meant.
+    """Coefficients (spans, 4, count) of the basis functions in powers of u on every knot span."""
+    # Expanded about the middle, where rounding cannot select the wrong side of a knot.
     width = 1.0 / basis.spans
     middle = (np.arange(basis.spans) + 0.5) * width
     about = np.stack([basis.matrix(middle, k) * width**k / factorial(k) for k in range(4)], axis=1)
     return _shift(np.full(1, -0.5), np.ones(1)) @ about
 
 
-def homes(surface: TubeSurface) -> Homes:
+def knot_spans(surface: TubeSurface) -> KnotSpans:
     """The knot spans of a surface, row by row."""
     along, around = power(surface.basis_r), power(surface.basis_q)
     rows, columns = len(along), len(around)
@@ -120,7 +130,7 @@ def homes(surface: TubeSurface) -> Homes:
     if surface.ends == "pole":
         x[-1] = np.einsum("ij,bcjm->bcim", BACKWARDS, x[-1])
         r[-1] = 1.0, -1.0 / rows
-    return Homes(x.reshape(-1, 3, 4, 4), np.tile(q, (rows, 1)), np.repeat(r, columns, axis=0))
+    return KnotSpans(x.reshape(-1, 3, 4, 4), np.tile(q, (rows, 1)), np.repeat(r, columns, axis=0))
 
 
 def recentred(coefficients: Floats, cells: Cells) -> Floats:
@@ -130,7 +140,7 @@ def recentred(coefficients: Floats, cells: Cells) -> Floats:
 
 
 def derivative(coefficients: Floats, axis: int) -> Floats:
-    """Coefficients of the derivative by v (axis -2) or u (axis -1), in the same shape."""
+    """Coefficients of the derivative with respect to v (axis -2) or u (axis -1), in the same shape."""
     moved = np.moveaxis(coefficients, axis, -1)
     found = np.zeros_like(moved)
     found[..., :-1] = moved[..., 1:] * np.arange(1, 4)
@@ -138,66 +148,71 @@ def derivative(coefficients: Floats, axis: int) -> Floats:
 
 
 def refine(
-    evaluate: Callable[[Cells], Bounds], start: Cells, aims: Sequence[Aim], worst: Sequence[float], count: int
+    evaluate: Callable[[Cells], Bounds],
+    start: Cells,
+    accuracies: Sequence[Accuracy],
+    worst: Sequence[float],
+    count: int,
 ) -> tuple[Floats, Floats, Floats]:
-    """Bound quantities on homes, cell by cell, halving cells until the bounds are as good as the aims ask.
+    """Bound quantities on knot spans, halving cells until the bounds are as accurate as required.
 
     Parameters
     ----------
     evaluate : function of Cells
+        Returns the Bounds of m quantities.
     start : Cells
-    aims : m of them
-    worst : m floats
-        What has been seen of each quantity elsewhere.
+    accuracies : sequence of m Accuracy
+    worst : sequence of m floats
+        Worst value of each quantity attained elsewhere.
     count : int
-        Number of homes.
+        Number of knot spans.
 
     Returns
     -------
     upper, seen : (count, m) arrays
     place : (count, m, 2) array
-        In u and v.
+        Where `seen` is attained, in u and v.
     """
-    m = len(aims)
+    m = len(accuracies)
     upper, seen, place = np.full((count, m), -np.inf), np.full((count, m), -np.inf), np.zeros((count, m, 2))
-    cells, left = start, _MOST * count
+    cells, left = start, _MAX_CELLS * count
     for round in range(_ROUNDS + 1):
         found = evaluate(cells)
         for k in range(m):
-            # The last of equal indices stays, which is the worst.
+            # Of repeated indices the last assignment remains, which is the worst value.
             order = np.argsort(found.seen[:, k])
-            order = order[found.seen[order, k] > seen[cells.home[order], k]]
-            where = cells.home[order]
+            order = order[found.seen[order, k] > seen[cells.span[order], k]]
+            where = cells.span[order]
             seen[where, k] = found.seen[order, k]
             place[where, k] = cells.centre[order] + cells.half[order] * found.place[order, k]
         enough = [
-            np.maximum(aim.enough(seen[:, k].max(), known), aim.close(seen[:, k]))
-            for k, (aim, known) in enumerate(zip(aims, worst, strict=True))
+            np.maximum(accuracy.enough(seen[:, k].max(), known), accuracy.close(seen[:, k]))
+            for k, (accuracy, known) in enumerate(zip(accuracies, worst, strict=True))
         ]
-        open_ = np.any(found.upper > np.stack(enough, axis=1)[cells.home], axis=1)
+        open_ = np.any(found.upper > np.stack(enough, axis=1)[cells.span], axis=1)
         left -= 4 * np.count_nonzero(open_)
         if round == _ROUNDS or left < 0:
             open_ = np.zeros(len(open_), dtype=bool)
-        np.maximum.at(upper, cells.home[~open_], found.upper[~open_])
+        np.maximum.at(upper, cells.span[~open_], found.upper[~open_])
         if not open_.any():
             break
-        cells = _halved(cells.some(open_), found.vary[open_])
+        cells = _halved(cells.select(open_), found.vary[open_])
     return upper, seen, place
 
 
 def whole(count: int) -> Cells:
-    """One cell to each home, all of it."""
+    """One cell for each knot span, covering all of it."""
     return Cells(np.arange(count), np.full((count, 2), 0.5), np.full((count, 2), 0.5))
 
 
-def found_on(homes: Homes, upper: Floats, seen: Floats, place: Floats) -> Found:
-    """Bounds (n,) of one quantity on every home, with places (n, 2) in u and v."""
-    q = (homes.q[:, 0] + place[:, 0] * homes.q[:, 1]) % 1.0
-    return Found(upper, seen, q, homes.r[:, 0] + place[:, 1] * homes.r[:, 1])
+def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) -> SpanBounds:
+    """The bounds (n,) of one quantity on every knot span, with places (n, 2) given in u and v."""
+    q = (spans.q[:, 0] + place[:, 0] * spans.q[:, 1]) % 1.0
+    return SpanBounds(upper, seen, q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
 
 
 def _halved(cells: Cells, vary: Floats) -> Cells:
-    """Both halves of each cell along the direction in which it varies more, or its quarters."""
+    """Halves of each cell along the direction of larger variation, or its quarters if both are similar."""
     for k in (0, 1):
         both = vary[:, k] >= 0.4 * vary[:, 1 - k]
         step = np.zeros_like(cells.half)
@@ -206,7 +221,7 @@ def _halved(cells: Cells, vary: Floats) -> Cells:
         centre = np.concatenate(
             [np.where(both[:, None], cells.centre - step, cells.centre), (cells.centre + step)[both]]
         )
-        cells = Cells(np.concatenate([cells.home, cells.home[both]]), centre, np.concatenate([half, half[both]]))
+        cells = Cells(np.concatenate([cells.span, cells.span[both]]), centre, np.concatenate([half, half[both]]))
         vary = np.concatenate([vary, vary[both]])
     return cells
 
@@ -220,5 +235,5 @@ def _shift(centre: Floats, half: Floats) -> Floats:
     return matrix
 
 
-# From coefficients in v to those in 1 - v.
+# Maps coefficients in v to those in 1 - v.
 BACKWARDS = np.array([[(-1) ** k * comb(i, k) for i in range(4)] for k in range(4)], dtype=float)

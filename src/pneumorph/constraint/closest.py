@@ -1,4 +1,4 @@
-"""Points of two patches and their distance, in space and on the starting tube, and where it is least."""
+"""Points of two patches: their distance in space and on the starting tube, and the closest pair."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 @numba.njit(cache=True)
 def apart(box_a, box_b, u_a, v_a, u_b, v_b, size):
-    """Distance of two points on the starting tube, see `distance.py`."""
+    """Distance in mm between two points on the starting tube, see `distance.py`."""
     turn = abs(box_a[0] + u_a * box_a[1] - box_b[0] - u_b * box_b[1])
     aside = abs(np.sin(np.pi * turn)) / np.pi * min(cubic(box_a[4:], v_a), cubic(box_b[4:], v_b))
     up = box_a[2] + v_a * box_a[3] - box_b[2] - v_b * box_b[3]
@@ -17,12 +17,13 @@ def apart(box_a, box_b, u_a, v_a, u_b, v_b, size):
 
 @numba.njit(cache=True)
 def cubic(c, v):
+    """Value at v of the cubic with coefficients c (4,)."""
     return c[0] + v * (c[1] + v * (c[2] + v * c[3]))
 
 
 @numba.njit(cache=True)
 def distance(a, b, here, box_a, box_b, size, neighbourhood):
-    """Distance of two points; infinite within the neighbourhood."""
+    """Distance in mm between two points; infinite if they are within each other's neighbourhood."""
     if neighbourhood > 0.0 and apart(box_a, box_b, here[0], here[1], here[2], here[3], size) < neighbourhood:
         return np.inf
     way = np.empty(3)
@@ -32,7 +33,7 @@ def distance(a, b, here, box_a, box_b, size, neighbourhood):
 
 @numba.njit(cache=True)
 def descend(a, b, here, box_a, box_b, size, neighbourhood):
-    """Move two points to a least distance within their patches, by damped Newton steps; returns it."""
+    """Move two points within their patches to a local minimum of their distance, by damped Newton steps; returns it."""
     best = distance(a, b, here, box_a, box_b, size, neighbourhood)
     x, y = np.empty((6, 3)), np.empty((6, 3))
     slope, H, trial = np.empty(4), np.empty((4, 4)), np.empty(4)
@@ -85,7 +86,7 @@ def descend(a, b, here, box_a, box_b, size, neighbourhood):
 
 @numba.njit(cache=True)
 def between(a, b, here, way):
-    """Vector from the one point to the other at u, v of both patches (4,)."""
+    """Vector between the points at u, v of both patches (4,), from the first to the second."""
     x, y = np.empty(3), np.empty(3)
     _point(a, here[0], here[1], x)
     _point(b, here[2], here[3], y)
@@ -139,7 +140,7 @@ def _weights(t, values):
 
 @numba.njit(cache=True)
 def _solve(H, shift, slope, step):
-    """Solve (H + shift) step = slope by Cholesky's method; false where the matrix is not positive definite."""
+    """Solve (H + shift) step = slope by Cholesky's method; returns False if the matrix is not positive definite."""
     L = np.zeros((4, 4))
     for i in range(4):
         for j in range(i + 1):

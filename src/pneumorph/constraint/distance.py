@@ -1,13 +1,13 @@
-"""Distances between surfaces and within one (the paper's (23)): who is near whom, found by a spatial index.
+"""Distances between surfaces and within one surface (the paper's (23)), by a spatial search for closest points.
 
-A sample's partner is the closest point of the other surface itself, not its closest sample, which would overrate a
-wall of 2 mm by up to 0.05 mm. The closest point is found from the second-order expansion at the closest sample and
-then kept as a fixed combination of four samples plus a fixed rest, so that distances are smooth in the control points
-and exact where they were found.
+The partner of a sample is the closest point of the other surface itself, not its closest sample, which would
+overestimate a wall of 2 mm by up to 0.05 mm. It is found from the second-order expansion at the closest sample and then
+kept as a fixed combination of four samples plus a fixed vector, so that distances are smooth in the control points and
+exact for those at which the partners were found.
 
-Places of one surface are neighbours by their distance on the starting tube: the chord across it and the length along
-it. With the arc instead of the chord, places opposite each other round a pole would not be neighbours, near as they
-are.
+Points of one surface are neighbours if their distance on the starting tube is small: the chord across the tube and the
+length along it. With the arc instead of the chord, points on opposite sides of a pole would not be neighbours, although
+they are near each other.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from jax import Array
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from pneumorph.constraint.sampling import Fields, Grid, every_other, with_discs
+from pneumorph.constraint.sampling import Fields, Grid, every_second, with_discs
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -31,27 +31,27 @@ Ints = NDArray[np.integer]
 class ClosestPoints(NamedTuple):
     """Partners of n samples, in arrays of fixed shape.
 
-    The closest point to sample i is Σ_k weight[i, k]·X[partner[i, k]] + rest[i] with X the positions of all samples.
+    The partner of sample i is Σ_k weight[i, k]·X[sample[i, k]] + rest[i] with X the positions of all samples.
     """
 
-    partner: Ints  # (n, 4)
+    sample: Ints  # (n, 4)
     weight: Floats  # (n, 4)
     rest: Floats  # (n, 3) mm
-    active: NDArray[np.bool_]  # (n,): false where no partner is within reach
+    active: NDArray[np.bool_]  # (n,): false if no partner is within reach
 
 
 def distances(X: Array, source: Ints, partners: ClosestPoints) -> Array:
-    """Distances (n,) in mm of the samples X[source] to their closest points; only meaningful where these are active.
+    """Distances (n,) in mm of the samples X[source] from their partners, meaningful only for active ones.
 
-    X is (n_samples, 3). Differentiable, also at distance zero.
+    X is (n_samples, 3). Differentiable, even at distance zero.
     """
-    closest = jnp.einsum("nk,nkc->nc", partners.weight, X[partners.partner]) + partners.rest
+    closest = jnp.einsum("nk,nkc->nc", partners.weight, X[partners.sample]) + partners.rest
     return jnp.sqrt(jnp.sum((X[source] - closest) ** 2, axis=1) + 1e-12)
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
-    """A surface to which closest points are asked: the tube, with the end discs where it is a closed chamber.
+class SampledSurface:
+    """Samples of a surface on which closest points are searched: a tube and, for a closed chamber, its end discs.
 
     Samples are numbered row by row, n of them in all.
 
@@ -64,8 +64,8 @@ class Target:
     fields : Fields
         Position and derivatives per mm, each (n, 3).
     ahead, behind : (rows,) arrays
-        Room to move in mm of the second parameter to the next and the previous row. Tube and disc meet in a kink at the
-        rim, so an expansion on the rim, which is the tube's, stays on the tube.
+        Distance in mm of the second parameter to the next and the previous row. Tube and disc meet at an angle on the
+        rim, so the expansion at a sample on the rim, which is that of the tube, is used on the tube only.
     """
 
     grid: Grid
@@ -81,22 +81,23 @@ class Target:
 
     @property
     def columns(self) -> int:
+        """Number of samples in each row."""
         return len(self.grid.q)
 
     @property
     def across(self) -> float:
-        """Room to move in mm of the first parameter to the next column."""
+        """Distance in mm of the first parameter to the next column."""
         return self.grid.step[0]
 
     @property
     def tube(self) -> slice:
-        """Which of the samples lie on the tube."""
+        """The samples that lie on the tube."""
         first = self.rings * self.columns
         return slice(first, first + len(self.grid.r) * self.columns)
 
     @cached_property
     def tree(self) -> KDTree:
-        """A search tree of the samples."""
+        """Search tree of the samples."""
         return _tree(self.x)
 
     def normals(self) -> Floats:
@@ -105,7 +106,7 @@ class Target:
         return n / np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-9)
 
     def closest(self, points: Floats, near: Ints) -> tuple[Floats, Floats, Floats]:
-        """Closest points near given samples, by Newton's method on the second-order expansion there.
+        """Points of the surface closest to given points, by Newton's method on the expansion at a nearby sample.
 
         Parameters
         ----------
@@ -118,11 +119,11 @@ class Target:
         distance : (n,) array
         closest : (n, 3) array
         offset : (n, 2) array
-            From the sample to the closest point, in mm along q and r; zero where the sample itself is closest.
+            From the sample to the closest point, in mm along q and r; zero if the sample itself is closest.
         """
         x, q, r, qq, qr, rr = (field[near] for field in self.fields)
         row = near // self.columns
-        # A point in the farther half of a cell belongs to the neighbouring sample, so three quarters are room enough.
+        # Beyond half a cell the neighbouring sample is closer, so steps of three quarters of a cell are enough.
         low, high = -0.75 * self.behind[row], 0.75 * self.ahead[row]
         a, b = np.zeros(len(near)), np.zeros(len(near))
         gap = x - points
@@ -152,7 +153,7 @@ class Target:
         return np.minimum(distance, at_sample), closest, np.stack([a, b], axis=1)
 
     def corners(self, near: Ints, offset: Floats) -> tuple[Ints, Floats]:
-        """The four samples around places given by a sample and an offset (n, 2) in mm, and their weights: (n, 4)."""
+        """Indices and weights (n, 4) of the four samples around points given by a sample and an offset (n, 2) in mm."""
         row, column = np.divmod(near, self.columns)
         forward = offset[:, 1] >= 0.0
         room = np.where(forward, self.ahead[row], self.behind[row])
@@ -165,13 +166,13 @@ class Target:
         return index, np.stack([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v], axis=1)
 
     def between(self, near: Ints, offset: Floats) -> Floats:
-        """Positions (n, 3) interpolated between the four samples around such places."""
+        """Positions (n, 3) interpolated between the four samples around such points."""
         index, weight = self.corners(near, offset)
         return np.einsum("nk,nkc->nc", weight, self.x[index])
 
 
-def target(fields: Fields, grid: Grid, discs: bool) -> Target:
-    """Make a surface searchable, from the fields of its tube, with or without its end discs."""
+def sampled_surface(fields: Fields, grid: Grid, discs: bool) -> SampledSurface:
+    """Build a sampled surface from the fields of its tube, with or without its end discs."""
     rings = len(grid.rings) if discs else 0
     whole = with_discs(fields, grid) if discs else fields
     rows = len(grid.r) + 2 * rings
@@ -182,7 +183,7 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
     behind = ahead.copy()
     behind[rings] = ahead[rows - rings - 1] = 0.0
     behind[0] = ahead[-1] = 0.0
-    return Target(
+    return SampledSurface(
         grid=grid,
         rings=rings,
         fields=Fields(*(np.ascontiguousarray(np.asarray(field).reshape(3, -1).T) for field in whole)),
@@ -191,27 +192,27 @@ def target(fields: Fields, grid: Grid, discs: bool) -> Target:
     )
 
 
-def nearest(points: Floats, target: Target, bound: float) -> tuple[NDArray[np.bool_], Ints]:
-    """Whether a sample of the target is within `bound` of each point; its number, else 0."""
-    distance, near = target.tree.query(points, distance_upper_bound=bound, workers=-1)
+def nearest(points: Floats, surface: SampledSurface, bound: float) -> tuple[NDArray[np.bool_], Ints]:
+    """For each point whether a sample of the surface is within `bound` mm, and the index of the nearest (0 if not)."""
+    distance, near = surface.tree.query(points, distance_upper_bound=bound, workers=-1)
     within = np.isfinite(distance)
     return within, np.where(within, near, 0)
 
 
-def wall_closest(points: Floats, target: Target, bound: float, first: int) -> ClosestPoints:
-    """Closest points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
-    # The nearest sample is farther than the closest point, by less than a cell's diagonal.
-    within, near = nearest(points, target, bound + 1.0)
+def wall_closest(points: Floats, surface: SampledSurface, bound: float, first: int) -> ClosestPoints:
+    """Partners of points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
+    # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.
+    within, near = nearest(points, surface, bound + 1.0)
     some = np.flatnonzero(within)
-    distance, closest, offset = target.closest(points[some], near[some])
+    distance, closest, offset = surface.closest(points[some], near[some])
     active = distance <= bound
     some = some[active]
-    return _closest_points(len(points), target, first, some, near[some], offset[active], closest[active])
+    return _closest_points(len(points), surface, first, some, near[some], offset[active], closest[active])
 
 
-def fold_closest(tube: Target, neighbourhood: float, bound: float, first: int) -> ClosestPoints:
-    """Closest points to every other sample of a tube on itself outside the neighbourhood; active within `bound` mm."""
-    source = every_other(tube.grid)
+def fold_closest(tube: SampledSurface, neighbourhood: float, bound: float, first: int) -> ClosestPoints:
+    """Partners of every second sample of a tube on itself, outside the neighbourhood; active within `bound` mm."""
+    source = every_second(tube.grid)
     fold = nearest_fold(tube, neighbourhood, bound + 0.5, source)
     some = np.flatnonzero(np.isfinite(fold.distance))
     near, offset, facing = fold.near[some], fold.offset[some], fold.facing[some]
@@ -222,56 +223,54 @@ def fold_closest(tube: Target, neighbourhood: float, bound: float, first: int) -
 
 
 def joined(sets: list[ClosestPoints]) -> ClosestPoints:
-    """Several sets of closest points, one after the other."""
+    """Concatenate several sets of closest points."""
     return ClosestPoints(*(np.concatenate(parts) for parts in zip(*sets, strict=True)))
 
 
 def _closest_points(
-    n: int, target: Target, first: int, some: Ints, near: Ints, offset: Floats, closest: Floats
+    n: int, surface: SampledSurface, first: int, some: Ints, near: Ints, offset: Floats, closest: Floats
 ) -> ClosestPoints:
-    """The closest points of n samples, of which `some` have one."""
+    """The closest points of n samples, of which only `some` have one."""
     index, weight, rest = np.full((n, 4), first, dtype=np.int32), np.zeros((n, 4)), np.zeros((n, 3))
-    corner, weight[some] = target.corners(near, offset)
+    corner, weight[some] = surface.corners(near, offset)
     index[some] = corner + first
-    rest[some] = closest - target.between(near, offset)
+    rest[some] = closest - surface.between(near, offset)
     active = np.zeros(n, dtype=bool)
     active[some] = True
     return ClosestPoints(index, weight, rest, active)
 
 
-# Weight in mm of the normals when opposite walls are looked for, and how far they may be from opposite.
+# Search for opposite walls: weight in mm of normals, and largest deviation from exactly opposite normals.
 _FACING, _TOLERANCE = 1.5, 0.8
 
 
 class Fold(NamedTuple):
-    """The nearest place of the same tube outside the neighbourhood, for n of its samples."""
+    """The nearest point of the same tube outside the neighbourhood, for n of its samples."""
 
-    distance: Floats  # (n,) mm; infinite where nothing is within the bound
-    near: Ints  # (n,) the sample it is at
-    offset: Floats  # (n, 2) mm from that sample
-    facing: NDArray[np.bool_]  # (n,) whether it is on a facing wall rather than on the edge of the neighbourhood
+    distance: Floats  # (n,) mm; infinite if nothing is within the bound
+    near: Ints  # (n,) the sample near that point
+    offset: Floats  # (n, 2) mm, from that sample to the point
+    facing: NDArray[np.bool_]  # (n,) whether the point is on a facing wall, not on the edge of the neighbourhood
 
 
-def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints) -> Fold:
-    """Find the nearest place of the same tube outside the neighbourhood, for some of its samples.
+def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, source: Ints) -> Fold:
+    """Find the nearest point of the same tube outside the neighbourhood, for some of its samples.
 
-    Facing walls are nearly parallel, so that every other sample both ways sees how near they come.
-
-    Two searches find it. Walls that face each other have opposite normals: the nearest sample in (position, normal),
-    the sign of one normal turned, is the facing one, since a sample's own neighbours have its own normal. Where the
-    surface has shrunk, the nearest place is instead on the edge of the neighbourhood, which is the same ellipse of
-    steps on the grid around every sample.
+    Two searches are combined. Walls that face each other have opposite normals, while a sample's neighbours have nearly
+    its own normal. So the facing sample is the nearest one in (position, normal) when the sign of one normal is
+    changed. Where the surface has shrunk, the nearest point is instead on the edge of the neighbourhood, which is the
+    same ellipse on the grid around every sample.
 
     Parameters
     ----------
-    tube : Target
+    tube : SampledSurface
         Without discs.
     neighbourhood : float
-        Distance in mm on the starting tube within which nothing counts.
+        Distance in mm on the starting tube; points within it are ignored.
     bound : float
-        Distance in mm beyond which nothing is looked for.
+        Largest distance in mm that is searched.
     source : (n,) array
-        The samples that ask.
+        Samples for which the nearest point is searched.
     """
     edge_distance, edge_near = np.full(len(source), np.inf), np.zeros(len(source), dtype=np.int64)
     edge_offset = np.zeros((len(source), 2))
@@ -297,17 +296,17 @@ def nearest_fold(tube: Target, neighbourhood: float, bound: float, source: Ints)
 
 
 _AS_SHORT = 0.7
-"""Chords across a neighbourhood are at least this part of its length along the surface, which bends."""
+"""Smallest ratio of a chord across a neighbourhood to its length along the curved surface."""
 
 
-def _least_stretch(tube: Target) -> Floats:
-    """Length (n,) of the shortest tangent per mm of the starting tube, at all samples."""
+def _least_stretch(tube: SampledSurface) -> Floats:
+    """Smallest stretch (n,) of the surface in any tangent direction, relative to the starting tube, at all samples."""
     E, F, G = _dot(tube.fields.q, tube.fields.q), _dot(tube.fields.q, tube.fields.r), _dot(tube.fields.r, tube.fields.r)
     return np.sqrt(np.maximum(0.5 * (E + G - np.hypot(E - G, 2.0 * F)), 0.0))
 
 
-def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:
-    """Distance, nearest sample and offset of the nearest place on the edge of each source's neighbourhood."""
+def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:
+    """Distance, nearest sample and offset of the nearest point on the edge of each source's neighbourhood."""
     step_q, step_r = tube.grid.step
     rows, columns = tube.grid.shape
     shrink = tube.grid.frame.shrink[:, 0]
@@ -320,7 +319,7 @@ def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Int
     diameter = tube.grid.size[0] / np.pi
     for chord, along in _ring(neighbourhood, step_r):
         if abs(chord) > diameter:
-            continue  # the neighbourhood reaches all the way round
+            continue  # the neighbourhood extends around the whole tube
         around = diameter * np.arcsin(chord / diameter)
         aside, up = round(around / step_q), round(along / step_r)
         rest = np.array([around - aside * step_q, along - up * step_r])
@@ -336,7 +335,7 @@ def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Int
             gap += abs(rest[1]) / step_r * (at(up + int(np.sign(rest[1])), aside) - place)
         distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
         there = np.clip(row + up, 0, rows - 1)
-        # Near a pole a step aside is shorter, and the place may still be a neighbour.
+        # Near a pole steps around are shorter, and the point may still be within the neighbourhood.
         apart = np.hypot(chord * np.minimum(shrink[row], shrink[there]), along)
         exists = (row + along / step_r >= 0.0) & (row + along / step_r <= rows - 1)
         distance[~exists | (apart < neighbourhood - 1e-6)] = np.inf
@@ -348,7 +347,7 @@ def _edge(tube: Target, neighbourhood: float, source: Ints) -> tuple[Floats, Int
 
 
 def _ring(radius: float, step: float) -> list[tuple[float, float]]:
-    """Places about every 15 degrees on a circle: whole steps along r, except straight up and down."""
+    """Points about every 15 degrees on a circle, at whole grid steps along r except at its two extremes."""
     ups = {round(radius * np.sin(angle) / step) for angle in np.radians(np.arange(0, 90, 15))}
     quarter = [(float(np.sqrt(radius**2 - (up * step) ** 2)), up * step) for up in sorted(ups) if up * step < radius]
     quarter.append((0.0, radius))
@@ -356,12 +355,12 @@ def _ring(radius: float, step: float) -> list[tuple[float, float]]:
 
 
 def _tree(points: Floats) -> KDTree:
-    # Surfaces fill space so unevenly that trees split at midpoints and left uncompacted answer twice as fast.
+    # Samples of surfaces are so unevenly distributed that trees split at midpoints, not compacted, are twice as fast.
     return KDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def _apart(grid: Grid, i: Ints, j: Ints) -> Floats:
-    """Distance in mm of samples i and j on the starting tube."""
+    """Distance in mm between samples i and j on the starting tube."""
     columns = len(grid.q)
     (row_i, column_i), (row_j, column_j) = np.divmod(i, columns), np.divmod(j, columns)
     diameter = grid.size[0] / np.pi * np.minimum(grid.frame.shrink[row_i, 0], grid.frame.shrink[row_j, 0])

@@ -1,4 +1,4 @@
-"""Rows of walls, folds, rims, end planes and the envelope: places that are combinations of control points."""
+"""Linearised limits (rows) of walls, folds, rims, end planes and the envelope."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.distance import Target, nearest, nearest_fold, target
+from pneumorph.constraint.distance import SampledSurface, nearest, nearest_fold, sampled_surface
 from pneumorph.constraint.report import Pairs
 from pneumorph.constraint.sampled import (
     CLOSE,
@@ -17,29 +17,31 @@ from pneumorph.constraint.sampled import (
     FINE,
     KINDS,
     LimitSamples,
-    Part,
+    RowBlock,
     cell_of,
     worst_of_cells,
     worst_samples,
 )
 from pneumorph.constraint.sampling import Fields, Grid
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.geometry.local import at
+from pneumorph.geometry.local import point_weights
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
-def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[Part]:
+def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlock]:
+    """The rows of all limits on distances that are at most `reach` mm within their bounds."""
     fields = [_fields(surface, samples) for surface, samples in zip(body.surfaces, limits.coarse, strict=True)]
     closed = [
-        target(field, samples, discs=samples.cavity) for field, samples in zip(fields, limits.coarse, strict=True)
+        sampled_surface(field, samples, discs=samples.cavity)
+        for field, samples in zip(fields, limits.coarse, strict=True)
     ]
     for a in range(len(closed)):
         for b in range(a + 1, len(closed)):
             yield _walls(limits, body, (a, closed[a]), (b, closed[b]), reach)
     for number, (field, samples) in enumerate(zip(fields, limits.coarse, strict=True)):
-        yield _folds(limits, body, number, target(field, samples, discs=False), reach)
+        yield _folds(limits, body, number, sampled_surface(field, samples, discs=False), reach)
         if len(samples.rings):
             yield from _rims(limits, body, number, reach)
         yield from _ends(limits, body, number, field, reach)
@@ -52,12 +54,16 @@ def _fields(surface: TubeSurface, samples: Grid) -> Fields:
 
 
 def _walls(
-    limits: LimitSamples, body: Body, asking: tuple[int, Target], asked: tuple[int, Target], reach: float
-) -> Part:
-    """Distances from one surface to another, both with their end discs where they are chambers."""
+    limits: LimitSamples,
+    body: Body,
+    asking: tuple[int, SampledSurface],
+    asked: tuple[int, SampledSurface],
+    reach: float,
+) -> RowBlock:
+    """Distances from one surface to another, including the end discs of chambers."""
     (a, here), (b, there) = asking, asked
     bound = limits.spec.wall + reach
-    # The nearest sample is farther than the closest point, by less than a cell's diagonal.
+    # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.
     within, near = nearest(here.x, there, bound + 0.5 * float(np.hypot(there.across, there.grid.step[1])))
     some = np.flatnonzero(within)
     distance, _, offset = there.closest(here.x[some], near[some])
@@ -73,11 +79,13 @@ def _walls(
     return _between(limits, body, "wall", one, other, cell, limits.spec.wall, there.normals()[near])
 
 
-def _closest_nearby(here: Target, some: Ints, there: Target, near: Ints, offset: Floats) -> tuple[Floats, Floats]:
-    """Offsets (m, 2) of places around samples and of their closest points: surfaces are nearest between samples."""
+def _closest_nearby(
+    here: SampledSurface, some: Ints, there: SampledSurface, near: Ints, offset: Floats
+) -> tuple[Floats, Floats]:
+    """Offsets (m, 2) from samples, on both surfaces, of the closest pair near each sample and its closest point."""
     row = some // here.columns
     best = np.linalg.norm(here.x[some] - _expanded(there, near, offset), axis=1)
-    # All places around all samples at once, place by place.
+    # All points around all samples at once.
     steps = [(0.0, 0.0), *((across, along) for across in NEARBY for along in NEARBY)]
     away = [
         np.stack([np.full(len(some), across * here.across), along * (here.behind if along < 0 else here.ahead)[row]], 1)
@@ -87,23 +95,23 @@ def _closest_nearby(here: Target, some: Ints, there: Target, near: Ints, offset:
     distance, _, place = there.closest(_expanded(here, np.tile(some, len(steps)), around), everywhere)
     distance, place = distance.reshape(len(steps), -1), place.reshape(len(steps), -1, 2)
     distance[0], place[0] = best, offset
-    # The first of those that are equal, to the last digits.
+    # Of distances that are equal up to rounding the first is taken.
     pick, each = np.argmin(np.round(distance, DIGITS), axis=0), np.arange(len(some))
     aside, closest = np.stack(away)[pick, each], place[pick, each]
     return aside, closest
 
 
-def _expanded(surface: Target, sample: Ints, offset: Floats) -> Floats:
-    """Positions (m, 3) at offsets from samples, to second order."""
+def _expanded(surface: SampledSurface, sample: Ints, offset: Floats) -> Floats:
+    """Positions (m, 3) at offsets from samples, by the second-order expansion."""
     x, q, r, qq, qr, rr = (field[sample] for field in surface.fields)
     a, b = offset[:, :1], offset[:, 1:]
     return x + a * (q + 0.5 * a * qq + b * qr) + b * (r + 0.5 * b * rr)
 
 
-def _folds(limits: LimitSamples, body: Body, number: int, tube: Target, reach: float) -> Part:
+def _folds(limits: LimitSamples, body: Body, number: int, tube: SampledSurface, reach: float) -> RowBlock:
     """Distances within one surface, outside the neighbourhood."""
     spec = limits.spec.fold
-    # Walls farther apart than the neighbourhood are no folds.
+    # Walls farther apart than the neighbourhood are not folds.
     bound = min(spec.distance + reach, spec.neighbourhood)
     fold = nearest_fold(tube, spec.neighbourhood, bound, np.arange(len(tube.x)))
     some = np.flatnonzero(np.isfinite(fold.distance))
@@ -117,14 +125,14 @@ def _folds(limits: LimitSamples, body: Body, number: int, tube: Target, reach: f
 
 
 NEARBY = (-0.5, -0.25, 0.0, 0.25, 0.5)
-"""Places between samples, in steps of them, that are looked at around those close to their bounds."""
+"""Points between samples, in units of the sample distance, that are tried around samples close to their bounds."""
 
 
 class _Place(NamedTuple):
-    """Places on a surface: samples (m,) and offsets (m, 2) in mm of the two parameters."""
+    """Points on the surface with index `number`: samples (m,), and offsets (m, 2) in mm of both parameters."""
 
     number: int
-    surface: Target
+    surface: SampledSurface
     sample: Ints
     offset: Floats
 
@@ -138,10 +146,11 @@ def _between(
     cell: Ints,
     bound: float,
     outward: Floats | None = None,
-) -> Part:
-    """Rows of distances between places; at closest points these do not change with the offsets, to first order.
+) -> RowBlock:
+    """Rows of the distances between two sets of points, which are held at fixed parameters.
 
-    With normals of the other surface into its void, a place that has passed through it has a negative distance.
+    The error is of second order, because at closest points the derivatives with respect to the parameters vanish. If
+    the normals (m, 3) of the other surface are given, the distance of points that have passed through it is negative.
     """
     ends = _combination(body, one), _combination(body, other)
     return _separation(kind, body.control_points(), *ends, limits.first[one.number] + cell, bound, outward)
@@ -155,8 +164,8 @@ def _separation(
     cell: Ints,
     bound: float,
     outward: Floats | None = None,
-) -> Part:
-    """Rows of the distances between two sets of places that are combinations of control points."""
+) -> RowBlock:
+    """Rows of the distances between two sets of points, given as control points and their weights."""
     (column_a, weight_a), (column_b, weight_b) = one, other
     gap = np.einsum("mk,mkc->mc", weight_a, points[column_a]) - np.einsum("mk,mkc->mc", weight_b, points[column_b])
     distance = np.linalg.norm(gap, axis=1)
@@ -166,7 +175,7 @@ def _separation(
         direction, distance = direction * passed[:, None], distance * passed
     column = np.concatenate([column_a, column_b], axis=1)
     weight = np.concatenate([-weight_a, weight_b], axis=1) / bound
-    return Part(
+    return RowBlock(
         np.full(len(cell), KINDS.index(kind)),
         cell,
         1.0 - distance / bound,
@@ -176,7 +185,7 @@ def _separation(
 
 
 def _combination(body: Body, place: _Place) -> tuple[Ints, Floats]:
-    """Control points (m, k) of the body, and their weights, that make up places on a tube or its end discs."""
+    """Indices (m, k) of control points of the body, and their weights, for points on a tube or its end discs."""
     surface, samples, rings = body.surfaces[place.number], place.surface.grid, place.surface.rings
     row, column = np.divmod(place.sample, place.surface.columns)
     around = samples.q[column] + place.offset[:, 0] / surface.size[0]
@@ -191,9 +200,9 @@ def _combination(body: Body, place: _Place) -> tuple[Ints, Floats]:
 
 
 def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = None) -> tuple[Ints, Floats]:
-    """The same of places (q, r); with s, of (1 - s)·centre + s·place, the centre being the mean of the end row."""
+    """The same for points (q, r); with s for (1 - s)·centre + s·point, where the centre is the mean of the end row."""
     surface, first = body.surfaces[number], body.slices[number].start
-    numbers, weights = at(surface, q, r)
+    numbers, weights = point_weights(surface, q, r)
     if s is None:
         return first + numbers, weights
     rows, columns = surface.net.shape[:2]
@@ -202,8 +211,8 @@ def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = N
     return first + np.concatenate([numbers, end_row], axis=1), np.concatenate([s[:, None] * weights, centre], axis=1)
 
 
-def gaps(limits: LimitSamples, body: Body, name: str, found: Pairs) -> Part:
-    """Distances between pairs of places that a certificate has found too close."""
+def gaps(limits: LimitSamples, body: Body, name: str, found: Pairs) -> RowBlock:
+    """Rows of the distances between pairs of points that a certificate has found too close."""
     bound = limits.spec.wall if name == "wall" else limits.spec.fold.distance
     points = body.control_points()
     parts = []
@@ -216,8 +225,8 @@ def gaps(limits: LimitSamples, body: Body, name: str, found: Pairs) -> Part:
     return _joined(parts, KINDS.index(name))
 
 
-def _joined(parts: list[Part], kind: int) -> Part:
-    """Parts of different widths as one, filled up with zeros."""
+def _joined(parts: list[RowBlock], kind: int) -> RowBlock:
+    """Combine row blocks of different widths, padded with zeros."""
     width = max((part.column.shape[1] for part in parts), default=0)
 
     def filled(array: NDArray) -> NDArray:
@@ -225,8 +234,8 @@ def _joined(parts: list[Part], kind: int) -> Part:
 
     if not parts:
         none = np.zeros(0, dtype=np.int64)
-        return Part(none, none, np.zeros(0), np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0)))
-    return Part(
+        return RowBlock(none, none, np.zeros(0), np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0)))
+    return RowBlock(
         np.concatenate([part.kind for part in parts]),
         np.concatenate([part.cell for part in parts]),
         np.concatenate([part.value for part in parts]),
@@ -235,20 +244,22 @@ def _joined(parts: list[Part], kind: int) -> Part:
     )
 
 
-def _cell(limits: LimitSamples, number: int, surface: Target, sample: Ints) -> Ints:
-    """Cells of samples; those on an end disc belong to the cells at its rim."""
+def _cell(limits: LimitSamples, number: int, surface: SampledSurface, sample: Ints) -> Ints:
+    """Knot-span cells of samples; samples on an end disc belong to the cells at its rim."""
     row, column = np.divmod(sample, surface.columns)
     row = np.clip(row - surface.rings, 0, len(surface.grid.r) - 1)
     around, along = limits.spans[number]
     return np.minimum(row // COARSE[1], along - 1) * around + column // COARSE[0]
 
 
-def _heights(limits: LimitSamples, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float) -> Part:
-    """Rows of limits c (rows, columns) on the height z, with dc/dz (rows, 1)."""
+def _heights(
+    limits: LimitSamples, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float
+) -> RowBlock:
+    """Rows of limits on the height z, with values c (rows, columns) and derivatives dc/dz (rows, 1)."""
     samples, surface = limits.coarse[number], body.surfaces[number]
     row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach * float(np.abs(slope).max()))
-    numbers, weights = at(surface, samples.q[column], samples.r[row])
-    return Part(
+    numbers, weights = point_weights(surface, samples.q[column], samples.r[row])
+    return RowBlock(
         np.full(len(cell), KINDS.index(kind)),
         limits.first[number] + cell,
         c[row, column],
@@ -258,11 +269,11 @@ def _heights(limits: LimitSamples, body: Body, number: int, kind: str, c: Floats
 
 
 EDGE = 1e-3
-"""Part of a knot span at which the slope of a wall on its very rim is read off."""
+"""Distance from the rim, relative to a knot span, at which the slope of a wall on its rim is evaluated."""
 
 
-def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterator[Part]:
-    """A tube beside the planes of its own flat ends, its rims included; see `sampling.rim_share`."""
+def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterator[RowBlock]:
+    """Heights of a tube over the planes of its own flat ends, including its rims; see `sampling.rim_share`."""
     samples, spec, surface = limits.fine[number], limits.spec.fold, body.surfaces[number]
     edge = EDGE / limits.spans[number][1]
     r = np.clip(samples.r, edge, 1.0 - edge)
@@ -272,10 +283,10 @@ def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterat
         slope = -sign / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))
         c = 1.0 + slope * (z - surface.net[-1 if tip else 0, 0, 2])
         row, column, cell = worst_samples(c, FINE, limits.spans[number], -reach / spec.distance)
-        numbers, weights = at(surface, samples.q[column], r[row])
-        # The plane goes with the end row; all of its points share one z.
-        end, whole = at(surface, samples.q[column], np.full(len(row), float(tip)))
-        yield Part(
+        numbers, weights = point_weights(surface, samples.q[column], r[row])
+        # The plane moves with the end row, whose points all have the same z.
+        end, whole = point_weights(surface, samples.q[column], np.full(len(row), float(tip)))
+        yield RowBlock(
             np.full(len(cell), KINDS.index("rim")),
             limits.first[number] + cell,
             c[row, column],
@@ -284,8 +295,8 @@ def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterat
         )
 
 
-def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: float) -> Iterator[Part]:
-    """Chambers before the planes of the body's ends, and the exterior, which must not pass them."""
+def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: float) -> Iterator[RowBlock]:
+    """Distances of chambers from the planes of the body's ends, which the exterior must not pass."""
     wall, cavity, z = limits.spec.wall, limits.coarse[number].cavity, field.x[2]
     for height, direction in ((z, -1.0), (limits.length - z, 1.0)):
         c = (1.0 if cavity else 0.0) - height / wall
@@ -295,13 +306,14 @@ def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: f
         yield _heights(limits, body, number, "planes" if cavity else "ends", c, slope, reach)
 
 
-def _envelope(limits: LimitSamples, body: Body, field: Fields, radius: float, reach: float) -> Part:
+def _envelope(limits: LimitSamples, body: Body, field: Fields, radius: float, reach: float) -> RowBlock:
+    """Distances of the exterior from the z axis."""
     samples, surface, wall = limits.coarse[0], body.exterior, limits.spec.wall
     away = np.hypot(field.x[0], field.x[1])
     row, column, cell = worst_samples((away - radius) / wall, COARSE, limits.spans[0], -reach / wall)
-    numbers, weights = at(surface, samples.q[column], samples.r[row])
+    numbers, weights = point_weights(surface, samples.q[column], samples.r[row])
     direction = (field.x[:2, row, column] / away[row, column]).T
-    return Part(
+    return RowBlock(
         np.full(len(cell), KINDS.index("envelope")),
         limits.first[0] + cell,
         (away[row, column] - radius) / wall,

@@ -1,7 +1,8 @@
-"""Bounds of curvature, skew, stretch and area element between samples, by Taylor models on cells of the surface.
+"""Bounds of curvature, skew, stretch and area element on whole surfaces, by Taylor models on cells.
 
-The tangents are those of `frame`. On a knot span that ends in a pole, r_q and the parallels' S have a common factor v,
-and the z of r_q has v²; both are taken out of the polynomials, so that bounds hold up to the very pole.
+The tangents are those of `frame`. On a knot span at a pole, r_q and S (see `TubeSurface.parallels`) have a common
+factor v, and the z of r_q has a factor v². They are divided out of the polynomials, so that bounds hold up to the pole
+itself.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.cells import (
     BACKWARDS,
-    Aim,
+    Accuracy,
     Bounds,
     Cells,
-    Found,
-    Homes,
+    KnotSpans,
+    SpanBounds,
     derivative,
-    found_on,
     power,
     recentred,
     refine,
+    span_bounds,
     whole,
 )
 from pneumorph.constraint.surface import FLOOR, SMOOTHING, Form, Forms, forms
@@ -33,25 +34,26 @@ from pneumorph.geometry import TubeSurface
 Floats = NDArray[np.float64]
 
 NAMES = ("curvature", "skew", "stretch", "area")
-_BLOCK = 3000  # cells at a time, which keeps the work in the cache
-_FLAT = 1e-6  # mm by which a ring may be off its pole's plane
+_BLOCK = 3000  # cells evaluated at a time, so that the data stay in the cache
+_FLAT = 1e-6  # mm; largest height of the row next to a pole over the pole's plane
 
 
 @dataclass(frozen=True, eq=False)
 class Polynomials:
-    """What tangents are made of, on the homes of a surface: coefficients (n, f, 4, 4) of v^i u^j.
+    """Polynomials from which the tangents are computed, on the knot spans of a surface.
 
     Attributes
     ----------
     parts : (n, f, 4, 4) array
-        r_q (x, y, z), r_r (x, y, z), both per mm of the starting tube. With poles r_q and the z of r_r are divided
-        by v in the spans beside them, and there follow the z of r_q divided by v², the z of r_r as it is, S
-        divided by v, and S.
+        Coefficients of v^i u^j of r_q (x, y, z) and r_r (x, y, z), both per mm of the starting tube. With poles, r_q
+        and the z of r_r are divided by v in the spans next to them, and four more follow: the z of r_q divided by v²,
+        the z of r_r, S divided by v, and S.
     scale : (n, 2) array
         1/mm: du/d(q τ_q) and dv/d(r τ_r).
     poles : bool
+        Whether the ends are poles.
     broken : (n,) array of bool
-        Beside a pole without tangent plane.
+        Whether the span is next to a pole without a tangent plane.
     """
 
     parts: Floats
@@ -60,12 +62,12 @@ class Polynomials:
     broken: NDArray[np.bool_]
 
 
-def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
+def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
     """The polynomials of a surface."""
-    (tau_q, tau_r), n = surface.size, len(homes.x)
-    scale = np.stack([1.0 / (homes.q[:, 1] * tau_q), 1.0 / (homes.r[:, 1] * tau_r)], axis=1)
-    r_q = derivative(homes.x, -1) * scale[:, 0, None, None, None]
-    r_r = derivative(homes.x, -2) * scale[:, 1, None, None, None]
+    (tau_q, tau_r), n = surface.size, len(spans.x)
+    scale = np.stack([1.0 / (spans.q[:, 1] * tau_q), 1.0 / (spans.r[:, 1] * tau_r)], axis=1)
+    r_q = derivative(spans.x, -1) * scale[:, 0, None, None, None]
+    r_r = derivative(spans.x, -2) * scale[:, 1, None, None, None]
     broken = np.zeros(n, dtype=bool)
     if surface.ends == "flat":
         return Polynomials(np.concatenate([r_q, r_r], axis=1), scale, False, broken)
@@ -76,7 +78,7 @@ def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
     S = np.repeat(S, columns, axis=0)
     beside = np.zeros(n, dtype=bool)
     beside[:columns] = beside[(rows - 1) * columns :] = True
-    broken[beside] = np.abs(homes.x[beside, 2, 1]).max(axis=-1) > _FLAT
+    broken[beside] = np.abs(spans.x[beside, 2, 1]).max(axis=-1) > _FLAT
 
     def divided(part: Floats, times: int = 1) -> Floats:
         part = part.copy()
@@ -91,35 +93,37 @@ def polynomials(surface: TubeSurface, homes: Homes) -> Polynomials:
     return Polynomials(np.concatenate(parts, axis=1), scale, True, broken)
 
 
-def enclosed(surface: TubeSurface, homes: Homes, form: Form, aims: list[Aim], worst: list[float]) -> dict[str, Found]:
-    """Bounds of the four limited quantities on every home; the area element with its sign turned.
+def enclosed(
+    surface: TubeSurface, spans: KnotSpans, form: Form, accuracies: list[Accuracy], worst: list[float]
+) -> dict[str, SpanBounds]:
+    """Bounds of the four limited quantities on every knot span; the area element with its sign changed.
 
     Parameters
     ----------
-    surface, homes
+    surface, spans
     form : "per_mm" or "printed"
-        Of the stretch.
-    aims, worst : four each
-        In the order of `NAMES`; see `refine`.
+        Of the stretch, see `measures`.
+    accuracies, worst : lists of four
+        In the order of `NAMES`, see `refine`.
     """
-    made, aspect = polynomials(surface, homes), surface.size[1] / surface.size[0]
+    made, aspect = polynomials(surface, spans), surface.size[1] / surface.size[0]
 
     def evaluate(cells: Cells) -> Bounds:
         parts = []
-        for first in range(0, len(cells.home), _BLOCK):
-            block = cells.some(slice(first, first + _BLOCK))
+        for first in range(0, len(cells.span), _BLOCK):
+            block = cells.select(slice(first, first + _BLOCK))
             found, vary = _forms(made, block)
-            parts.append(_bounds(found, aspect, form, vary, made.broken[block.home]))
+            parts.append(_bounds(found, aspect, form, vary, made.broken[block.span]))
         return Bounds(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    upper, seen, place = refine(evaluate, whole(len(homes.x)), aims, worst, len(homes.x))
-    return {name: found_on(homes, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
+    upper, seen, place = refine(evaluate, whole(len(spans.x)), accuracies, worst, len(spans.x))
+    return {name: span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
 
 
 def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
-    """Taylor models of the forms on cells, and how much the tangents vary along u and v."""
-    local = recentred(made.parts[cells.home], cells)
-    by_q, by_r = (made.scale[cells.home] / cells.half).T[:, :, None, None]
+    """Taylor models of the forms on cells, and the variation of the tangents along u and v."""
+    local = recentred(made.parts[cells.span], cells)
+    by_q, by_r = (made.scale[cells.span] / cells.half).T[:, :, None, None]
     m = [taylor(local[:, k]) for k in range(local.shape[1])]
     d_q = {k: taylor(derivative(local[:, k], -1) * by_q) for k in range(local.shape[1]) if k < 3 or k == 6}
     d_r = {k: taylor(derivative(local[:, k], -2) * by_r) for k in range(local.shape[1])}
@@ -135,14 +139,14 @@ def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
     else:
         across, along, across_q, across_r = m[:3], m[3:6], [d_q[k] for k in range(3)], [d_r[k] for k in range(3)]
         found = forms(across, along, across_q, across_r, [d_r[k] for k in range(3, 6)], 1.0, 0.0)
-    vary = np.zeros((len(cells.home), 2))
+    vary = np.zeros((len(cells.span), 2))
     for part in (*across, *along, *across_q, *across_r):
         vary += np.stack([np.abs(part.c[1]) + np.abs(part.c[3]), np.abs(part.c[2]) + np.abs(part.c[5])], axis=1)
     return found, vary
 
 
 def _bounds(f: Forms, aspect: float, form: Form, vary: Floats, broken: NDArray[np.bool_]) -> Bounds:
-    """Bounds of the four quantities; where a denominator may vanish, by what it stops at."""
+    """Bounds of the four quantities; denominators that may vanish are replaced by their floor."""
     with np.errstate(all="ignore"):
         models = _quantities(f, aspect, form, f.area2.inverse(), f.E.inverse(), f.G.inverse())
         centre = Forms(*(part.c[0] for part in f))
@@ -170,7 +174,7 @@ def _bounds(f: Forms, aspect: float, form: Form, vary: Floats, broken: NDArray[n
 
 
 def _quantities(f: Forms, aspect: float, form: Form, over_area2: Any, over_E: Any, over_G: Any) -> tuple[Any, Any, Any]:
-    """Curvature, skew and stretch of any kind of number (of absolute values: something no smaller)."""
+    """Curvature, skew and stretch for any kind of numbers; from absolute values it gives upper bounds."""
     curvature = over_area2 * over_area2 * (f.twice_H * f.twice_H * over_area2 * 0.5 - f.gauss)
     skew = f.F * f.F * (over_E * over_G)
     E_q, E_r, G_q, G_r = f.E_q * over_E, f.E_r * over_E, f.G_q * over_G, f.G_r * over_G

@@ -1,8 +1,9 @@
-"""Bounds of where a surface reaches, from control nets: a polynomial patch lies within the hull of its own.
+"""Bounds of the extent of a surface from control nets: a polynomial patch lies in the convex hull of its net.
 
-Halving a patch makes the net four times as close to it. The envelope, the planes of the body's ends and of a tube's
-own flat ends are read off nets in ways that preserve the hull: a coordinate, the (convex) distance from the axis, and a
-quotient of two polynomials of which the lower one is positive.
+Halving a patch reduces the distance between net and patch to a quarter. The limits on the envelope, the planes of the
+body's ends and those of a tube's own flat ends are bounded by functions of the net's points whose maximum over the hull
+is at one of these points: a coordinate, the (convex) distance from the axis, and a quotient of two polynomials with a
+positive denominator.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.cells import (
     BACKWARDS,
-    Aim,
+    Accuracy,
     Bounds,
     Cells,
-    Found,
-    Homes,
-    found_on,
+    KnotSpans,
+    SpanBounds,
     recentred,
     refine,
+    span_bounds,
     whole,
 )
 from pneumorph.geometry import TubeSurface
@@ -36,24 +37,26 @@ _FROM_CENTRE = FROM_POWERS @ np.array(
 )
 
 
-def radius(homes: Homes, aim: Aim, worst: float) -> Found:
-    """Largest distances from the z axis in mm."""
-    return _bounded(homes.x[:, :2], lambda net: np.hypot(net[:, 0], net[:, 1]), homes, aim, worst)
+def radius(spans: KnotSpans, accuracy: Accuracy, worst: float) -> SpanBounds:
+    """Largest distances from the z axis, mm."""
+    return _bounded(spans.x[:, :2], lambda net: np.hypot(net[:, 0], net[:, 1]), spans, accuracy, worst)
 
 
-def beyond(homes: Homes, length: float, aim: Aim, worst: float) -> Found:
-    """How far in mm a surface passes the planes z = 0 and z = length; negative where it is between them."""
-    return _bounded(homes.x[:, 2:], lambda net: np.maximum(-net[:, 0], net[:, 0] - length), homes, aim, worst)
+def beyond(spans: KnotSpans, length: float, accuracy: Accuracy, worst: float) -> SpanBounds:
+    """Distances in mm by which a surface passes the planes z = 0 and z = length; negative between them."""
+    return _bounded(spans.x[:, 2:], lambda net: np.maximum(-net[:, 0], net[:, 0] - length), spans, accuracy, worst)
 
 
-def rims(surface: TubeSurface, homes: Homes, neighbourhood: float, aim: Aim, worst: float) -> list[Found]:
-    """Least heights above base and below tip of a tube with flat ends, over their share of the fold; signs turned.
+def rims(
+    surface: TubeSurface, spans: KnotSpans, neighbourhood: float, accuracy: Accuracy, worst: float
+) -> list[SpanBounds]:
+    """Smallest heights (mm) of a tube over the planes of its flat ends, divided by `rim_share`; signs changed.
 
-    The share grows in proportion to the distance from the rim along the starting surface up to 1 at the edge of the
-    neighbourhood (see `rim_share`). Height and share both vanish on the rim, so a factor of v is taken out there.
+    The share is proportional to the distance from the rim along the starting surface, up to 1 at the edge of the
+    neighbourhood. Height and share both vanish on the rim, so the common factor v is divided out there.
     """
     rows = surface.basis_r.spans
-    z = homes.x[:, 2].reshape(rows, -1, 4, 4)
+    z = spans.x[:, 2].reshape(rows, -1, 4, 4)
     found = []
     for tip in (False, True):
         height = np.einsum("ij,abjm->abim", BACKWARDS, z)[::-1] if tip else z.copy()
@@ -79,11 +82,11 @@ def rims(surface: TubeSurface, homes: Homes, neighbourhood: float, aim: Aim, wor
             np.stack([np.full(count, 0.5), 0.5 * (upper - lower)], axis=1),
         )
         r = np.repeat(np.stack([1.0 - start if tip else start, np.full(rows, -width if tip else width)], 1), columns, 0)
-        both = Homes(np.zeros((0, 3, 4, 4)), np.tile(homes.q, (2, 1)), np.tile(r, (2, 1)))
+        both = KnotSpans(np.zeros((0, 3, 4, 4)), np.tile(spans.q, (2, 1)), np.tile(r, (2, 1)))
         polynomials = np.concatenate([near, away]).reshape(count, 2, 4, 4)
         some = upper > lower
-        answer = _bounded(polynomials, lambda net: -net[:, 0] / net[:, 1], both, aim, worst, cells.some(some))
-        found.append(Found(*(part[some] for part in answer)))
+        answer = _bounded(polynomials, lambda net: -net[:, 0] / net[:, 1], both, accuracy, worst, cells.select(some))
+        found.append(SpanBounds(*(part[some] for part in answer)))
         worst = max(worst, float(found[-1].seen.max()))
     return found
 
@@ -91,15 +94,15 @@ def rims(surface: TubeSurface, homes: Homes, neighbourhood: float, aim: Aim, wor
 def _bounded(
     coefficients: Floats,
     read: Callable[[Floats], Floats],
-    homes: Homes,
-    aim: Aim,
+    spans: KnotSpans,
+    accuracy: Accuracy,
     worst: float,
     start: Cells | None = None,
-) -> Found:
-    """Bounds of a quantity that is read off the nets (n, f, 4, 4) of polynomials on the homes."""
+) -> SpanBounds:
+    """Bounds of a quantity that is a function of the nets (n, f, 4, 4) of polynomials on the knot spans."""
 
     def evaluate(cells: Cells) -> Bounds:
-        net = _FROM_CENTRE @ recentred(coefficients[cells.home], cells) @ _FROM_CENTRE.T
+        net = _FROM_CENTRE @ recentred(coefficients[cells.span], cells) @ _FROM_CENTRE.T
         value = read(net)
         corners = value[:, ::3, ::3].reshape(-1, 4)
         best = np.argmax(corners, axis=1)
@@ -112,5 +115,5 @@ def _bounded(
         )
 
     count = len(coefficients)
-    upper, seen, place = refine(evaluate, whole(count) if start is None else start, [aim], [worst], count)
-    return found_on(homes, upper[:, 0], seen[:, 0], place[:, 0])
+    upper, seen, place = refine(evaluate, whole(count) if start is None else start, [accuracy], [worst], count)
+    return span_bounds(spans, upper[:, 0], seen[:, 0], place[:, 0])

@@ -1,10 +1,10 @@
 """Tangents that stay finite up to the poles.
 
-Around a pole the derivative r_q vanishes although the surface has a tangent plane there. With S(r), the starting
-capsule's circumference relative to τ_q, the vector U = r_q / S does not, and nor does any limited quantity written in
-U and r_r: S has the same simple zero. The ring beside a pole shares the pole's z (see `DesignSpace`), so the tangent
-plane is horizontal, and the z of U, of U_q and of r_r has a factor S once more. It is divided out here too, by the
-limits of the basis functions on the pole itself, since the second fundamental form's L asks for it.
+At a pole the derivative r_q vanishes although the surface has a tangent plane there. Let S(r) be the circumference of
+the starting capsule relative to τ_q. Since S has the same simple zero, U = r_q / S does not vanish, and all limited
+quantities are written in U and r_r. The row of control points next to a pole has the pole's z (see `DesignSpace`), so
+the tangent plane is horizontal, and the z of U, U_q and r_r has another factor S. It is divided out as well, with the
+limits of the basis functions at the pole itself, because the coefficient L of the second fundamental form needs it.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ Floats = NDArray[np.float64]
 
 
 class Frame(NamedTuple):
-    """Functions of r that turn a net's columns into tangents; lengths in mm of the starting tube.
+    """Functions of r by which tangents are computed from a net's columns; lengths in mm of the starting tube.
 
     Attributes
     ----------
     across, along, across_r, along_r : (3, rows, n_r) arrays
-        Of U, r_r, U_r and r_rr, a matrix to each component. The z of U and of r_r is divided by S.
+        For U, r_r, U_r and r_rr, one matrix per component. The z of U and of r_r is divided by S.
     shrink, slope : (rows, 1) arrays
         S and dS/dr; 1 and 0 without poles.
     """
@@ -39,7 +39,7 @@ class Frame(NamedTuple):
 
 
 def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
-    """The functions at parameters r (rows,), poles included."""
+    """The frame at parameters r (rows,), which may include the poles."""
     r = np.atleast_1d(np.asarray(r, dtype=float))
     B, B_r, B_rr = (surface.basis_r.matrix(r, order) / surface.size[1] ** order for order in range(3))
     if surface.ends == "flat":
@@ -57,13 +57,13 @@ def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
 
     across = limit(B / away, B_r / steep)
     across_r = limit((B_r - across * S_r) / away, 0.5 * (B_rr - across * S_rr) / steep)
-    # The pole's own row does not depend on q.
+    # The row of the pole itself does not depend on q.
     across[:, [0, -1]] = across_r[:, [0, -1]] = 0.0
     level, level_r = limit(B / away**2, 0.5 * B_rr / steep**2), across_r.copy()
     level[:, [0, 1, -2, -1]] = level_r[:, [0, 1, -2, -1]] = 0.0
     rise = limit(B_r / away, B_rr / steep)
-    # Pole and ring share their z, so their functions act as one, which has the double zero that each of them lacks. It
-    # is the ring's, which is alive on the second span too.
+    # Pole and ring (the row next to it) have the same z, so the sum of their functions counts, which has a double zero
+    # that neither has alone. It is assigned to the ring, whose function is nonzero on the second span too.
     for end, ring in ((0, 1), (-1, -2)):
         together = B_r[:, [end]] + B_r[:, [ring]]
         rise[:, [ring]] = limit(together / away, (B_rr[:, [end]] + B_rr[:, [ring]]) / steep)

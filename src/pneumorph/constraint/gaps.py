@@ -1,4 +1,4 @@
-"""Walls and folds: which patches are near which, and how near they certainly are not."""
+"""Walls and folds: pairs of patches that are near each other, and certified lower bounds of their distances."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.cells import Aim, Homes, power
+from pneumorph.constraint.cells import Accuracy, KnotSpans, power
 from pneumorph.constraint.extent import FROM_POWERS
 from pneumorph.constraint.separation import candidates, least_distances, nearest_centres, spheres
 from pneumorph.geometry import TubeSurface
@@ -16,29 +16,29 @@ from pneumorph.geometry import TubeSurface
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-_FIRST = 256  # pairs that tell how near patches come before the others are looked at
-_MOST = 16  # pairs to each patch: more are near each other only where surfaces cross
-# Parts of a pair looked at, at first and where that was not enough; at last, whether only to show what is needed.
+_FIRST = 256  # pairs that are bounded first, to learn how near surfaces come
+_MAX_PAIRS = 16  # per patch: more pairs are near each other only where surfaces cross
+# Passes: most subdivisions of each pair, and whether only the needed bound is to be certified, not the full accuracy.
 _PASSES = ((60, False), (240, False), (960, False), (4000, True), (100_000, True))
-_WORK = 700  # parts of all pairs looked at each time, to each patch
-_BROKEN = 0.5  # part of the limit: where surfaces are nearer, nothing finer matters
-_FAR = 2.0  # times the limit: up to which distance patches are measured
+_WORK = 700  # subdivisions of all pairs in each pass, per patch
+_BROKEN = 0.5  # fraction of the limit: surfaces nearer than this need no accurate bounds
+_FAR = 2.0  # largest distance that is measured, relative to the limit
 
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """A surface as cubic patches, the chambers' flat end discs among them.
+    """A surface as cubic Bézier patches, including the flat end discs of chambers.
 
     Attributes
     ----------
     nets : (n, 4, 4, 3) array
-        Control points in mm, along r (on a disc along s) and q.
+        Control points in mm, along r (s on a disc) and q.
     boxes : (n, 8) array
-        q and its width, r and its width, and the coefficients of S(v).
+        Start and width in q, start and width in r, and the four coefficients of S(v).
     disc : (n,) array of bool
-        Whether a patch is of a disc, where r is that of the rim and v is s.
+        Whether a patch is part of a disc, where r is that of the rim and v is s.
     centres, radii : (n, 3) and (n,) arrays
-        Balls around the patches.
+        Balls that contain the patches.
     size : (2,) array
         τ_q and τ_r in mm.
     """
@@ -52,10 +52,16 @@ class Patches:
 
 
 class Gaps(NamedTuple):
-    """Pairs of places between surfaces or within one, n of them.
+    """Distances of n pairs of patches, between two surfaces or within one.
 
-    Certified and seen distances in mm, the numbers (n, 2) of the patches on either side, and both places (n, 3): q, r
-    and s, the part of the way from an end disc's centre to its rim (1 on the tube).
+    Attributes
+    ----------
+    lower, seen : (n,) arrays
+        Certified lower bound, and the distance of an actual pair of points, mm.
+    patch : (n, 2) array
+        Indices of the patches.
+    a, b : (n, 3) arrays
+        q, r and s of these points; s is the fraction of the way from an end disc's centre to its rim (1 on the tube).
     """
 
     lower: Floats
@@ -65,14 +71,14 @@ class Gaps(NamedTuple):
     b: Floats
 
 
-def patches(surface: TubeSurface, homes: Homes) -> Patches:
-    """The patches of a surface."""
-    nets = np.moveaxis(FROM_POWERS @ homes.x @ FROM_POWERS.T, 1, -1)
+def patches(surface: TubeSurface, spans: KnotSpans) -> Patches:
+    """The patches of a surface with the given knot spans."""
+    nets = np.moveaxis(FROM_POWERS @ spans.x @ FROM_POWERS.T, 1, -1)
     columns = surface.basis_q.spans
     shrink = np.einsum("aij,j->ai", power(surface.basis_r), surface.parallels)
-    boxes = np.concatenate([homes.q, homes.r, np.repeat(shrink, columns, axis=0)], axis=1)
+    boxes = np.concatenate([spans.q, spans.r, np.repeat(shrink, columns, axis=0)], axis=1)
     if surface.ends == "pole":
-        # The last row runs backwards; here it need not, so that S and the nets have one direction.
+        # Undo the reversed direction of r in the last row, so that S and all nets have the same direction.
         nets[-columns:] = nets[-columns:, ::-1]
         boxes[-columns:, 2:4] = 1.0 - 1.0 / surface.basis_r.spans, 1.0 / surface.basis_r.spans
     disc, tube = np.zeros(len(nets), dtype=bool), nets
@@ -82,7 +88,7 @@ def patches(surface: TubeSurface, homes: Homes) -> Patches:
             ray = np.linspace(0.0, 1.0, 4)[None, :, None, None]
             centre = surface.end_centres[int(tip)]
             nets = np.concatenate([nets, centre + ray * (rim[:, None] - centre)])
-            ring = np.concatenate([homes.q[:columns], np.tile([float(tip), 0.0, 1.0, 0.0, 0.0, 0.0], (columns, 1))], 1)
+            ring = np.concatenate([spans.q[:columns], np.tile([float(tip), 0.0, 1.0, 0.0, 0.0, 0.0], (columns, 1))], 1)
             boxes = np.concatenate([boxes, ring])
             disc = np.concatenate([disc, np.ones(columns, dtype=bool)])
     nets = np.ascontiguousarray(nets)
@@ -91,47 +97,47 @@ def patches(surface: TubeSurface, homes: Homes) -> Patches:
 
 
 def without_discs(surface: Patches) -> Patches:
-    """The tube alone."""
+    """The patches of the tube alone."""
     some = ~surface.disc
     nets, boxes = surface.nets[some], surface.boxes[some]
     return Patches(nets, boxes, surface.disc[some], surface.centres[some], surface.radii[some], surface.size)
 
 
-def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst: float) -> tuple[Gaps, float]:
-    """Bound the distances of two surfaces' patches, or of one's among each other.
+def gaps(first: Patches, second: Patches, neighbourhood: float, accuracy: Accuracy, worst: float) -> tuple[Gaps, float]:
+    """Bound the distances between the patches of two surfaces, or between those of one.
 
     Parameters
     ----------
     first, second : Patches
-        Without discs where they are the same, to measure a fold.
+        The same object, without discs, to measure a fold.
     neighbourhood : float
-        Points nearer each other on the starting tube do not count; zero for walls.
-    aim : Aim
-        In distances with their sign turned.
+        Pairs of points nearer than this on the starting tube are ignored, mm; zero for walls.
+    accuracy : Accuracy
+        For distances with their sign changed.
     worst : float
-        The least distance known elsewhere.
+        Smallest distance attained elsewhere, mm.
 
     Returns
     -------
     Gaps
-        Of the pairs of patches that are near each other; the first is the two whose middles are nearest, with no bound
-        of its own.
+        Pairs of patches that are near each other. The first entry is the pair with the nearest centres, without a
+        lower bound.
     beyond : float
-        A distance that all other pairs certainly keep.
+        Certified lower bound of the distance of all other pairs, mm.
     """
     same = first is second
-    bound = -aim.bound
+    bound = -accuracy.bound
     parts = (first.centres, second.centres, first.boxes, second.boxes)
     known, *nearest = nearest_centres(*parts, first.size, neighbourhood)
 
     def enough(seen: float) -> float:
-        return -aim.enough(-min(seen, _FAR * bound), -worst)
+        return -accuracy.enough(-min(seen, _FAR * bound), -worst)
 
     asked = enough(known)
     pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, same)
     beyond = asked
     order = np.argsort(away, kind="stable")
-    most = _MOST * (len(first.nets) + len(second.nets))
+    most = _MAX_PAIRS * (len(first.nets) + len(second.nets))
     if len(order) > most:
         beyond = min(beyond, max(float(away[order[most]]), 0.0))
         order = order[:most]
@@ -139,11 +145,11 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
     rough_a, rough_b = _place(first, np.array(nearest[:1]), middle), _place(second, np.array(nearest[1:]), middle)
     work = _WORK * (len(first.nets) + len(second.nets))
     found = [Gaps(np.full(1, np.inf), np.array([known]), np.array([nearest]), rough_a, rough_b)]
-    # The nearest first; then the others, no two neighbours beside each other, so that all threads have like work.
+    # The nearest first; then the others in random order, so that all threads have similar work.
     for some in (order[:_FIRST], np.random.default_rng(0).permutation(order[_FIRST:])):
         if not len(some):
             continue
-        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, asked, aim, work)
+        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, asked, accuracy, work)
         i, j = pairs[some].T
         found.append(Gaps(lower, seen, pairs[some], _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
         asked = min(asked, enough(min(known, float(seen.min()))))
@@ -153,8 +159,8 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, aim: Aim, worst:
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
 
-def foremost(found: Gaps, needed: float) -> NDArray[np.integer]:
-    """Numbers of the pairs seen but not certified to be so far apart: of those of each patch, the nearest."""
+def nearest_uncertified(found: Gaps, needed: float) -> NDArray[np.integer]:
+    """Indices of pairs whose distance is not certified to be at least `needed`: of each patch only the nearest."""
     some = np.flatnonzero(~(found.lower >= needed))
     some = some[np.isfinite(found.seen[some])]
     some = some[np.argsort(found.seen[some], kind="stable")]
@@ -168,16 +174,16 @@ def _bounded(
     second: Patches,
     neighbourhood: float,
     asked: float,
-    aim: Aim,
+    accuracy: Accuracy,
     work: float,
 ) -> tuple[Floats, Floats, Floats]:
-    """Lower bounds, seen distances and their u, v for pairs of patches; hard ones get more work, within limits."""
+    """Lower bounds, attained distances and their u, v for pairs of patches; difficult pairs are subdivided further."""
     lower, seen, at = np.zeros(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
-    bound = -aim.bound
+    bound = -accuracy.bound
     for most, modest in _PASSES:
-        target = min(asked, -aim.needed) if modest else asked
+        sufficient = min(asked, -accuracy.needed) if modest else asked
         known = np.minimum(seen, 1e9)
-        some = np.flatnonzero(lower < np.minimum(target, known - aim.gap * np.maximum(1.0, known / bound)))
+        some = np.flatnonzero(lower < np.minimum(sufficient, known - accuracy.gap * np.maximum(1.0, known / bound)))
         if not len(some) or seen.min() < _BROKEN * bound:
             break
         near, where = np.empty(len(some)), np.empty((len(some), 4))
@@ -189,8 +195,8 @@ def _bounded(
             second.boxes,
             first.size,
             neighbourhood,
-            target,
-            aim.gap,
+            sufficient,
+            accuracy.gap,
             bound,
             int(min(most, max(work / len(some), 4))),
             near,
@@ -203,7 +209,7 @@ def _bounded(
 
 
 def _place(surface: Patches, patch: Ints, at: Floats) -> Floats:
-    """q, r and s (n, 3) of places u, v (n, 2) on patches."""
+    """q, r and s (n, 3) of points u, v (n, 2) on patches."""
     box, disc = surface.boxes[patch], surface.disc[patch]
     q = (box[:, 0] + at[:, 0] * box[:, 1]) % 1.0
     return np.stack([q, box[:, 2] + at[:, 1] * box[:, 3], np.where(disc, at[:, 1], 1.0)], axis=1)

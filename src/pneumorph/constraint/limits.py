@@ -1,7 +1,7 @@
-"""All limits of a problem as normalised, differentiable constraint values c ≤ 0 of fixed shapes.
+"""All limits of a problem as normalised, differentiable constraint values c ≤ 0 in arrays of fixed shapes.
 
-The optimiser forms what it likes from them: the paper's penalties (32) from `paper_arguments`, or an augmented
-Lagrangian with a multiplier to each entry.
+An optimiser can use them in different ways: in the paper's penalties (32) through `paper_arguments`, or in an augmented
+Lagrangian with a multiplier for each entry.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
-from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, target, wall_closest
-from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_other, grid, heights, rim_share
+from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, sampled_surface, wall_closest
+from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_second, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures
 from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from pneumorph.problem import Limits
 
 
-class Pairs(NamedTuple):
-    """Who is near whom at the control points `found_at` (n_points, 3); arrays of fixed shapes."""
+class Partners(NamedTuple):
+    """Closest points of all samples at the control points `found_at` (n_points, 3), in arrays of fixed shapes."""
 
     wall: ClosestPoints
     fold: ClosestPoints
@@ -37,7 +37,7 @@ class Pairs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LimitFunctions:
-    """The limits of a problem on fixed samples of a body's surfaces; make it with `build_limit_functions`.
+    """The limits of a problem on fixed samples of a body's surfaces; built by `build_limit_functions`.
 
     Attributes
     ----------
@@ -48,13 +48,13 @@ class LimitFunctions:
     length : float
         The body's length in mm: its end discs lie at z = 0 and z = length.
     wall, fold, neighbourhood, curvature, skew, stretch : float
-        Limits in mm, mm, mm, 1/mm², 1 and 1/mm².
+        Bounds in mm, mm, mm, 1/mm², 1 and 1/mm².
     form : "per_mm" or "printed"
-        Of the stretch.
+        Of the stretch, see `measures`.
     envelope : float or None
         Largest distance from the z axis in mm.
     reach : float
-        Partners up to this much farther apart than their limit are taken into account, mm.
+        Partners are found up to this distance beyond the limit, mm.
     """
 
     grids: tuple[Grid, ...]
@@ -70,36 +70,36 @@ class LimitFunctions:
     envelope: float | None
     reach: float
 
-    def values(self, points: ArrayLike, pairs: Pairs) -> dict[str, Array]:
-        """Constraint values at control points (n_points, 3), or flat; held where c ≤ 0. Jittable and differentiable.
+    def values(self, points: ArrayLike, partners: Partners) -> dict[str, Array]:
+        """Constraint values c ≤ 0 at control points (n_points, 3) or flat, for jax.jit and jax.grad too.
 
         Returns
         -------
-        dict of 1-d arrays, whose lengths never change
-            wall : 1 - d/t between surfaces; -1 where nothing is within reach
-            ends : 1 - d/t between chambers and the planes of the body's ends, for samples of the chambers; and how far
-                samples of the exterior are beyond these planes, over t
-            fold : 1 - d/t within a surface; -1 where nothing is within reach
-            rim : 1 - d/t from tubes with flat ends to the planes of their own ends, t in proportion near the rim
+        dict of 1-d arrays of fixed lengths, where d is a distance and t its limit
+            wall : 1 - d/t between surfaces; -1 if nothing is within reach
+            ends : 1 - d/t between samples of chambers and the planes of the body's ends; and the distance of samples
+                of the exterior beyond these planes, divided by t
+            fold : 1 - d/t within a surface; -1 if nothing is within reach
+            rim : 1 - d/t between tubes with flat ends and the planes of these ends, with t reduced near the rim
             curvature, skew, stretch : h/h_max - 1
-            area : 1 - sqrt(EG - F²)/(0.1·starting value): keeps the net from folding
-            envelope : distance of the exterior's samples from the axis beyond its limit, over t; absent without one
+            area : 1 - sqrt(EG - F²)/(0.1·starting value), which prevents folded nets
+            envelope : distance of samples of the exterior beyond the envelope, divided by t; absent without envelope
         """
         nets = self._nets(points)
         shapes = [measures(net, grid, self.form) for net, grid in zip(nets, self.grids, strict=True)]
         tubes = [grid.positions(net) for net, grid in zip(nets, self.grids, strict=True)]
         X = self.positions(tubes)
-        wall = distances(X, self._wall_source, pairs.wall)
-        fold = distances(X, self._fold_source, pairs.fold)
+        wall = distances(X, self._wall_source, partners.wall)
+        fold = distances(X, self._fold_source, partners.fold)
         clear = [jnp.minimum(x[2], self.length - x[2]).ravel() for x in tubes]
 
         def over(name: str) -> Array:
             return jnp.concatenate([getattr(shape, name).ravel() for shape in shapes])
 
         result = {
-            "wall": jnp.where(pairs.wall.active, 1.0 - wall / self.wall, -1.0),
+            "wall": jnp.where(partners.wall.active, 1.0 - wall / self.wall, -1.0),
             "ends": jnp.concatenate([-clear[0] / self.wall, *(1.0 - height / self.wall for height in clear[1:])]),
-            "fold": jnp.where(pairs.fold.active, 1.0 - fold / self.fold, -1.0),
+            "fold": jnp.where(partners.fold.active, 1.0 - fold / self.fold, -1.0),
             "rim": jnp.concatenate([self._rim(x, grid) for x, grid in zip(tubes, self.grids, strict=True)]),
             "curvature": over("curvature") / self.curvature - 1.0,
             "skew": over("skew") / self.skew - 1.0,
@@ -112,9 +112,9 @@ class LimitFunctions:
         return result
 
     def paper_arguments(self, values: dict[str, Array], tolerance: float = 0.05) -> dict[str, Array]:
-        """What (33) puts into the barrier f of (32): g/ε_t for distances in mm, h/h_max for the rest, from `values`.
+        """Arguments of the barrier f of (32) in (33), from `values`: g/ε_t for distances g in mm, otherwise h/h_max.
 
-        The barrier of a quantity h starts at zero and reaches one at its limit, that of a distance starts at the limit.
+        The barrier of a quantity h is zero at h = 0 and one at its limit, that of a distance is zero up to its limit.
         """
         scale = {limit.name: getattr(self, limit.per) for limit in TABLE if limit.per}
         return {
@@ -122,22 +122,27 @@ class LimitFunctions:
             for name, value in values.items()
         }
 
-    def pairs(self, points: ArrayLike) -> Pairs:
-        """Find every sample's partners again, at the control points (n_points, 3), or flat."""
+    def partners(self, points: ArrayLike) -> Partners:
+        """Find the partners of all samples at the control points (n_points, 3) or flat."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
         fields = self.fields(points)
-        targets = [target(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)]
-        return Pairs(
+        closed = [
+            sampled_surface(field, grid, discs=grid.cavity) for field, grid in zip(fields, self.grids, strict=True)
+        ]
+        return Partners(
             wall=joined(
                 [
-                    wall_closest(targets[a].x, targets[b], self.wall + self.reach, self._first[b])
+                    wall_closest(closed[a].x, closed[b], self.wall + self.reach, self._first[b])
                     for a, b in self._neighbours
                 ]
             ),
             fold=joined(
                 [
                     fold_closest(
-                        target(field, grid, discs=False), self.neighbourhood, self.fold + self.reach, tube.start
+                        sampled_surface(field, grid, discs=False),
+                        self.neighbourhood,
+                        self.fold + self.reach,
+                        tube.start,
                     )
                     for field, grid, tube in zip(fields, self.grids, self._tubes, strict=True)
                 ]
@@ -145,13 +150,13 @@ class LimitFunctions:
             found_at=points,
         )
 
-    def moved(self, points: ArrayLike, pairs: Pairs) -> bool:
-        """Whether control points have moved so far since the partners were found that they should be found again."""
-        step = np.asarray(points, dtype=float).reshape(-1, 3) - pairs.found_at
+    def moved(self, points: ArrayLike, partners: Partners) -> bool:
+        """Whether control points have moved so far since the partners were found that they must be found again."""
+        step = np.asarray(points, dtype=float).reshape(-1, 3) - partners.found_at
         return bool(np.sqrt((step**2).sum(axis=1).max()) > self.reach / 4.0)
 
-    # Each two surfaces are compared once. The exterior has the closer samples and therefore asks the chambers; with the
-    # planes of the body's ends in "ends", its own discs need no samples.
+    # Each pair of surfaces is compared once. The exterior has the denser samples, so its samples get partners on the
+    # chambers and not vice versa. Its own discs need no samples, because "ends" covers the planes of the body's ends.
 
     @cached_property
     def _neighbours(self) -> list[tuple[int, int]]:
@@ -159,7 +164,7 @@ class LimitFunctions:
 
     @cached_property
     def _first(self) -> list[int]:
-        """Number of each surface's first sample among all positions."""
+        """Index of each surface's first sample among all positions."""
         counts = [len(grid.q) * (len(grid.r) + (2 * len(grid.rings) if grid.cavity else 0)) for grid in self.grids]
         return [0, *np.cumsum(counts).tolist()]
 
@@ -170,7 +175,7 @@ class LimitFunctions:
 
     @cached_property
     def _tubes(self) -> list[slice]:
-        """Where the samples of each tube stand among all positions."""
+        """Positions that are the samples of each tube."""
         starts = [
             first + (len(grid.rings) * len(grid.q) if grid.cavity else 0)
             for grid, first in zip(self.grids, self._first, strict=False)
@@ -179,7 +184,7 @@ class LimitFunctions:
 
     @cached_property
     def _fold_source(self) -> NDArray[np.int32]:
-        blocks = [tube.start + every_other(grid) for grid, tube in zip(self.grids, self._tubes, strict=True)]
+        blocks = [tube.start + every_second(grid) for grid, tube in zip(self.grids, self._tubes, strict=True)]
         return np.concatenate(blocks).astype(np.int32)
 
     def _nets(self, points: ArrayLike) -> list[Array]:
@@ -187,20 +192,20 @@ class LimitFunctions:
         return [points[where].reshape(*grid.net_shape, 3) for grid, where in zip(self.grids, self.slices, strict=True)]
 
     def _rim(self, x: Array, grid: Grid) -> Array:
-        """Constraint values of a tube (3, rows, columns) beside the planes of its own ends; none with poles."""
+        """Constraint values of a tube x (3, rows, columns) over the planes of its own ends; empty with poles."""
         if not len(grid.rings):
             return jnp.zeros(0)
         base, tip = (
             height[1:-1] / (self.fold * share[1:-1])
             for share, height in zip(rim_share(grid, self.neighbourhood), heights(x, grid), strict=True)
         )
-        # On the rim itself, where it is the slope of the wall, by extrapolation.
+        # On the rim itself the value is that of the wall's slope, found by extrapolation.
         rims = [2.0 * base[0] - base[1], 2.0 * tip[-1] - tip[-2]]
         return 1.0 - jnp.concatenate([jnp.minimum(base, tip).ravel(), *rims])
 
     @cached_property
     def fields(self) -> Callable[[ArrayLike], list[Fields]]:
-        """The fields of every surface's samples, of control points."""
+        """Function from control points to the fields of every surface's samples."""
 
         @jax.jit
         def fields(points: ArrayLike) -> list[Fields]:
@@ -209,7 +214,7 @@ class LimitFunctions:
         return fields
 
     def positions(self, tubes: list[Array]) -> Array:
-        """All samples that distances are taken between, (n, 3): the exterior's tube, then the closed chambers."""
+        """Positions (n, 3) of all samples used for distances: the tube of the exterior, then the closed chambers."""
         parts = [
             (closed_positions(x, grid) if grid.cavity else x).reshape(3, -1).T
             for x, grid in zip(tubes, self.grids, strict=True)
@@ -220,17 +225,17 @@ class LimitFunctions:
 def build_limit_functions(
     body: Body, spec: Limits, per_span: tuple[int, int] = (4, 8), reach: float = 0.5
 ) -> LimitFunctions:
-    """The limits of a problem on samples of a body.
+    """Build the limits of a problem on samples of a body.
 
     Parameters
     ----------
     body : Body
-        Any body of the run: only what never changes (net shapes, starting sizes, kinds of ends, length) is taken from
-        it.
+        Any body of the run: only properties that never change (net shapes, starting sizes, kinds of ends, length) are
+        used.
     spec : problem.Limits
     per_span : (int, int)
-        Samples to each knot span in q and in r. Curvature peaks on the knots, stretch anywhere: where a bellows folds,
-        one span of r turns by more than a right angle, and four samples to it miss a quarter of h₃.
+        Samples per knot span in q and in r. Curvature has its peaks on knots, stretch has them anywhere: in a fold of a
+        bellows, one span of r turns by more than a right angle, and four samples would miss a quarter of h₃.
     reach : float
         See `LimitFunctions`.
     """

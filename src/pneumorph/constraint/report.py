@@ -1,7 +1,7 @@
-"""Every limit's worst value on a body, certified: bounded between samples too, in readable units.
+"""Certified worst values of all limits on a body: bounds that hold on the whole surfaces, not only at samples.
 
-A value is the end of an enclosure that is sure to be on the safe side; `seen` is what some point attains. The two are
-brought within 0.3 % of the bound where a limit is near. Rounding, about 1e-13 of a value, is neglected.
+A value is the safe end of an enclosure, and `seen` is what some point attains. Near a limit the two differ by at most
+0.3 % of its bound. Rounding errors, about 1e-13 relative, are neglected.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.constraint import extent
-from pneumorph.constraint.cells import FINE, Aim, Found, homes
+from pneumorph.constraint.cells import FINE, Accuracy, SpanBounds, knot_spans
 from pneumorph.constraint.enclosure import NAMES, enclosed
-from pneumorph.constraint.gaps import Gaps, foremost, gaps, patches, without_discs
+from pneumorph.constraint.gaps import Gaps, gaps, nearest_uncertified, patches, without_discs
 from pneumorph.constraint.table import BY_NAME, TABLE, Limit
 from pneumorph.geometry import Body
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-# Part of the distance from the limit that may lie between certified and seen; a fold's far from its limit is mostly
-# the edge of the neighbourhood, of which nobody needs to know more than that it is far.
-_EASE, _EASE_OF_FOLDS = 0.01, 0.8
+# Allowed difference of certified and attained values far from a limit, relative to the distance from it. Far from its
+# limit a fold's nearest points are mostly on the edge of the neighbourhood, where accuracy has no use.
+_RELATIVE_GAP, _FOLD_RELATIVE_GAP = 0.01, 0.8
 
 
 @dataclass(frozen=True)
@@ -41,14 +41,14 @@ class LimitReading:
     limit : str
         "wall", "fold", "curvature", "skew", "stretch", "area", "ends" or "envelope".
     value, bound : float
-        In mm, 1/mm² or 1; distances and the area element must not be below the bound, all else must not be above it.
-        The value is certified: no place of the surfaces is worse.
+        In mm, 1/mm² or 1; distances and the area element must not be below the bound, all others not above it. The
+        value is certified: it is not exceeded anywhere on the surfaces.
     surface : str
-        Name of the surface the worst place seen lies on.
+        Name of the surface with the worst point found.
     q, r : float
-        Its parameters; on an end disc those of the rim beside it.
+        Parameters of that point; on an end disc those of the nearest point of its rim.
     seen : float
-        The value there, to which the certified one comes as near as was asked.
+        The value attained there.
     """
 
     limit: str
@@ -60,11 +60,11 @@ class LimitReading:
     seen: float
 
     def excess(self) -> float:
-        """How far beyond the bound, relative to it (in mm where it is zero: the ends); not positive when held."""
+        """Distance beyond the bound, relative to it (in mm for the ends, whose bound is zero); positive if violated."""
         return BY_NAME[self.limit].excess(self.value, self.bound)
 
     def seen_excess(self) -> float:
-        """The same of the worst place seen."""
+        """The same for the worst point found."""
         return BY_NAME[self.limit].excess(self.seen, self.bound)
 
     def __str__(self) -> str:
@@ -72,21 +72,21 @@ class LimitReading:
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
         kind = "at least" if limit.at_least else "at most"
         return (
-            f"{self.limit} is {self.value:.3g}{unit}, {kind} {self.bound:g}{unit} is asked"
+            f"{self.limit} is {self.value:.3g}{unit}, must be {kind} {self.bound:g}{unit}"
             f" (on {self.surface}, q = {self.q:.3f}, r = {self.r:.3f})"
         )
 
 
 class Points(NamedTuple):
-    """Places of a limit on single points, n of them.
+    """Points where a limit on single points is not certified, n of them.
 
     Attributes
     ----------
     surface : (n,) array
-        Number of the surface, the exterior 0.
+        Index of the surface; the exterior is 0.
     q, r : (n,) arrays
     seen, certified : (n,) arrays
-        The value there, and the certified one of the knot span around, in the limit's unit.
+        The value there, and the certified one for its knot span, in the limit's unit.
     """
 
     surface: Ints
@@ -97,17 +97,17 @@ class Points(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """Places of a limit on pairs of points, n of them.
+    """Pairs of points where a limit on distances is not certified, n of them.
 
     Attributes
     ----------
     surface_a, surface_b : (n,) arrays
-        Numbers of the surfaces, the exterior 0.
+        Indices of the surfaces; the exterior is 0.
     a, b : (n, 3) arrays
-        q, r and s of the closest points seen: s is 1 on the tube; on an end disc (r = 0 or 1) it is the part of the way
-        from its centre to its rim.
+        q, r and s of the closest points found: s is 1 on the tube; on an end disc (r = 0 or 1) it is the fraction of
+        the way from its centre to its rim.
     seen, certified : (n,) arrays
-        Their distance in mm, and the certified one of the two patches around.
+        Their distance in mm, and the certified one of the two patches that contain them.
     """
 
     surface_a: Ints
@@ -120,15 +120,15 @@ class Pairs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """All places where a limit is not certified to hold, not only the worst.
+    """All places where limits are not certified to hold, not only the worst ones.
 
     Attributes
     ----------
     points : {name: Points}
-        One to each knot span: "curvature", "skew", "stretch", "area", "planes" (chambers above and below the body's
-        end planes), "ends" (the exterior beyond them), "rim" and, with an envelope, "envelope".
+        By knot span, for "curvature", "skew", "stretch", "area", "planes" (chambers too close to the
+        body's end planes), "ends" (the exterior beyond them), "rim" and, if there is one, "envelope".
     pairs : {name: Pairs}
-        Pairs of patches, of which every patch has its nearest: "wall" and "fold".
+        For "wall" and "fold": for every patch the nearest other patch.
     """
 
     points: Mapping[str, Points]
@@ -143,18 +143,18 @@ _Kind = TypeVar("_Kind", Points, Pairs)
 
 
 def joined(one: _Kind, other: _Kind) -> _Kind:
-    """Places of one limit and others of the same."""
+    """Concatenate places of the same limit."""
     return type(one)._make(np.concatenate(parts) for parts in zip(one, other, strict=True))
 
 
 @dataclass(frozen=True)
 class LimitReport:
-    """Every limit's worst value over all surfaces.
+    """Certified worst values of all limits on a body, and all places where they are not certified to hold.
 
-    wall is the least distance between two surfaces, or between a chamber and the body's end planes; fold the least
-    distance within a surface outside the neighbourhood, its own flat ends included; area the least area element
-    sqrt(EG - F²) relative to the starting one; ends how far the exterior passes its own end planes; envelope the
-    largest distance from the axis (absent without such a limit).
+    wall is the smallest distance between two surfaces, or between a chamber and the body's end planes; fold the
+    smallest distance within a surface outside the neighbourhood, including the surface's flat ends; area the smallest
+    area element sqrt(EG - F²) relative to the starting one; ends the distance by which the exterior passes its own end
+    planes; envelope the largest distance from the axis (absent without an envelope).
     """
 
     readings: tuple[LimitReading, ...]
@@ -164,12 +164,12 @@ class LimitReport:
         return next(reading for reading in self.readings if reading.limit == limit)
 
     def values(self) -> dict[str, float | None]:
-        """As a line of the history has it: the certified values by the keys of the table."""
+        """Certified values by their keys in the history; None for limits that the problem does not have."""
         found = {reading.limit: reading.value for reading in self.readings}
         return {limit.key: found.get(limit.name) for limit in TABLE if limit.key is not None}
 
     def violated(self, slack: float = 1.0) -> tuple[LimitReading, ...]:
-        """The limits not certified to hold within so many times their tolerances."""
+        """Limits that are not certified to hold within `slack` times their tolerances."""
         return tuple(
             reading for reading in self.readings if not reading.excess() <= slack * BY_NAME[reading.limit].tolerance
         )
@@ -187,41 +187,41 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
     body : Body
     spec : problem.Limits
     slack : float
-        The report's `places` are those not certified to hold within so many times the tolerances.
+        The report's `places` are those where a limit is not certified within `slack` times its tolerance.
     """
-    parts = [homes(surface) for surface in body.surfaces]
+    parts = [knot_spans(surface) for surface in body.surfaces]
     length = float(body.exterior.net[-1, 0, 2])
     tallies = {limit.name: _Tally(limit, bound, slack) for limit in TABLE if (bound := limit.read(spec)) is not None}
 
     tally = tallies["ends"]
-    tally.points(0, extent.beyond(parts[0], length, tally.aim, 0.0))
+    tally.points(0, extent.beyond(parts[0], length, tally.accuracy, 0.0))
     if "envelope" in tallies:
         tally = tallies["envelope"]
-        tally.points(0, extent.radius(parts[0], tally.aim, tally.worst))
+        tally.points(0, extent.radius(parts[0], tally.accuracy, tally.worst))
     tally = tallies["planes"]
     for number in range(1, len(parts)):
-        tally.points(number, extent.beyond(parts[number], length, tally.aim, tally.worst))
+        tally.points(number, extent.beyond(parts[number], length, tally.accuracy, tally.worst))
     tally = tallies["rim"]
     for number, (surface, part) in enumerate(zip(body.surfaces, parts, strict=True)):
         if surface.ends == "flat":
-            for found in extent.rims(surface, part, spec.fold.neighbourhood, tally.aim, tally.worst):
+            for found in extent.rims(surface, part, spec.fold.neighbourhood, tally.accuracy, tally.worst):
                 tally.points(number, found)
 
     shapes = [tallies[name] for name in NAMES]
     for number, (surface, part) in enumerate(zip(body.surfaces, parts, strict=True)):
-        aims, worst = [tally.aim for tally in shapes], [tally.worst for tally in shapes]
-        for name, found in enclosed(surface, part, spec.stretch.form, aims, worst).items():
+        accuracies, worst = [tally.accuracy for tally in shapes], [tally.worst for tally in shapes]
+        for name, found in enclosed(surface, part, spec.stretch.form, accuracies, worst).items():
             tallies[name].points(number, found)
 
     sides = [patches(surface, part) for surface, part in zip(body.surfaces, parts, strict=True)]
     wall, fold = tallies["wall"], tallies["fold"]
     for a, b in combinations(range(len(sides)), 2):
         known = -max(wall.worst, tallies["planes"].worst)
-        wall.pairs(a, b, *gaps(sides[a], sides[b], 0.0, wall.aim, known))
+        wall.pairs(a, b, *gaps(sides[a], sides[b], 0.0, wall.accuracy, known))
     for a, side in enumerate(sides):
         tube = without_discs(side)
         known = -max(fold.worst, tallies["rim"].worst)
-        fold.pairs(a, a, *gaps(tube, tube, spec.fold.neighbourhood, fold.aim, known))
+        fold.pairs(a, a, *gaps(tube, tube, spec.fold.neighbourhood, fold.accuracy, known))
 
     names = [surface.name for surface in body.surfaces]
     return LimitReport(
@@ -234,27 +234,27 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
 
 
 class _Tally:
-    """What is found of one limit, surface by surface. Inside, more is worse: values of at-least limits are turned."""
+    """Collects the values of one limit over all surfaces; lower limits have their sign changed, so larger is worse."""
 
     def __init__(self, limit: Limit, bound: float, slack: float) -> None:
         self.limit, self.bound = limit, bound
         self.sign = -1.0 if limit.at_least else 1.0
         scale = bound or limit.tolerance
-        self.aim = Aim(
+        self.accuracy = Accuracy(
             bound=self.sign * bound,
             needed=self.sign * bound + slack * limit.tolerance * (bound or 1.0),
             gap=FINE * scale,
-            ease=_EASE_OF_FOLDS if limit.name == "fold" else _EASE,
+            relative_gap=_FOLD_RELATIVE_GAP if limit.name == "fold" else _RELATIVE_GAP,
         )
         self.worst, self.upper = -np.inf, -np.inf
         self.place = (0, 0.0, 0.0)
         self._points: list[Points] = []
         self._pairs: list[Pairs] = []
 
-    def points(self, surface: int, found: Found) -> None:
-        """Take in the bounds on a surface's knot spans."""
+    def points(self, surface: int, found: SpanBounds) -> None:
+        """Add the bounds on a surface's knot spans."""
         self._worst(found.upper, found.seen, surface, found.q, found.r)
-        some = ~(found.upper <= self.aim.needed)
+        some = ~(found.upper <= self.accuracy.needed)
         self._points.append(
             Points(
                 np.full(np.count_nonzero(some), surface),
@@ -266,10 +266,10 @@ class _Tally:
         )
 
     def pairs(self, first: int, second: int, found: Gaps, beyond: float) -> None:
-        """Take in the distances between two surfaces, and what all others keep."""
+        """Add the distances between two surfaces, and the lower bound `beyond` of all other pairs of patches."""
         self._worst(-found.lower, -found.seen, first, found.a[:, 0], found.a[:, 1])
         self.upper = max(self.upper, -beyond)
-        some = foremost(found, -self.aim.needed)
+        some = nearest_uncertified(found, -self.accuracy.needed)
         n = len(some)
         self._pairs.append(
             Pairs(
@@ -278,11 +278,11 @@ class _Tally:
         )
 
     def single(self) -> Points:
-        """All places of a limit on points."""
+        """All places of a limit on single points."""
         return Points(*(np.concatenate(part) for part in zip(*self._points, strict=True))) if self._points else _NONE
 
     def double(self) -> Pairs:
-        """All places of a limit on pairs of points."""
+        """All places of a limit on distances."""
         return Pairs(*(np.concatenate(part) for part in zip(*self._pairs, strict=True))) if self._pairs else _NO_PAIRS
 
     def _worst(self, upper: Floats, seen: Floats, surface: int, q: Floats, r: Floats) -> None:
@@ -297,7 +297,7 @@ _NO_PAIRS = Pairs(
     np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
 )
 
-# Limits that are shown under one name, and the kinds that count to them.
+# Limits that are reported under one name.
 _COUNTED = {"wall": ("wall", "planes"), "fold": ("fold", "rim")}
 
 
@@ -311,7 +311,7 @@ def _readings(tallies: Mapping[str, _Tally], names: list[str]) -> list[LimitRead
         surface, q, r = max(counted, key=lambda part: part.worst).place
         if name == "ends":
             upper, worst = max(upper, 0.0), max(worst, 0.0)
-        # Nothing is seen where all patches are farther apart than distances are measured.
+        # No distance is attained if all patches are farther apart than distances are measured.
         worst = min(worst, upper)
         readings.append(LimitReading(name, tally.sign * upper, tally.bound, names[surface], q, r, tally.sign * worst))
     return readings

@@ -1,9 +1,9 @@
-"""The limits that matter near a design, linearised: the worst place of every knot-span cell as a sparse row.
+"""Linearised limits near a design: a sparse row for the worst point of every knot-span cell.
 
-A limit on a surface holds at infinitely many points. Of each cell of a control net (or half of one) only the worst
-sample of each limit is kept, and only where it is near its bound: hundreds or thousands of rows, each with the sixteen
-control points that move it (those of both walls for a distance). Which samples these are changes from one linearisation
-to the next: an exchange method for semi-infinite programs (Hettich & Kortanek 1993).
+A limit on a surface must hold at infinitely many points. For each limit only the worst sample of every knot-span cell
+(or half a cell) is kept, and only if it is near its bound. This gives hundreds or thousands of rows, each with the
+sixteen control points on which it depends (for a distance those of both walls). The samples change from one
+linearisation to the next: an exchange method for semi-infinite programs (Hettich & Kortanek 1993).
 """
 
 from __future__ import annotations
@@ -30,12 +30,16 @@ class Rows(NamedTuple):
 
     Attributes
     ----------
-    kind : (m,) int, which of `KINDS`.
-    cell : (m,) int, the knot-span cell, numbered through all surfaces.
-    value : (m,) c relative to the bound: 0.01 is one per cent beyond it.
-    jacobian : csr (m, 3·n_points), per mm of the control points' coordinates.
+    kind : (m,) int
+        Indices into `KINDS`.
+    cell : (m,) int
+        The knot-span cells, numbered over all surfaces.
+    value : (m,) float
+        c relative to the bound: 0.01 is one per cent beyond it.
+    jacobian : csr (m, 3·n_points)
+        J, per mm of the control points' coordinates.
     places : {name: Points}
-        Of the measures of shape that are close to their bounds.
+        Points where curvature, skew, stretch or area are close to their bounds.
     """
 
     kind: Ints
@@ -59,16 +63,16 @@ def linearised(
     ----------
     limits : LimitSamples
     body : Body
-        Of the net shapes that the samples are for.
+        With nets of the shapes for which the samples were made.
     reach : float
-        Distances in mm up to this much within their bound give a row.
+        Distances within their bounds by up to this much get a row, mm.
     least : float
-        Measures of the shape with c above this give a row.
+        Curvature, skew, stretch and area with c above this get a row.
     places : {name: Points}, optional
-        Of measures of shape, rows of their own: those of the linearisation before. Where the worst place of a cell
-        alone is kept, motions that fix it spoil its neighbours by turns.
+        Points of the previous linearisation, which also get rows. If only the worst point of a cell were kept,
+        repairing it would alternately violate the limit at its neighbours.
     pairs : {name: Pairs}, optional
-        Pairs of places, "wall" and "fold", where a certificate has found them too close: rows of their own.
+        Pairs of points, for "wall" and "fold", that a certificate has found too close; they also get rows.
     """
     of_shape, close = shapes(limits, body, least, places)
     parts = [*of_shape, *distances(limits, body, reach)]

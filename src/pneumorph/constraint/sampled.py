@@ -1,4 +1,4 @@
-"""Samples that rows are chosen from, and the choice: the worst of every knot-span cell."""
+"""Samples of limits, and the choice of rows among them: the worst sample of every knot-span cell."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ Ints = NDArray[np.integer]
 
 SHAPE = ("curvature", "skew", "stretch", "area")
 KINDS = (*SHAPE, *(limit.name for limit in TABLE if limit.name not in SHAPE))
-"""Kinds of rows: the limits of the table, in the order in which they are numbered."""
+"""Kinds of rows: the names of the limits in the table, in the order of their indices."""
 
 FINE, COARSE = (4, 8), (2, 4)
-"""Samples to each knot span in q and r: of what curvature and the like peak in, and of what distances start from."""
+"""Samples per knot span in q and r: fine ones for curvature, skew, stretch and area, coarse ones for distances."""
 
 
 CLOSE = -0.03
-"""Where c is above this, what is limited is followed to its worst place between samples."""
+"""Where c is above this, the worst point is searched between samples too."""
 
 DIGITS = 9
-"""Values that are equal to so many digits are equal."""
+"""Decimals to which values are rounded before they are compared."""
 
 
-class Part(NamedTuple):
-    """Some rows of one kind: cells and values (m,), columns and entries (m, k)."""
+class RowBlock(NamedTuple):
+    """Several rows with equally many entries: kinds, cells and values (m,), columns and entries (m, k)."""
 
     kind: Ints
     cell: Ints
@@ -45,13 +45,13 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LimitSamples:
-    """The limits of a problem on samples from which rows are chosen; make it with `sample_limits`.
+    """The limits of a problem and the samples from which rows are chosen; built by `sample_limits`.
 
     Attributes
     ----------
     spec : problem.Limits
     length : float
-        Of the body, mm: its end discs lie at z = 0 and z = length.
+        Length of the body, mm: its end discs lie at z = 0 and z = length.
     fine, coarse : tuples of Grid
         Samples of each surface, see `FINE` and `COARSE`.
     spans : tuple of (int, int)
@@ -66,12 +66,12 @@ class LimitSamples:
 
     @property
     def first(self) -> Ints:
-        """Number of each surface's first cell, and last the number of all cells."""
+        """Index of each surface's first knot-span cell, and finally the number of all cells."""
         return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
 
 
 def sample_limits(body: Body, spec: Limits) -> LimitSamples:
-    """Samples for a body, of which only what never changes in a run is taken: net shapes, starting sizes, length."""
+    """Build the samples for all bodies of a run, which share net shapes, starting sizes and length."""
     return LimitSamples(
         spec=spec,
         length=float(body.exterior.net[-1, 0, 2]),
@@ -82,7 +82,7 @@ def sample_limits(body: Body, spec: Limits) -> LimitSamples:
 
 
 def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
-    """Cells of places given by their parameters."""
+    """Knot-span cells (n,) of points (q, r) on the surface with index `number`."""
     around, along = limits.spans[number]
     return np.minimum((r * along).astype(np.int64), along - 1) * around + (q % 1.0 * around).astype(np.int64)
 
@@ -90,17 +90,17 @@ def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
 def worst_samples(
     c: Floats, per_span: tuple[int, int], spans: tuple[int, int], least: float
 ) -> tuple[Ints, Ints, Ints]:
-    """Row, column and cell of the worst samples of each cell, of values (rows, columns) above `least`."""
+    """Row, column and cell of the worst samples of each cell, for values c (rows, columns) above `least`."""
     row, column = np.nonzero(c > least)
     cell = np.minimum(row // per_span[1], spans[1] - 1) * spans[0] + column // per_span[0]
-    # Of both halves along r: where one alone is kept, motions that fix it spoil the other by turns.
+    # One of each half along r: if only one were kept, repairing it would alternately violate the other.
     half = 2 * cell + 2 * row // per_span[1] % 2
     pick = worst_of_cells(c[row, column], half)
     return row[pick], column[pick], cell[pick]
 
 
 def worst_of_cells(c: Floats, cell: Ints) -> Ints:
-    """Which of some values is the largest of its cell, a number for each cell; the first of those that are equal."""
-    # Rounding must not choose among the samples of a body that is the same all round.
+    """Indices of the largest value of each cell; the first of equal ones."""
+    # Rounding errors must not decide between the equivalent samples of an axisymmetric body.
     order = np.lexsort((-np.round(c, DIGITS), cell))
     return order[np.flatnonzero(np.diff(cell[order], prepend=-1))]

@@ -1,4 +1,4 @@
-"""Tensor grids of samples on the surfaces: every quantity that is limited is read off these.
+"""Tensor grids of samples on the surfaces, at which the limited quantities are evaluated.
 
 Derivatives are taken per millimetre of the starting tube: with respect to q·τ_q and r·τ_r, so that E = G = 1 on it.
 """
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pneumorph.constraint.combination import combined
 from pneumorph.constraint.frame import Frame, frame
 from pneumorph.geometry import TubeSurface
-from pneumorph.geometry.local import local
+from pneumorph.geometry.local import nonzero_functions
 
 Orders = tuple[tuple[int, int], ...]
 
@@ -40,7 +40,7 @@ class Grid:
     Attributes
     ----------
     name, cavity, size
-        As of the surface.
+        See `TubeSurface`.
     net_shape : (int, int)
         Rows and columns of the control net.
     q, r : (columns,) and (rows,) arrays
@@ -48,12 +48,12 @@ class Grid:
     values_q, values_r : three arrays each
         Basis functions and their first two derivatives per mm, (columns, n_q) and (rows, n_r).
     frame : Frame
-        Functions of r behind the tangents, finite up to the poles.
+        Functions of r for tangents that are finite up to the poles.
     rings : (m,) array
-        Fractions s of the rings that sample each flat end's disc, from the centre (s = 0) outwards without the rim;
-        empty at poles.
-    alive_q, alive_r : (columns, 4) and (rows, 4) arrays
-        Numbers of the control net's columns and rows that each sample depends on.
+        Fractions s of the rings of samples on each end disc, from the centre (s = 0) outwards, excluding the rim; empty
+        for poles.
+    support_q, support_r : (columns, 4) and (rows, 4) arrays
+        Indices of the control net's columns and rows on which each sample depends.
     """
 
     name: str
@@ -66,8 +66,8 @@ class Grid:
     values_r: tuple[NDArray[np.float64], ...]
     frame: Frame
     rings: NDArray[np.float64]
-    alive_q: NDArray[np.integer]
-    alive_r: NDArray[np.integer]
+    support_q: NDArray[np.integer]
+    support_r: NDArray[np.integer]
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -76,40 +76,40 @@ class Grid:
 
     @property
     def step(self) -> tuple[float, float]:
-        """Distance in mm of neighbouring samples along q and r on the starting tube."""
+        """Distances in mm between neighbouring samples along q and r on the starting tube."""
         return self.size[0] / len(self.q), self.size[1] / (len(self.r) - 1)
 
     def combine(self, net: NDArray[np.float64], functions: NDArray[np.float64], orders: Orders) -> NDArray[np.float64]:
-        """Fields (m, 3, rows, columns) of the control net (n_r, n_q, 3) by the four rows and columns alive at a sample.
+        """Fields (m, 3, rows, columns) of the control net (n_r, n_q, 3), by the rows and columns that affect a sample.
 
         Parameters
         ----------
         functions : (k, 3, rows, 4) array
-            Of r, for each component; see `alive`.
+            Functions of r for each component, see `restricted`.
         orders : m pairs (int, int)
-            Which of the functions of r and which derivative by q make each field.
+            Index of the function of r, and order of the derivative in q, for each field.
         """
         net = np.ascontiguousarray(np.moveaxis(net, 2, 0))
-        return combined(net, self.alive_r, functions, self.alive_q, self.local_q, np.array(orders))
+        return combined(net, self.support_r, functions, self.support_q, self.local_q, np.array(orders))
 
-    def alive(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Of functions of r (..., rows, n_r) those alive at each sample, (..., rows, 4)."""
-        return np.take_along_axis(values, np.broadcast_to(self.alive_r, (*values.shape[:-1], 4)), axis=-1)
+    def restricted(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Functions of r (..., rows, n_r) restricted to the net's rows that affect each sample, (..., rows, 4)."""
+        return np.take_along_axis(values, np.broadcast_to(self.support_r, (*values.shape[:-1], 4)), axis=-1)
 
     @cached_property
     def local_q(self) -> NDArray[np.float64]:
-        """Basis functions alive at each sample and their first two derivatives per mm, (3, columns, 4)."""
-        return np.stack([np.take_along_axis(values, self.alive_q, axis=1) for values in self.values_q])
+        """The nonzero basis functions in q and their first two derivatives per mm, (3, columns, 4)."""
+        return np.stack([np.take_along_axis(values, self.support_q, axis=1) for values in self.values_q])
 
     @cached_property
     def local_r(self) -> NDArray[np.float64]:
-        """The same in r, for each component: (3, 3, rows, 4)."""
-        return np.repeat(self.alive(np.stack(self.values_r))[:, None], 3, axis=1)
+        """The same in r, repeated for each component: (3, 3, rows, 4)."""
+        return np.repeat(self.restricted(np.stack(self.values_r))[:, None], 3, axis=1)
 
     @cached_property
     def local_frame(self) -> NDArray[np.float64]:
-        """Functions of r behind the tangents, (4, 3, rows, 4): `across`, `along`, `across_r`, `along_r`."""
-        return self.alive(np.stack(self.frame[:4]))
+        """The first four functions of the frame, (4, 3, rows, 4): `across`, `along`, `across_r`, `along_r`."""
+        return self.restricted(np.stack(self.frame[:4]))
 
     def positions(self, net: Array) -> Array:
         """Positions (3, rows, columns) on the tube for the control net (n_r, n_q, 3)."""
@@ -123,7 +123,7 @@ class Grid:
 
 
 def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
-    """Samples of a surface, so many steps to each knot span in q and in r."""
+    """Build the samples of a surface with the given numbers of steps per knot span in q and r."""
     n_r, n_q = surface.net.shape[:2]
     tau_q, tau_r = surface.size
     q = np.arange(per_span[0] * n_q) / (per_span[0] * n_q)
@@ -143,16 +143,16 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
         values_r=tuple(surface.basis_r.matrix(r, order) / tau_r**order for order in range(3)),
         frame=frame(surface, r),
         rings=rings,
-        alive_q=local(surface.basis_q, q)[0],
-        alive_r=local(surface.basis_r, r)[0],
+        support_q=nonzero_functions(surface.basis_q, q)[0],
+        support_r=nonzero_functions(surface.basis_r, r)[0],
     )
 
 
 def with_discs(fields: Fields, grid: Grid) -> Fields:
-    """The fields of a chamber closed by its end discs: rings of the base's disc, the tube, rings of the tip's disc.
+    """The fields of a chamber with its end discs: rings of the base disc, the tube, rings of the tip disc.
 
-    The discs are the linear blends (1 - s)·centre + s·rim(q); along them the second parameter is s times the starting
-    radius. Surfaces with poles are closed already and come back unchanged.
+    Points of the discs are (1 - s)·centre + s·rim(q), with s times the starting radius as second parameter. Surfaces
+    with poles are closed already and returned unchanged.
     """
     if not len(grid.rings):
         return fields
@@ -177,7 +177,7 @@ def with_discs(fields: Fields, grid: Grid) -> Fields:
 
 
 def closed_positions(x: Array, grid: Grid) -> Array:
-    """Only the positions of `with_discs`: (3, rows + 2m, columns) from (3, rows, columns)."""
+    """The positions of `with_discs` alone, (3, rows + 2m, columns) from (3, rows, columns)."""
     if not len(grid.rings):
         return x
     s = grid.rings[:, None]
@@ -190,21 +190,21 @@ def closed_positions(x: Array, grid: Grid) -> Array:
 
 
 def heights(x: Any, grid: Grid) -> tuple[Any, Any]:
-    """How far samples x (3, rows, columns) of a tube with flat ends are above its base and below its tip, in mm."""
+    """Heights in mm of samples x (3, rows, columns) of a tube with flat ends above its base and below its tip."""
     return x[2] - x[2, :1], x[2, -1:] - x[2]
 
 
 def rim_share(grid: Grid, neighbourhood: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Share of the fold distance that each row (rows, 1) has to keep from the base's plane, and from the tip's.
+    """Fraction of the fold distance that each row (rows, 1) must keep from the base's plane, and from the tip's.
 
-    All of it outside the neighbourhood of the rim, in proportion to the distance along the starting surface within:
-    a wall thus leaves its end at an angle and never lies flat on it.
+    It is 1 outside the neighbourhood of the rim, and proportional to the distance along the starting surface within it.
+    So a wall leaves its end at an angle and never lies flat on it.
     """
     along = grid.r[:, None] * grid.size[1] / neighbourhood
     return np.minimum(along, 1.0), np.minimum(along[::-1], 1.0)
 
 
-def every_other(grid: Grid) -> NDArray[np.int64]:
-    """Numbers of every other sample of a tube, both ways."""
+def every_second(grid: Grid) -> NDArray[np.int64]:
+    """Indices of every second sample of a tube in both directions."""
     rows, columns = grid.shape
     return np.arange(rows * columns).reshape(rows, columns)[::2, ::2].ravel()

@@ -1,8 +1,8 @@
-"""Least distances between patches of surfaces, bounded from both sides by branch and bound.
+"""Smallest distances between patches of surfaces, bounded from both sides by branch and bound.
 
-A slab along the common normal of facing walls is short of their distance by terms of second order in the patches' size
-only (`slabs`). Distances of points, found by Newton's method, bound it from above (`closest`). Pairs of patches that
-may be nearer than is asked are halved, the larger patch of each first.
+The lower bound is the width of a slab between the patches (`slabs`); across the common normal of facing walls it is
+accurate to second order in the size of the patches. The upper bound is the distance of actual points, found by Newton's
+method (`closest`). In pairs that may be nearer than required, the larger patch is halved, repeatedly.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from pneumorph.constraint.closest import apart, between, descend, distance
 from pneumorph.constraint.slabs import farthest, linked, slab
 
-_DEPTH = 40  # halvings of both patches together
+_DEPTH = 40  # largest number of successive halvings, of both patches together
 
 
 @numba.njit(cache=True)
@@ -37,7 +37,7 @@ def spheres(nets):
 
 @numba.njit(cache=True)
 def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
-    """Least distance of the middles of two patches that are a neighbourhood apart, and which; infinite without any."""
+    """Smallest distance between centres of patches a neighbourhood apart (infinite if none), and their indices."""
     best, first, second = np.inf, 0, 0
     for i in range(len(centres)):
         for j in range(len(others)):
@@ -53,7 +53,7 @@ def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
 
 @numba.njit(cache=True)
 def candidates(centres, radii, others, other_radii, reach, same):
-    """Pairs (m, 2) of patches whose balls are within reach, and how far apart these are (m,)."""
+    """Pairs (m, 2) of patches whose balls are within reach, and the distances (m,) of these balls."""
     count, found, away = 0, np.empty((0, 2), dtype=np.int64), np.empty(0)
     for fill in range(2):
         if fill:
@@ -75,7 +75,7 @@ def candidates(centres, radii, others, other_radii, reach, same):
 
 @numba.njit(cache=True, parallel=True)
 def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, gap, bound, most, seen, at):
-    """Bound the least distance of every pair of patches; returns lower bounds (m,).
+    """Bound the smallest distance of every pair of patches; returns lower bounds (m,) in mm.
 
     Parameters
     ----------
@@ -83,19 +83,19 @@ def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood
     nets, others : (n, 4, 4, 3) arrays
         Control nets of the patches on either side.
     boxes, other_boxes : (n, 8) arrays
-        q and its width, r and its width, and the coefficients of S(v), for distances along the starting tube.
+        Start and width in q and in r, and the coefficients of S(v), for distances on the starting tube.
     size : (float, float)
         Circumference and length of that tube.
     neighbourhood : float
-        Only points at least this far apart on the starting tube count; all of them if it is zero.
+        Only points at least this far apart on the starting tube count; all points if it is zero.
     asked : float
-        Pairs that are farther apart need no closer look.
+        Pairs that are certainly farther apart than this are not refined.
     gap, bound : float
-        Of those nearer, the bounds shall differ by the gap at most, in proportion where farther apart than `bound`.
+        For nearer pairs, the largest difference of both bounds; it grows in proportion beyond the distance `bound`.
     most : int
-        Pairs of parts looked at in one pair of patches; what is left then counts with its bound so far.
+        Largest number of subdivisions of one pair; the remaining ones then contribute their present lower bounds.
     seen, at : (m,) and (m, 4) arrays
-        Filled with distances of actual points, and their u, v on both patches.
+        Output: distances of actual points, and their u, v on both patches.
     """
     lower = np.empty(len(pairs))
     for k in numba.prange(len(pairs)):
@@ -120,7 +120,7 @@ def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood
 
 @numba.njit(cache=True)
 def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen, at, k):
-    """The bounds of one pair; writes to seen[k] and at[k]."""
+    """Lower bound for one pair; writes to seen[k] and at[k]."""
     here, way = np.full(4, 0.5), np.zeros(3)
     seen[k], at[k] = np.inf, 0.5
     whole = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0])
@@ -132,7 +132,7 @@ def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen,
     if least >= asked:
         return least
 
-    # Where points of the whole patches come nearest; a start at the corners and the middles of both.
+    # Closest points of the whole patches, searched from the best of all corners and centres.
     best = np.inf
     for p in range(5):
         for r in range(5):
@@ -145,7 +145,7 @@ def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen,
             if away < best:
                 best, here = away, trial
     if best < np.inf:
-        # Where points come nowhere near what is asked, it does not matter how near exactly.
+        # Far above the required distance the exact minimum does not matter.
         seen[k] = descend(a, b, here, box_a, box_b, size, neighbourhood) if best < 1.3 * asked else best
         at[k] = here
         between(a, b, here, way)
@@ -204,7 +204,7 @@ def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen,
 
 @numba.njit(cache=True)
 def _extent(net, axis):
-    """Square of the longest chord of a net from one side to the other."""
+    """Square of the longer chord of a net between its opposite sides, along the edges."""
     longest = 0.0
     for k in range(0, 4, 3):
         square = 0.0
@@ -217,7 +217,7 @@ def _extent(net, axis):
 
 @numba.njit(cache=True)
 def _halve(net, axis, first, second):
-    """Control nets of both halves, by de Casteljau's construction."""
+    """Control nets of both halves of a patch, by de Casteljau's algorithm."""
     for k in range(4):
         for c in range(3):
             if axis == 0:

@@ -1,4 +1,4 @@
-"""Rows of curvature, skew, stretch and area: the worst places of every cell with their exact derivatives."""
+"""Linearised limits (rows) of curvature, skew, stretch and area, with exact derivatives at the worst points."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.frame import frame
 from pneumorph.constraint.report import Points
-from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, LimitSamples, Part, cell_of, worst_samples
+from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, LimitSamples, RowBlock, cell_of, worst_samples
 from pneumorph.constraint.sampling import Grid
 from pneumorph.constraint.surface import MIN_AREA, Form, pointwise
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.geometry.local import at, local
+from pneumorph.geometry.local import nonzero_functions, point_weights
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 _BLOCK = 4096
-"""Places evaluated at a time: compiled code knows this size alone, whatever the body."""
+"""Points evaluated at a time: code is compiled for this size only, whatever the body."""
 
 
 def shapes(
     limits: LimitSamples, body: Body, least: float, places: Mapping[str, Points] | None
-) -> tuple[list[Part], dict[str, Points]]:
-    """The rows, and by measure the places of those that are close to their bounds."""
+) -> tuple[list[RowBlock], dict[str, Points]]:
+    """The rows, and for each measure the points that are close to its bound."""
     spec = limits.spec
     scale = np.array([1 / spec.curvature, 1 / spec.skew, 1 / spec.stretch.limit, -1 / MIN_AREA])
     shift = np.array([-1.0, -1.0, -1.0, 1.0])
@@ -48,7 +48,7 @@ def shapes(
         value, entry, points = differentiated_shapes(surface, samples, kind, q, r, spec.stretch.form)
         excess = scale[kind] * value + shift[kind]
         unknowns = (3 * (body.slices[number].start + points)[..., None] + np.arange(3)).reshape(len(kind), 48)
-        rows.append(Part(kind, limits.first[number] + cell, excess, unknowns, scale[kind][:, None] * entry))
+        rows.append(RowBlock(kind, limits.first[number] + cell, excess, unknowns, scale[kind][:, None] * entry))
         close = excess > CLOSE
         close_by.append((kind[close], np.full(np.count_nonzero(close), number), q[close], r[close], value[close]))
     kind, surface, q, r, value = (np.concatenate(parts) for parts in zip(*close_by, strict=True))
@@ -59,9 +59,9 @@ def shapes(
 def _worst_places(
     limits: LimitSamples, number: int, c: Floats, least: float, at_places: Callable[[Ints, Floats, Floats], Floats]
 ) -> tuple[Ints, Ints, Floats, Floats]:
-    """Kind, cell, q and r of the worst samples of every cell, those near their bounds moved to the peaks beside them.
+    """Kind, cell, q and r of the worst samples of every cell; those near their bounds are moved to nearby peaks.
 
-    From values c (kinds, rows, columns) on the samples of a surface, and c at any places of it.
+    c (kinds, rows, columns) are the values on the samples of a surface; `at_places` evaluates them at any points of it.
     """
     samples = limits.fine[number]
     picked = [worst_samples(values, FINE, limits.spans[number], least) for values in c]
@@ -76,7 +76,7 @@ def _worst_places(
 
 
 def _distinct(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tuple[Ints, Ints, Floats, Floats]:
-    """Without places that are less than half a sample's distance from one before them."""
+    """Remove points that are less than half the sample distance from an earlier one."""
     steps = 2.0 * np.array([len(samples.q), len(samples.r) - 1])
     rounded = np.stack([kind, np.round(q * steps[0]) % steps[0], np.round(r * steps[1])], axis=1)
     first = np.sort(np.unique(rounded, axis=0, return_index=True)[1])
@@ -84,7 +84,7 @@ def _distinct(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tu
 
 
 def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | None) -> tuple[Ints, Ints, Floats, Floats]:
-    """Kind, cell, q and r of the places on a surface that are to be rows whatever their values."""
+    """Kind, cell, q and r of the given points on a surface, which get rows whatever their values."""
     none = np.zeros(0, dtype=np.int64)
     if places is None:
         return none, none, np.zeros(0), np.zeros(0)
@@ -99,7 +99,7 @@ def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | Non
 
 
 def _peaks(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Floats]:
-    """Offsets (m,) in steps along q and r from samples of c (kinds, rows, columns) to the peaks of parabolas there."""
+    """Offsets (m,) along q and r, in sample distances, from samples of c to the peaks of parabolas around them."""
     rows, columns = c.shape[1:]
     inside = np.clip(row, 1, rows - 2)
     around = [c[kind, row, (column + k) % columns] for k in (-1, 0, 1)]
@@ -109,17 +109,17 @@ def _peaks(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Floa
 
 
 def _peak(before: Floats, here: Floats, after: Floats) -> Floats:
-    """Where a parabola through three equidistant values peaks, from the middle; at its higher side if nowhere."""
+    """Offset of the peak of a parabola through three equidistant values; ±1 towards the higher side if none."""
     bend, rise = np.round(2.0 * here - before - after, DIGITS), np.round(after - before, DIGITS)
     return np.where(bend > 0.0, 0.5 * rise / np.where(bend > 0.0, bend, 1.0), np.sign(rise))
 
 
 _ORDERS = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))
-"""Which functions of r (see `Frame`) and which derivative by q make U, r_r, U_q, U_r and r_rr."""
+"""Index of the function of r in `Frame`, and order of the derivative in q, for U, r_r, U_q, U_r and r_rr."""
 
 
 def _measured(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
-    """All measures (4, rows, columns) on a grid."""
+    """All measures (4, rows, columns) on the samples."""
     parts = samples.frame
     fields = samples.combine(surface.net, samples.local_frame, _ORDERS)
     shape = fields.shape[2:]
@@ -128,9 +128,9 @@ def _measured(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
 
 
 def _tangents(surface: TubeSurface, q: Floats, r: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats, Floats]:
-    """At places (m,): (U … r_rr (5, 3, m), S, dS/dr), and the functions of r (4, 3, m, 4) and q (3, m, 4) behind."""
-    in_q, in_r = local(surface.basis_q, q)[0], local(surface.basis_r, r)[0]
-    by_q = np.stack([local(surface.basis_q, q, order)[1] / surface.size[0] ** order for order in range(3)])
+    """At points (m,): (U … r_rr (5, 3, m), S, dS/dr), and the functions of r (4, 3, m, 4) and q (3, m, 4) they use."""
+    in_q, in_r = nonzero_functions(surface.basis_q, q)[0], nonzero_functions(surface.basis_r, r)[0]
+    by_q = np.stack([nonzero_functions(surface.basis_q, q, order)[1] / surface.size[0] ** order for order in range(3)])
     rows, back = np.unique(r, return_inverse=True)
     parts = frame(surface, rows)
     by_r = np.take_along_axis(np.stack(parts[:4])[:, :, back], in_r[None, None], axis=3)
@@ -144,7 +144,7 @@ def _tangents(surface: TubeSurface, q: Floats, r: Floats) -> tuple[tuple[Floats,
 def differentiated_shapes(
     surface: TubeSurface, samples: Grid, kind: Ints, q: Floats, r: Floats, form: Form
 ) -> tuple[Floats, Floats, Ints]:
-    """Measures (m,) at places, derivatives (m, 48) by the control points (m, 16) that they depend on."""
+    """Measures (m,) at points, and derivatives (m, 48) with respect to the control points (m, 16), also returned."""
     arguments, by_r, by_q = _tangents(surface, q, r)
     wanted = np.zeros((len(SHAPE), len(kind)))
     wanted[kind, np.arange(len(kind))] = 1.0
@@ -154,19 +154,19 @@ def differentiated_shapes(
         np.einsum("cm,cmj,mi->mjic", slopes[k], by_r[of], by_q[order], optimize=True)
         for k, (of, order) in enumerate(_ORDERS)
     )
-    points, _ = at(surface, q, r)
+    points, _ = point_weights(surface, q, r)
     return value[kind, np.arange(len(kind))], np.asarray(entry).reshape(len(kind), 48), points
 
 
 def _evaluated(fields: Floats, shrink: Floats, slope: Floats, samples: Grid, form: Form) -> Floats:
-    """Measures (4, m) from tangents (5, 3, m) and so on."""
+    """Measures (4, m) from tangents (5, 3, m), S and dS/dr (m,)."""
     aspect = samples.size[1] / samples.size[0]
     (found,) = _in_blocks(lambda *block: (_at_places(*block, aspect, form),), (fields, shrink, slope))
     return found
 
 
 def _in_blocks(function: Callable[..., tuple[Array, ...]], arrays: tuple[Floats, ...]) -> tuple[Floats, ...]:
-    """A function of arrays (..., m) that works on `_BLOCK` of their last entries at a time."""
+    """Apply a function of arrays (..., m) to `_BLOCK` entries of the last axis at a time."""
     count = arrays[0].shape[-1]
     answers = []
     for start in range(0, max(count, 1), _BLOCK):

@@ -1,9 +1,9 @@
-"""Lower bounds of the distance of two patches.
+"""Lower bounds of the distance between two patches.
 
-A patch lies within the hull of its control net, and two hulls are at least as far apart as the slab between them that
-is across some direction. Places of one tube that are near each other on it are not separated by their hulls: there both
-patches are followed to first order, since it is the difference of their places that has to keep a distance on the
-starting tube.
+A patch lies in the convex hull of its control net, and two hulls are at least as far apart as the width of any slab
+that separates them. Hulls of neighbouring patches of one tube overlap, although the points that count are a
+neighbourhood apart on the starting tube. For these both patches are expanded to first order, so that the bound can
+use the difference of the points' parameters.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _DIRECTIONS = 4
 
 @numba.njit(cache=True)
 def slab(a, b, way):
-    """Lower bound of the distance of two nets' hulls: the widest slab between them across some directions."""
+    """Lower bound of the distance between two nets' hulls: the widest separating slab across four directions."""
     directions = np.empty((_DIRECTIONS, 3))
     for c in range(3):
         middle = 0.0
@@ -48,7 +48,7 @@ def slab(a, b, way):
 
 @numba.njit(cache=True)
 def _normal(net, normal):
-    """A vector across a patch: the product of its diagonals."""
+    """An approximate normal of a patch: the cross product of its diagonals."""
     for c in range(3):
         c1, c2 = (c + 1) % 3, (c + 2) % 3
         p1, p2 = net[3, 3, c1] - net[0, 0, c1], net[3, 3, c2] - net[0, 0, c2]
@@ -58,13 +58,14 @@ def _normal(net, normal):
 
 @numba.njit(cache=True)
 def linked(a, b, box_a, box_b, span, size, neighbourhood):
-    """Lower bound of the distance of places at least a neighbourhood apart on the starting tube; infinite without any.
+    """Lower bound of the distance of points a neighbourhood apart on the starting tube; infinite if there are none.
 
-    Across the direction from the middle of the one patch to that of the other, both are linear in their steps from the
-    middle, but for what their nets say. The mean of both slopes counts by the difference δ of the places on the
-    starting tube, which is in a rectangle without a disc around zero: a linear function is least at a corner, or where
-    a side meets the circle. Steps round the tube are arcs, made as short as their chords, which decide what counts.
-    What the slopes differ by counts in full, but where the distance is least they are alike.
+    Along the direction between the patches' centres, the coordinate of either patch is a linear function of the
+    parameters plus a remainder that its net bounds. The mean of both slopes multiplies the difference δ of the points
+    on the starting tube. δ lies in a rectangle outside a disc around zero, where a linear function has its minimum at a
+    corner or where a side meets the circle. Steps around the tube are arcs, shortened to their chords, by which the
+    neighbourhood is defined. The difference of the slopes enters with its absolute value; it is small where the
+    distance is smallest.
     """
     shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
     if shrink <= 0.0:
@@ -78,7 +79,7 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
         half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
         if k == 0:
             between[0] = (between[0] + 0.5) % 1.0 - 0.5
-            # The least ratio of arc to chord, for the steps up the tube that these patches allow.
+            # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
             up = abs(between[1]) + half_a[1] + half_b[1]
             chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
             diameter = size[0] * shrink / np.pi
@@ -123,7 +124,7 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
 
 @numba.njit(cache=True)
 def _linear(net, direction):
-    """A patch across a direction: value and slopes to its sides at the middle, and bounds of what is left of it."""
+    """Coordinate of a patch along a direction: value and slopes at its centre, and bounds of the remainder."""
     value, slope_q, slope_r, below, above = 0.0, 0.0, 0.0, np.inf, -np.inf
     heights = np.empty((4, 4))
     for i in range(4):
@@ -144,7 +145,7 @@ def _linear(net, direction):
 
 @numba.njit(cache=True)
 def farthest(box_a, box_b, span, size):
-    """An upper bound of that distance for u and v within ranges (8,): u, v of the one patch, u, v of the other."""
+    """Upper bound of the distance on the starting tube for u, v in ranges (8,), first patch first."""
     reach = np.empty(2)
     for k in range(2):
         middle_a = box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
@@ -166,6 +167,6 @@ def farthest(box_a, box_b, span, size):
 
 @numba.njit(cache=True)
 def _most(c, low, high):
-    """An upper bound of a cubic between two parameters: of its chord, and how far it may bulge beyond."""
+    """Upper bound of a cubic between two parameters: that of its chord plus its largest deviation from the chord."""
     bend = max(abs(2.0 * c[2] + 6.0 * c[3] * low), abs(2.0 * c[2] + 6.0 * c[3] * high))
     return max(cubic(c, low), cubic(c, high)) + bend * (high - low) ** 2 / 8.0

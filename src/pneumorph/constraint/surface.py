@@ -1,7 +1,7 @@
 """Pointwise limits of a surface: the paper's curvature (25), skew (27), stretch (29), and a bound on its area element.
 
-Nothing here divides by zero: where a net has folded, so that tangents vanish or align, denominators stop at one
-hundredth of the starting tube's, ten times below what the bound on the area element admits.
+Nothing here divides by zero: if a net has folded, so that tangents vanish or become parallel, denominators have a floor
+at one hundredth of the starting tube's, a tenth of what the bound on the area element allows.
 """
 
 from __future__ import annotations
@@ -19,16 +19,15 @@ from pneumorph.constraint.sampling import Grid
 Form = Literal["per_mm", "printed"]
 
 MIN_AREA = 0.1  # smallest admissible area element sqrt(EG - F²), relative to the starting tube's
-FLOOR = 0.01  # where denominators stop, relative to the starting tube's
-SMOOTHING = 1e-3  # of the root in the area element
+FLOOR = 0.01  # smallest value used in denominators, relative to the starting tube's
+SMOOTHING = 1e-3  # smoothing of the square root in the area element at zero
 _BLOCK = 12_000  # samples evaluated at a time
 
 
 class Measures(NamedTuple):
     """Limited quantities on a grid, each (rows, columns).
 
-    curvature is h₁ in 1/mm², skew h₂, stretch h₃ in 1/mm², area sqrt(EG - F²) relative to the
-    starting tube's.
+    curvature is h₁ in 1/mm², skew h₂, stretch h₃ in 1/mm², and area sqrt(EG - F²) relative to the starting tube's.
     """
 
     curvature: Array
@@ -38,10 +37,11 @@ class Measures(NamedTuple):
 
 
 class Forms(NamedTuple):
-    """Everything the limited quantities are fractions of; any kind of number that adds and multiplies.
+    """Numerators and denominators of the limited quantities; any kind of number that can be added and multiplied.
 
-    E, F, G of the tangents U = r_q / S and r_r, area2 = EG - F², twice the mean and the Gaussian curvature without
-    their powers of area2, and half the derivatives of E and G along q and r: all lengths in mm of the starting tube.
+    E, F, G of the tangents U = r_q / S and r_r; area2 = EG - F²; the numerators of twice the mean curvature and of the
+    Gaussian curvature, without powers of area2; half the derivatives of E and G along q and r. All derivatives are per
+    mm of the starting tube.
     """
 
     E: Any
@@ -57,10 +57,10 @@ class Forms(NamedTuple):
 
 
 def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S: Any, S_r: Any) -> Forms:
-    """The forms from U, r_r, U_q, U_r and r_rr by components, where the z of U, r_r and U_q is divided by S (`frame`).
+    """The forms from components of U, r_r, U_q, U_r and r_rr, with the z of U, r_r and U_q divided by S (`frame`).
 
     Since r_qr = S' U + S U_r and U is a tangent, the second fundamental form has L = U_q·n / S, M = U_r·n and
-    N = r_rr·n in the frame of U and r_r; here n = U × r_r is not of unit length, which the powers of area2 make up for.
+    N = r_rr·n in the frame of U and r_r; n = U × r_r is not a unit vector, which the powers of area2 compensate.
     """
     (ux, uy, V), (rx, ry, W), (uqx, uqy, V_q) = across, along, across_q
     mx, my, nz = uy * W - V * ry, V * rx - ux * W, ux * ry - uy * rx
@@ -87,9 +87,8 @@ def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S
 def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
     """Evaluate h₁ = (k₁² + k₂²)/2 (25), h₂ = F²/(EG) (27), h₃ (29) and the area element.
 
-    Some rows at a time, which keeps the work in the cache. The gradient evaluates each block once more instead of
-    keeping what it needs of all of them: memory that is too large for the allocator's pool costs more than the
-    arithmetic.
+    Blocks of rows are evaluated one at a time, so that the data stay in the cache. For the gradient each block is
+    evaluated again instead of being stored, because memory beyond the allocator's pool costs more than the arithmetic.
 
     Parameters
     ----------
@@ -97,9 +96,9 @@ def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
         Control points in mm.
     grid : Grid
     form : "per_mm" or "printed"
-        h₃ as the squared gradient per millimetre of ln|U| and ln sqrt(G), or to the letter of (29), which adds the
-        two derivatives over the unit square before it squares and divides both by the same τ. With flat ends |U| is
-        sqrt(E); towards a pole it leaves out what the starting dome itself asks of the parallels.
+        h₃ as the squared gradient per millimetre of ln|U| and ln sqrt(G), or exactly as in (29), which adds the two
+        derivatives over the unit square before squaring and divides both by the same τ. With flat ends |U| is sqrt(E);
+        at poles it excludes the change of circumference of the starting dome itself.
     """
     rows = np.arange(len(grid.r))
     blocks = max(1, round(len(rows) * len(grid.q) / _BLOCK))
@@ -122,7 +121,7 @@ def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
 
 @partial(jax.jit, static_argnames="form")
 def pointwise(fields: tuple[Array, ...], shrink: Array, slope: Array, aspect: float, form: Form) -> Measures:
-    """The measures from U, r_r, U_q, U_r, r_rr, each (3, rows, columns), see `forms`."""
+    """Evaluate the measures from U, r_r, U_q, U_r, r_rr, each (3, rows, columns), see `forms`."""
     across, along, across_q, across_r, along_r = fields
     f = forms(tuple(across), tuple(along), tuple(across_q), tuple(across_r), tuple(along_r), shrink, slope)
     safe_area2 = jnp.maximum(f.area2, FLOOR**2)

@@ -1,4 +1,4 @@
-"""The table of limits: everything that is said of one, once."""
+"""The table of limits: names, units, bounds and tolerances, defined in one place."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ class Limit:
     Attributes
     ----------
     name : str
-        As among the optimiser's values, and of the report's readings.
+        As used by the optimiser and in the readings of reports.
     word : str
-        The name users see; limits of the same name are shown as one.
+        The name shown to users; limits with the same word are shown as one.
     unit : "mm", "/mm²" or ""
     at_least : bool
-        Whether the quantity must not be below its bound; else it must not be above.
+        Whether the quantity must be at least its bound; otherwise at most.
     tolerance : float
-        Part of the bound by which a design may pass it and still hold the limit (of a millimetre where it is zero).
+        Allowed violation relative to the bound (in mm if the bound is zero).
     key : str or None
-        In the history's ``limits``; None where the history has no line of its own for it.
+        Key in the history's ``limits``; None if the history does not have the limit separately.
     read : function of `problem.Limits`
-        Its bound in mm, 1/mm² or 1; None where the problem has no such limit.
+        Returns its bound in mm, 1/mm² or 1; None if the problem has no such limit.
     per : "wall", "fold" or None
-        The limit distance that the optimiser's values are relative to; None where they are relative to the bound.
+        The limit by which the optimiser's values are divided; None if they are divided by the bound.
     """
 
     name: str
@@ -45,11 +45,11 @@ class Limit:
     per: Literal["wall", "fold"] | None = None
 
     def excess(self, value: float, bound: float) -> float:
-        """By which part of the bound a value is beyond it (in mm where the bound is zero); negative where within."""
+        """Violation relative to the bound (in mm if the bound is zero); negative if the limit is held."""
         return (bound - value if self.at_least else value - bound) / (bound or 1.0)
 
     def used(self, value: float, bound: float) -> float:
-        """How much of the limit a value uses: 1 is right at it, more is beyond."""
+        """Ratio of a value to its limit: 1 exactly at the limit, more if it is violated."""
         return bound / max(value, 1e-12) if self.at_least else value / bound
 
 
@@ -74,6 +74,6 @@ BY_NAME = {limit.name: limit for limit in TABLE}
 
 
 def in_history(limits: Limits) -> list[tuple[Limit, str, float]]:
-    """The limits of a problem that its history lines tell of, in the order they are shown: limit, key and bound."""
+    """The limits of a problem that its history contains, in the order they are shown: limit, key and bound."""
     found = ((limit, limit.key, limit.read(limits)) for limit in TABLE)
     return [(limit, key, bound) for limit, key, bound in found if key is not None and bound is not None]

@@ -1,8 +1,8 @@
-"""Taylor models of second order in two variables: a quadratic and how far the truth may be from it.
+"""Taylor models of second order in two variables: a quadratic polynomial and a bound of the remainder.
 
-Numbers that are known on a whole cell s, t ∈ [-1, 1], many cells at a time (Makino and Berz, Taylor models and other
-validated functional inclusion methods, 2003). What is left out is of third order, so halving a cell makes a model
-eight times better. The value at the cell's centre is exact. Rounding is neglected, about 1e-13 of a value.
+They enclose functions on whole cells s, t ∈ [-1, 1], many cells at a time (Makino and Berz, Taylor models and other
+validated functional inclusion methods, 2003). The remainder is of third order, so it is eight times smaller on half a
+cell. The value at the cell's centre is exact. Rounding errors, about 1e-13 relative, are neglected.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ class Taylor:
     ----------
     c : (6, n) array
     rest : (n,) array
-        Not negative; infinite where nothing is known.
+        Bound of the remainder, not negative; infinite if there is no bound.
     """
 
-    __array_ufunc__ = None  # so that numpy leaves `array * model` to this class
+    __array_ufunc__ = None  # so that numpy hands `array * model` to this class
 
     def __init__(self, c: Floats, rest: Floats) -> None:
         self.c, self.rest = c, rest
@@ -40,7 +40,7 @@ class Taylor:
 
     @cached_property
     def largest(self) -> Floats:
-        """A bound (n,) of the absolute value."""
+        """An upper bound (n,) of |f|."""
         return np.abs(self.c[0]) + self._linear + self._quadratic + self.rest
 
     def __add__(self, other: Taylor) -> Taylor:
@@ -59,14 +59,14 @@ class Taylor:
         c[4] += a[1] * b[2] + a[2] * b[1]
         c[5] += a[2] * b[2]
         left_out = self._linear * other._quadratic + self._quadratic * (other._linear + other._quadratic)
-        # Not largest·rest + rest·largest, which would count rest·rest twice.
+        # Not largest·rest + rest·largest, which would include rest·rest twice.
         return Taylor(c, left_out + self.largest * other.rest + (other.largest - other.rest) * self.rest)
 
     def __rmul__(self, other: float) -> Taylor:
         return self * other
 
     def inverse(self) -> Taylor:
-        """1/f; its rest is infinite where f may be zero."""
+        """1/f; its remainder is infinite if f may be zero."""
         first = np.where(self.c[0] == 0.0, 1.0, self.c[0])
         part = Taylor(self.c / first, self.rest / np.abs(first))
         part.c[0] = 0.0
@@ -89,7 +89,7 @@ class Taylor:
         return -(self * -1.0).top()
 
     def attained(self) -> tuple[Floats, Floats]:
-        """A value (n,) that f reaches or exceeds on the cell, and the place (n, 2) in s and t where it does."""
+        """A value (n,) that f reaches or exceeds on the cell, and the point (n, 2) in s and t where it does."""
         c, (s, t) = self.c, _PLACES
         values = c[0] + np.outer(s, c[1]) + np.outer(t, c[2]) + np.outer(s * s, c[3]) + np.outer(s * t, c[4])
         values = values + np.outer(t * t, c[5])
@@ -101,7 +101,7 @@ class Taylor:
 
 _THIRD = np.add.outer(np.arange(4), np.arange(4)) > 2  # powers beyond second order
 
-# Centre, corners and middles of the sides of a cell.
+# Centre, corners and midpoints of the sides of a cell.
 _PLACES = np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1], [-1, 0], [1, 0], [0, -1], [0, 1]], dtype=float).T
 
 
@@ -112,7 +112,7 @@ def _highest(slope: Floats, bend: Floats) -> Floats:
 
 
 def taylor(coefficients: Floats) -> Taylor:
-    """Model of polynomials with coefficients (n, 4, 4) of t^i s^j: what is beyond second order goes into the rest."""
+    """Models of polynomials with coefficients (n, 4, 4) of t^i s^j; terms beyond second order go into the remainder."""
     p = np.moveaxis(coefficients, 0, -1)
     c = np.stack([p[0, 0], p[0, 1], p[1, 0], p[0, 2], p[1, 1], p[2, 0]])
     return Taylor(c, np.abs(p[_THIRD]).sum(axis=0))

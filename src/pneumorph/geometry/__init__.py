@@ -1,4 +1,4 @@
-"""B-spline surfaces, the bodies they bound, and the design variables behind them."""
+"""B-spline surfaces, the bodies they bound, and the design variables that determine them."""
 
 from pneumorph.geometry.body import Body, adjusted_columns, starting_body
 from pneumorph.geometry.bspline import Basis, clamped, periodic

@@ -1,4 +1,4 @@
-"""The body: one exterior and any number of chambers, and the plain tubes a design starts from."""
+"""The body, made of one exterior and any number of chambers, and the tubes from which a design starts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Body:
     """All boundary surfaces of a soft body.
 
     Flat ends are discs whose points (1 - s)·centre + s·rim(q) are linear in the end row's control points
-    (`tube.cap_points`), so everything a body is follows linearly from its control points.
+    (`tube.cap_points`), so all points of a body are linear functions of its control points.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Body:
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
-        """Where each surface's control points stand in `control_points()`."""
+        """Rows of `control_points()` that belong to each surface."""
         stops = np.cumsum([surface.net.shape[0] * surface.net.shape[1] for surface in self.surfaces])
         return tuple(slice(int(start), int(stop)) for start, stop in zip([0, *stops[:-1]], stops, strict=True))
 
@@ -67,7 +67,7 @@ class Body:
 
 
 def starting_body(spec: BodySpec) -> Body:
-    """The tubes a design starts from, with the stated radii and lengths (fitted, not merely controlled).
+    """Build the tubes from which a design starts; the surfaces, not the control nets, have the given radii and lengths.
 
     Parameters
     ----------
@@ -78,12 +78,13 @@ def starting_body(spec: BodySpec) -> Body:
     def waves(ripple: Ripple | None) -> Callable[[Array, Array], Array]:
         if ripple is None:
             return lambda z, theta: np.zeros(np.broadcast(z, theta).shape)
-        # z is the body's, not the surface's, so that all walls undulate in phase and alike on both sides of the middle.
+        # z is measured on the body, not on the surface, so that all walls undulate in phase and symmetrically about
+        # the body's middle.
         wave = 2.0 * np.pi / ripple.period
         return lambda z, theta: ripple.amplitude * np.cos(wave * (z - spec.length / 2.0) - ripple.lobes * theta)
 
     def cavity(tube: TubeSurface) -> TubeSurface:
-        # The first column stays and q runs the other way round, which turns the normal into the cavity.
+        # The first column stays and q runs in the opposite sense, so that the normal points into the cavity.
         return replace(tube, cavity=True, net=tube.net[:, -np.arange(tube.net.shape[1])])
 
     multiple, density = columns_multiple(spec.symmetry), spec.control_density
@@ -100,20 +101,20 @@ def starting_body(spec: BodySpec) -> Body:
 
 
 def columns(radius: float, density: float, multiple: int = 1) -> int:
-    """Control points around a tube: the multiple, at least 8, that comes nearest to the density (1/mm)."""
+    """Number of control points around a tube: the multiple nearest to the density (1/mm), and at least 8."""
     least = -(-8 // multiple)
     return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
 
 
 def adjusted_columns(spec: BodySpec) -> list[str]:
-    """A sentence for every surface whose control points around were changed in number so that the symmetry fits."""
+    """A sentence for every surface whose number of control points around was changed to suit the symmetry."""
     multiple = columns_multiple(spec.symmetry)
     tubes = [("the exterior", spec.radius), *((f'chamber "{c.name}"', c.radius) for c in spec.chamber)]
     counts = [
         (name, *(columns(radius, spec.control_density, each) for each in (1, multiple))) for name, radius in tubes
     ]
     return [
-        f"{name} gets {fitting} control points around instead of {plain}, a multiple of {multiple}, to fit the symmetry"
+        f"{name} has {fitting} control points around instead of {plain}: the symmetry needs a multiple of {multiple}"
         for name, plain, fitting in counts
         if plain != fitting
     ]
@@ -136,7 +137,7 @@ def _tube(
     profile = _flat_profile if ends == "flat" else _pole_profile
     angle = 2.0 * np.pi * periodic(n_q).greville
     rho, z = profile(radius, span, spans, lambda z: ripple(z[:, None], angle))
-    # A periodic spline through control points on a circle runs inside it by this factor (its first Fourier eigenvalue).
+    # A periodic spline is smaller than the circle of its control points by this factor (its first Fourier eigenvalue).
     rho = rho / np.sinc(1.0 / n_q) ** 4
     net = np.empty((len(z), n_q, 3))
     net[..., 0] = center[0] + rho * np.cos(angle)
@@ -154,7 +155,7 @@ def _flat_profile(radius: float, span: tuple[float, float], spans: int, ripple: 
 
 
 def _pole_profile(radius: float, span: tuple[float, float], spans: int, ripple: Callable) -> tuple[Array, Array]:
-    """Control values of radius (n_r, n_q) and z (n_r,) of a capsule, by least squares; poles and tangents exact."""
+    """Control values of radius (n_r, n_q) and z (n_r,) of a capsule, by least squares with exact poles and tangents."""
     basis = clamped(spans)
     t = np.linspace(0.0, 1.0, 16 * spans + 1)
     capsule = _Capsule(radius, *span)
@@ -169,7 +170,7 @@ def _pole_profile(radius: float, span: tuple[float, float], spans: int, ripple: 
 
 @dataclass(frozen=True)
 class _Capsule:
-    """Meridian of a tube closed by domes: hemispheres, or flatter half ellipsoids where the span is short of them."""
+    """Meridian of a tube closed by domes: hemispheres, or flatter half ellipsoids if the span is too short for them."""
 
     radius: float
     base: float
@@ -177,7 +178,7 @@ class _Capsule:
 
     @cached_property
     def _meridian(self) -> tuple[Array, Array, Array]:
-        """Arc length, radius and z along a fine polygon."""
+        """Arc length, radius and z (mm) at the points of a fine polygon."""
         height = min(self.radius, (self.tip - self.base) / 2.0)
         angle = np.linspace(0.0, np.pi / 2.0, 2000)
         rho = np.concatenate([self.radius * np.sin(angle), self.radius * np.sin(angle)[::-1]])
@@ -191,6 +192,6 @@ class _Capsule:
         return float(self._meridian[0][-1])
 
     def at(self, t: Array) -> tuple[Array, Array]:
-        """Radius and z at fractions t of the arc length."""
+        """Radius and z (mm) at fractions t of the arc length."""
         s, rho, z = self._meridian
         return np.interp(t * s[-1], s, rho), np.interp(t * s[-1], s, z)

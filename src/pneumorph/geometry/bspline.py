@@ -1,4 +1,4 @@
-"""Uniform B-spline bases on [0, 1] (the paper's Appendix A): periodic around a tube, clamped along it."""
+"""Uniform B-spline bases on [0, 1] (Appendix A of the paper): periodic around a tube, clamped along it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Basis:
     degree : int
         Polynomial degree, 3 throughout this package.
     count : int
-        Number of basis functions, that is of control points in this direction.
+        Number of basis functions, which is the number of control points in this direction.
     periodic : bool
         Whether the functions wrap around; otherwise both ends are clamped.
     """
@@ -40,14 +40,14 @@ class Basis:
 
     @cached_property
     def knots(self) -> NDArray[np.float64]:
-        """The full knot vector: repeated at clamped ends, running on beyond [0, 1] when periodic."""
+        """The full knot vector: repeated at clamped ends, continued beyond [0, 1] when periodic."""
         if self.periodic:
             return np.arange(-self.degree, self.count + self.degree + 1) / self.count
         return np.concatenate([np.zeros(self.degree), self.breaks, np.ones(self.degree)])
 
     @cached_property
     def greville(self) -> NDArray[np.float64]:
-        """The parameter each control point belongs to; as control values these reproduce f(t) = t when clamped."""
+        """The parameter of each control point (Greville abscissa); as control values they give f(t) = t if clamped."""
         if self.periodic:
             return np.arange(self.count) / self.count
         windows = np.lib.stride_tricks.sliding_window_view(self.knots[1:-1], self.degree)
@@ -57,7 +57,7 @@ class Basis:
     def _functions(self) -> BSpline:
         if not self.periodic:
             return BSpline(self.knots, np.eye(self.count), self.degree)
-        # The function that peaks at t = 0 gets the number 0, so that control point i sits at t = i / count.
+        # Number 0 is the function that peaks at t = 0, so that control point i belongs to t = i / count.
         unwrapped = np.arange(self.count + self.degree)
         wrap = np.zeros((self.count + self.degree, self.count))
         wrap[unwrapped, (unwrapped - self.degree // 2) % self.count] = 1.0
@@ -69,7 +69,7 @@ class Basis:
         Parameters
         ----------
         t : (n,) array
-            Parameters; any real number when periodic, else within [0, 1].
+            Parameters: any real numbers when periodic, otherwise within [0, 1].
         derivative : int
             Order of the derivative with respect to t.
 
@@ -95,12 +95,14 @@ class Basis:
 def periodic(count: int, degree: int = 3) -> Basis:
     """A periodic basis of `count` functions (odd degree); control point i belongs to t = i / count."""
     if count <= degree or degree % 2 == 0:
-        raise ValueError(f"a periodic basis needs an odd degree and more functions than it; got {degree} and {count}")
+        raise ValueError(
+            f"a periodic basis needs an odd degree less than its count of functions; got {degree}, {count}"
+        )
     return Basis(degree, count, periodic=True)
 
 
 def clamped(spans: int, degree: int = 3) -> Basis:
-    """A basis over `spans` equal knot spans whose first and last control points are the curve's ends."""
+    """A basis on `spans` equal knot spans; the first and last control points are the ends of the curve."""
     if spans < 1:
         raise ValueError(f"a clamped basis needs at least one knot span; got {spans}")
     return Basis(degree, spans + degree, periodic=False)

@@ -1,4 +1,4 @@
-"""The variables of a design: which control points and pressures move, and the constant linear map from them."""
+"""The design variables, and the constant linear map from them to control points and pressures."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ByTask = Mapping[str, Mapping[str, float]]
 
-# A free pressure's whole range in mm of Φ, so that a step of 0.2 mm moves it by a tenth of the range.
+# The whole range of a free pressure in mm of Φ: a step of 0.2 mm changes it by a tenth of its range.
 PRESSURE_SPAN = 2.0
 
 
 @dataclass(frozen=True)
 class FreePressure:
-    """A pressure that is designed with the shape: its task and chamber, and millimetres of Φ per MPa."""
+    """A pressure that is designed along with the shape: its task, its chamber, and its scale in mm of Φ per MPa."""
 
     task: str
     chamber: str
@@ -37,25 +37,25 @@ class FreePressure:
 
 @dataclass(frozen=True, eq=False)
 class DesignSpace:
-    """The design variables Φ = [shape entries in mm, free pressures scaled to mm] and what they stand for.
+    """The design variables Φ = [shape variables in mm, free pressures scaled to mm] and what they determine.
 
-    Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end share
-    one z; a pole is one point, and the ring beside it shares its z: else the tip would be a cone. Symmetric designs
-    have a smaller Φ, with the independent entries alone; L repeats them over their images. Columns of L are orthogonal,
-    so LᵀL is diagonal.
+    Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end have
+    the same z; a pole is one point, and the row next to it has the same z, without which the end would be a cone. For
+    a symmetric design Φ holds the independent variables only, and L carries them to all images. The columns of L are
+    orthogonal, so LᵀL is diagonal.
 
     Attributes
     ----------
     reference : Body
-        The body whose control points the start is.
+        The starting body.
     L : csr (3·n_points, n_shape)
-        Rows are the control points' coordinates, point by point (x, y, z).
+        One row per coordinate of the control points, point by point (x, y, z).
     offset : (3·n_points,) array
         Fixed coordinates in mm.
     start, lower, upper : (n,) arrays
-        Φ of the reference body, and its bounds (infinite for the shape).
+        Φ of the reference body, and the bounds of Φ (infinite for the shape).
     free_pressures : tuple of FreePressure
-        In the order of the last entries of Φ.
+        The last entries of Φ, in this order.
     fixed_pressures : {task: {chamber: MPa}}
     """
 
@@ -94,14 +94,14 @@ class DesignSpace:
         return result
 
     def pullback(self, dP: Array, dp: ByTask | None = None) -> Array:
-        """Gradient with respect to Φ from the gradients with respect to control points and pressures.
+        """Gradient with respect to Φ from those with respect to control points and pressures.
 
         Parameters
         ----------
         dP : (n_points, 3) array
-            Derivative by the control points' coordinates, per mm.
+            Derivatives with respect to the control points' coordinates, per mm.
         dp : {task: {chamber: float}}, optional
-            Derivative by the pressures, per MPa; what is missing counts as zero.
+            Derivatives with respect to the pressures, per MPa; missing ones are zero.
 
         Returns
         -------
@@ -113,7 +113,7 @@ class DesignSpace:
 
 
 def build_design_space(problem: Problem, body: Body) -> DesignSpace:
-    """The design variables of a problem, starting from `body`."""
+    """Build the design variables of a problem with the starting body `body`."""
     blocks = [_variable_of_coordinate(surface) for surface in body.surfaces]
     counts = [int(block.max()) + 1 for block in blocks]
     shifts = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -157,9 +157,9 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
 def _symmetric(
     spec: BodySpec, L: sparse.csr_matrix, offset: Array, shape: Array
 ) -> tuple[sparse.csr_matrix, Array, Array]:
-    """The same map from the independent entries alone: their L, offset and starting values."""
+    """The map from the independent variables of a symmetric body: its L, offset and starting values."""
     basis, projector = symmetric_basis(starting_body(spec), L, operations(spec.symmetry), spec.length)
-    # Operations turn about the body's centre, so it is differences from there that are carried to their images.
+    # The operations leave the body's centre fixed, so they are applied to coordinates relative to it.
     middle = np.tile([0.0, 0.0, spec.length / 2.0], len(offset) // 3)
     centre = (L.T @ middle) / column_sums(L)
     shape = centre + projector @ (shape - centre)
@@ -168,7 +168,7 @@ def _symmetric(
 
 
 def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:
-    """Number of the variable behind each coordinate of a net, (n_r, n_q, 3), counted from 0; -1 where it is fixed."""
+    """Index of the variable that determines each coordinate of a net, (n_r, n_q, 3); -1 if the coordinate is fixed."""
     group = np.arange(surface.net.size).reshape(surface.net.shape)
     for row, beside in ((0, 1), (-1, -2)):
         if surface.ends == "pole":

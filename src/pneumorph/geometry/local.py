@@ -1,4 +1,4 @@
-"""Positions on a body as sparse combinations of its control points: the sixteen that a parameter pair depends on."""
+"""Points of a surface as combinations of the sixteen control points on which they depend."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ Ints = NDArray[np.integer]
 
 @lru_cache(maxsize=64)
 def _pieces(basis: Basis) -> Floats:
-    """Coefficients (spans, 4, 4) of the four functions alive on each span, in powers of the span's own [0, 1]."""
+    """Coefficients (spans, 4, 4) of the four nonzero functions on each span, in powers of a parameter from 0 to 1."""
     places = np.array([0.05, 0.35, 0.65, 0.95])
     powers = np.linalg.inv(np.vander(places, 4, increasing=True))
     values = basis.matrix(((np.arange(basis.spans)[:, None] + places) / basis.spans).ravel())
     values = values.reshape(basis.spans, 4, basis.count)
-    alive = np.take_along_axis(values, _alive(basis, np.arange(basis.spans))[:, None], axis=2)
-    return np.einsum("kp,spi->sik", powers, alive)
+    nonzero = np.take_along_axis(values, _nonzero(basis, np.arange(basis.spans))[:, None], axis=2)
+    return np.einsum("kp,spi->sik", powers, nonzero)
 
 
-def _alive(basis: Basis, span: Ints) -> Ints:
-    """Numbers (n, 4) of the functions that do not vanish on each span."""
+def _nonzero(basis: Basis, span: Ints) -> Ints:
+    """Indices (n, 4) of the functions that are nonzero on each span."""
     number = span[:, None] + np.arange(4)
     return (number - 1) % basis.count if basis.periodic else number
 
 
-def local(basis: Basis, t: ArrayLike, derivative: int = 0) -> tuple[Ints, Floats]:
-    """The four functions alive at each of the parameters t (n,): their numbers (n, 4) and values or derivatives."""
+def nonzero_functions(basis: Basis, t: ArrayLike, derivative: int = 0) -> tuple[Ints, Floats]:
+    """The four basis functions nonzero at each parameter t (n,): indices and values (or derivatives), each (n, 4)."""
     t = np.asarray(t, dtype=float)
     t = t % 1.0 if basis.periodic else np.clip(t, 0.0, 1.0)
     span = np.minimum((t * basis.spans).astype(np.int64), basis.spans - 1)
     u, powers = t * basis.spans - span, np.zeros((len(t), 4))
     for k in range(derivative, 4):
         powers[:, k] = np.prod(np.arange(k, k - derivative, -1)) * u ** (k - derivative)
-    return _alive(basis, span), np.einsum("nik,nk->ni", _pieces(basis)[span], powers) * basis.spans**derivative
+    return _nonzero(basis, span), np.einsum("nik,nk->ni", _pieces(basis)[span], powers) * basis.spans**derivative
 
 
-def at(surface: TubeSurface, q: ArrayLike, r: ArrayLike) -> tuple[Ints, Floats]:
-    """Numbers (n, 16) of the control points in the net that positions at (q, r) depend on, and their weights."""
-    in_q, by_q = local(surface.basis_q, q)
-    in_r, by_r = local(surface.basis_r, r)
+def point_weights(surface: TubeSurface, q: ArrayLike, r: ArrayLike) -> tuple[Ints, Floats]:
+    """Indices (n, 16) of the control points in the net on which the points at (q, r) depend, and their weights."""
+    in_q, by_q = nonzero_functions(surface.basis_q, q)
+    in_r, by_r = nonzero_functions(surface.basis_r, r)
     numbers = in_r[:, :, None] * surface.net.shape[1] + in_q[:, None, :]
     return numbers.reshape(-1, 16), (by_r[:, :, None] * by_q[:, None, :]).reshape(-1, 16)

@@ -1,8 +1,9 @@
-"""Symmetric shapes: the independent entries of a body's control points under a symmetry group.
+"""Symmetric shapes: the independent coordinates of a body's control points under a symmetry group.
 
-A symmetric body is a fixed point of P → ρ(g) P for every operation g, which carries the control points of each surface
-to those of its image. The mean of ρ(g) over the group projects onto the symmetric shapes; it falls into small blocks,
-one to an orbit of control points, and every block has a basis that moves the orbit's first point by one millimetre.
+A symmetric body is a fixed point of P → ρ(g) P for every operation g, which maps the control points of each surface to
+those of its image. The mean of ρ(g) over the group is the projector onto the symmetric shapes. It is block diagonal
+with one small block for each orbit of control points, and the basis of each block consists of unit motions of the
+orbit's first point.
 """
 
 from __future__ import annotations
@@ -16,23 +17,23 @@ from scipy.spatial import KDTree
 from pneumorph.geometry.body import Body
 
 Array = NDArray[np.float64]
-_SAME = 1e-6  # mm; control points closer than this are one
+_SAME = 1e-6  # mm; control points closer than this are considered identical
 
 
 def images(body: Body, operation: Array, length: float) -> NDArray[np.int64]:
-    """Number (n_points,) of the control point to which an operation about (0, 0, length/2) carries each one.
+    """Index (n_points,) of the control point to which an operation about (0, 0, length/2) maps each one.
 
     Raises
     ------
     ValueError
-        Where the body is not symmetric under the operation.
+        If the body is not symmetric under the operation.
     """
     centre = np.array([0.0, 0.0, length / 2.0])
     moved = [(surface.net - centre) @ operation.T + centre for surface in body.surfaces]
     answer = np.empty(body.n_points, dtype=np.int64)
     for net, where in zip(moved, body.slices, strict=True):
         rows, columns = net.shape[:2]
-        # One row is enough: poles and end rows may have many control points in one place.
+        # One row is enough, and it is an inner one: at poles and end rows many control points may coincide.
         row = rows // 3
         there = rows - 1 - row if operation[2, 2] < 0 else row
         for other, start in zip(body.surfaces, (part.start for part in body.slices), strict=True):
@@ -56,24 +57,24 @@ def column_sums(matrix: sparse.csr_matrix) -> Array:
 def symmetric_basis(
     body: Body, L: sparse.csr_matrix, group: list[Array], length: float
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """The symmetric among the shapes L v.
+    """Basis of the symmetric shapes among all shapes L v.
 
     Parameters
     ----------
     body : Body
         The starting body, which is symmetric.
     L : csr (3·n_points, n)
-        Control points' coordinates from variables v, each of which moves some of them alike.
+        Map from variables v to coordinates of control points; each variable moves several coordinates equally.
     group : list of (3, 3) arrays, see `problem.symmetry.operations`.
     length : float
-        Of the body, mm.
+        Length of the body, mm.
 
     Returns
     -------
     basis : csr (n, n_independent)
-        Symmetric changes of v are basis·φ; each φ moves one control point and its images by φ mm.
+        Symmetric changes of v are basis·φ; each entry of φ moves one control point and its images by that many mm.
     projector : csr (n, n)
-        The mean over the group of what it does to changes of v.
+        The mean over the group of its action on changes of v.
     """
     entries = column_sums(L)
     count = len(entries)
@@ -90,7 +91,7 @@ def symmetric_basis(
     _, block = connected_components(projector, directed=False)
     order = np.argsort(block, kind="stable")
     starts = np.flatnonzero(np.diff(block[order], prepend=-1))
-    # The first control point that a variable moves tells which variables of an orbit belong to its first point.
+    # A variable belongs to the first control point that it moves; this gives the variables of an orbit's first point.
     point = np.full(count, -1)
     rows, columns = L.nonzero()
     point[columns[::-1]] = rows[::-1] // 3
@@ -121,5 +122,5 @@ def _of_first_point(projector: Array, first: NDArray[np.bool_], rank: int) -> Ar
     if rank == np.count_nonzero(first):
         return vectors @ inverse
     free = np.linalg.eigh(own @ inverse)[1][:, -rank:]
-    # Axes where the point moves along axes, which eigenvectors give up to a sign.
+    # Eigenvectors are defined up to a sign: make the largest entry positive.
     return vectors @ inverse @ (free * np.sign(free[np.abs(free).argmax(axis=0), np.arange(rank)]))

@@ -1,4 +1,4 @@
-"""A tube: a cubic B-spline surface over the unit square, periodic in q and clamped in r (the paper's (1) and (2))."""
+"""Tubes: cubic B-spline surfaces over the unit square, periodic in q and clamped in r (equations (1) and (2))."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class TubeSurface:
     net : (n_r, n_q, 3) array
         Control points in mm.
     ends : "flat" or "pole"
-        Whether discs close the two ends or the end rows are one point each.
+        Whether the two ends are closed by discs, or each end row is a single point.
     size : (float, float)
-        Circumference and length in mm that the surface had at the start: τ_q and τ_r of (29).
+        Circumference and length in mm of the starting surface: τ_q and τ_r of (29).
     cavity : bool
-        Whether the surface encloses a chamber (void) instead of the body.
+        Whether the surface bounds a chamber (void) rather than the outside of the body.
     """
 
     name: str
@@ -43,34 +43,36 @@ class TubeSurface:
 
     @cached_property
     def basis_q(self) -> Basis:
+        """Basis around the tube."""
         return periodic(self.net.shape[1])
 
     @cached_property
     def basis_r(self) -> Basis:
+        """Basis along the tube."""
         return clamped(self.net.shape[0] - 3)
 
     @cached_property
     def parallels(self) -> NDArray[np.float64]:
-        """Control values (n_r,) of S(r), the starting surface's circumference relative to τ_q: 1 without poles.
+        """Control values (n_r,) of S(r), the circumference of the starting surface relative to τ_q; 1 without poles.
 
-        With poles it is the spline that the starting capsule's radius is, so that r_q / S is of unit length there.
+        With poles S is the spline that the starting capsule has for its radius, so |r_q / S| = 1 on the start.
         """
         return np.ones(len(self.net)) if self.ends == "flat" else dome_fit(self.basis_r, dome(self.basis_r, *self.size))
 
     def points(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
-        """Position, or its derivative of order (dq, dr), at pairs of parameters; shape (n, 3)."""
+        """Positions in mm, or derivatives of order (dq, dr), at parameter pairs q, r (n,); shape (n, 3)."""
         values_r, values_q = self.basis_r.matrix(r, dr), self.basis_q.matrix(q, dq)
         return np.einsum("nj,nji->ni", values_r, np.einsum("nk,jki->nji", values_q, self.net, optimize=True))
 
     def sample(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
-        """Position, or its derivative of order (dq, dr), on the tensor grid of r and q; shape (len(r), len(q), 3)."""
+        """Positions in mm, or derivatives of order (dq, dr), on the grid of all r and q; shape (len(r), len(q), 3)."""
         return np.einsum(
             "rj,jki,qk->rqi", self.basis_r.matrix(r, dr), self.net, self.basis_q.matrix(q, dq), optimize=True
         )
 
     @property
     def end_rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Control points of the rims at base and tip, each (n_q, 3); the rims are the splines of these rows alone."""
+        """Control points (n_q, 3) of the rims at base and tip; each rim depends on its own row only."""
         return self.net[0], self.net[-1]
 
     @property
@@ -79,20 +81,20 @@ class TubeSurface:
         return self.net[[0, -1]].mean(axis=1)
 
 
-# Samples to each knot span that a starting capsule is fitted at.
+# Samples per knot span at which a starting capsule is fitted.
 _FITTED = 16
 
 
 def dome(basis: Basis, circumference: float, length: float) -> NDArray[np.float64]:
-    """Radius of a capsule relative to its middle's, at the parameters (fractions of its length) it is fitted at."""
+    """Radius of a capsule relative to that of its cylinder, at the sample parameters (fractions of its arc length)."""
     t = np.linspace(0.0, 1.0, _FITTED * basis.spans + 1)
-    # A meridian too short for two quarter circles is stretched to them.
+    # A meridian too short for two quarter circles is stretched to that length.
     angle = np.minimum(t, 1.0 - t) * max(2.0 * np.pi * length / circumference, np.pi)
     return np.sin(np.minimum(angle, np.pi / 2.0))
 
 
 def dome_fit(basis: Basis, radius: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Control values (n_r, ...) of radii given at these parameters, (n, ...), by least squares; zero at the poles."""
+    """Least-squares control values (n_r, ...) for radii (n, ...) at equidistant parameters; zero at the poles."""
     values = basis.matrix(np.linspace(0.0, 1.0, len(radius)))
     fitted = np.zeros((basis.count, *radius.shape[1:]))
     fitted[1:-1] = np.linalg.lstsq(values[:, 1:-1], radius, rcond=None)[0]
@@ -100,16 +102,17 @@ def dome_fit(basis: Basis, radius: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def cap_points(surface: TubeSurface, tip: bool, q: ArrayLike, s: ArrayLike) -> NDArray[np.float64]:
-    """Points (n, 3) of a flat end's disc, on the rays from its centre (s = 0) to its rim (s = 1); linear in the net."""
+    """Points (n, 3) in mm of an end disc, on rays from its centre (s = 0) to its rim (s = 1); linear in the net."""
     s = np.atleast_1d(np.asarray(s, dtype=float))[:, None]
     row = surface.end_rows[int(tip)]
     return (1.0 - s) * row.mean(axis=0) + s * (surface.basis_q.matrix(q) @ row)
 
 
 def enclosed_volume(surface: TubeSurface) -> float:
-    """Volume in mm³ inside the surface closed by its (planar, z = constant) ends.
+    """Volume in mm³ inside the surface and its ends, which are poles or planes z = constant.
 
-    By the divergence theorem with the field (x, y, 0)/2, which has no flux through the ends; the quadrature is exact.
+    The divergence theorem is used with the field (x, y, 0)/2, which has no flux through the ends; the quadrature is
+    exact.
     """
     q, weights_q = _gauss(surface.basis_q.breaks)
     r, weights_r = _gauss(surface.basis_r.breaks)
@@ -119,7 +122,7 @@ def enclosed_volume(surface: TubeSurface) -> float:
 
 
 def _gauss(breaks: NDArray[np.float64], order: int = 5) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points and weights over every span; five points are exact for a product of three cubics."""
+    """Gauss points and weights on every span; five points are exact for a product of three cubics."""
     nodes, weights = np.polynomial.legendre.leggauss(order)
     half = np.diff(breaks)[:, None] / 2.0
     return (breaks[:-1, None] + half * (1.0 + nodes)).ravel(), (half * weights).ravel()

@@ -1,4 +1,4 @@
-"""Checks of the written files: they are read again and compared with the design."""
+"""Checks of the written files, which are read back and compared with the design."""
 
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false
 # OCP has no stubs: neither its names nor its types are known.
@@ -27,10 +27,10 @@ from pneumorph.make.step import read_step
 from pneumorph.make.triangles import Triangles
 
 VOLUME = 1e-6
-"""Most relative error of a STEP file's volume."""
+"""Largest allowed relative error of the volume in a STEP file."""
 
 DISTANCE = 1e-6
-"""Most distance in mm of a point of the design from the surfaces in a STEP file."""
+"""Largest allowed distance in mm of a point of the design from the surfaces in a STEP file."""
 
 _QUADRATURE = 1e-9
 _PER_SPAN = 5
@@ -38,7 +38,7 @@ _PER_SPAN = 5
 
 @dataclass(frozen=True)
 class Check:
-    """One thing measured.
+    """One measured quantity and its limit.
 
     Attributes
     ----------
@@ -47,9 +47,9 @@ class Check:
     what : str
         What was measured.
     value, limit : float
-        What was found, and the most that is allowed. What must not be is counted.
+        The measured value, and the largest allowed one. For defects it is their number.
     unit : str
-        Of both.
+        Unit of both.
     """
 
     file: str
@@ -60,85 +60,84 @@ class Check:
 
     @property
     def passed(self) -> bool:
+        """Whether the value is within its limit."""
         return self.value <= self.limit
 
 
 def volume_inside(surfaces: Sequence[TubeSurface]) -> float:
-    """Exact volume in mm³ of the solid that surfaces bound: the first one's less the others'."""
+    """Exact volume in mm³ of the solid bounded by surfaces: that inside the first minus those inside the others."""
     first, *others = (enclosed_volume(surface) for surface in surfaces)
     return first - sum(others)
 
 
 def step_checks(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
-    """Checks of a STEP file against the surfaces that its one solid should have.
+    """Check a STEP file against the surfaces of its only solid.
 
     Parameters
     ----------
     path : Path
-        Written by `body_step` or `chamber_step`.
+        File written by `body_step` or `chamber_step`.
     surfaces : sequence of TubeSurface
-        The body's, or one `filled` chamber.
+        Those of the body, or one `filled` chamber.
 
     Raises
     ------
     OSError
-        When the file cannot be read.
+        If the file cannot be read.
     """
     shape, name = read_step(path), path.name
     shells = [TopoDS.Shell(each) for each in _parts(shape, TopAbs_ShapeEnum.TopAbs_SHELL)]
     solids = _parts(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
-    amiss = abs(len(solids) - 1) + abs(len(shells) - len(surfaces))
-    amiss += sum(not BRep_Tool.IsClosed_s(shell) for shell in shells)
-    yield Check(name, "shells open, missing or in excess", amiss, 0)
-    if amiss:
+    wrong = abs(len(solids) - 1) + abs(len(shells) - len(surfaces))
+    wrong += sum(not BRep_Tool.IsClosed_s(shell) for shell in shells)
+    yield Check(name, "open, missing or surplus shells", wrong, 0)
+    if wrong:
         return
     yield Check(name, "invalid shapes (BRepCheck)", int(not BRepCheck_Analyzer(shape).IsValid()), 0)
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties, _QUADRATURE)
-    yield Check(
-        name, "volume off the design's, relative", abs(properties.Mass() / volume_inside(surfaces) - 1.0), VOLUME
-    )
+    yield Check(name, "relative volume error", abs(properties.Mass() / volume_inside(surfaces) - 1.0), VOLUME)
     furthest = max(_distance(shell, surface) for shell, surface in zip(shells, surfaces, strict=True))
-    yield Check(name, "design's points off the surfaces", furthest, DISTANCE, "mm")
+    yield Check(name, "distance of the design's points from the surfaces", furthest, DISTANCE, "mm")
 
 
 def mesh_checks(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> Iterator[Check]:
-    """Checks of the part in an STL file, or that a 3MF file builds, against the surfaces that bound it.
+    """Check the part in an STL file, or the one built from a 3MF file, against the surfaces that bound it.
 
     Parameters
     ----------
     path : Path
-        Written by `write_3mf` or `write_stl`.
+        File written by `write_3mf` or `write_stl`.
     surfaces : sequence of TubeSurface
-        The body's, or one `filled` chamber.
+        Those of the body, or one `filled` chamber.
     chord : float
-        The chord error in mm that was asked for.
+        The requested chord error in mm.
 
     Raises
     ------
     OSError
-        When the file cannot be read.
+        If the file cannot be read.
     """
     name = path.name
     part = read_stl(path) if path.suffix == ".stl" else next(iter(read_3mf(path).values()))
     solid = manifold3d.Manifold(manifold3d.Mesh64(part.points, part.corners.astype(np.uint64)))
     open_edges = _open_edges(part)
-    amiss = open_edges or int(solid.status() != manifold3d.Error.NoError)
-    yield Check(name, "edges open or against each other", amiss, 0)
-    if amiss:
+    wrong = open_edges or int(solid.status() != manifold3d.Error.NoError)
+    yield Check(name, "open or inconsistently oriented edges", wrong, 0)
+    if wrong:
         return
     yield Check(name, "edges that pass through triangles", crossings(part, solid), 0)
     yield Check(name, "chord error", _chord_error(part, surfaces), chord, "mm")
-    # A surface that is nowhere further than the chord error encloses no more or less than that times its area.
+    # Surfaces that differ by at most the chord error enclose volumes that differ by at most that times their area.
     exact = volume_inside(surfaces)
-    yield Check(name, "volume off the design's", abs(part.volume - exact), chord * solid.surface_area(), "mm³")
+    yield Check(name, "volume error", abs(part.volume - exact), chord * solid.surface_area(), "mm³")
 
 
 def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
-    """Number of edges that pass through a triangle: where two triangles cross, an edge of one passes the other."""
+    """Number of edges that pass through a triangle; if two triangles cross, an edge of one passes through the other."""
     edges = np.unique(np.sort(part.corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     points = part.points.tolist()
-    # Hits at an edge's own ends are the triangles around them.
+    # Hits at the ends of an edge are those of the triangles around its vertices.
     return sum(
         any(1e-9 < hit.distance < 1.0 - 1e-9 for hit in solid.ray_cast(points[start], points[stop]))
         for start, stop in edges.tolist()
@@ -146,7 +145,7 @@ def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
 
 
 def _open_edges(part: Triangles) -> int:
-    """Number of edges that are not run through once either way."""
+    """Number of edges that triangles do not use exactly once in each direction."""
     ways = part.corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     one, other = np.sort(ways @ (len(part.points), 1)), np.sort(ways[:, ::-1] @ (len(part.points), 1))
     return int(len(np.setxor1d(one, other)) // 2 + len(one) - len(np.unique(one)))
@@ -161,16 +160,16 @@ def _parts(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
 
 
 def _samples(surface: TubeSurface) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Parameters q and r, the knots among them."""
+    """Parameters q and r of sample points, which include the knots."""
     counts = surface.basis_q.spans, surface.basis_r.spans
     q, r = (np.linspace(0.0, 1.0, _PER_SPAN * spans + 1) for spans in counts)
     return q, r
 
 
 def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
-    """Largest distance in mm of sampled points of a surface, its ends included, from the faces of a shell.
+    """Largest distance in mm of sample points of a surface, including its ends, from the faces of a shell.
 
-    Each point is compared with that at the same parameters, which is never nearer than the closest one.
+    Each point is compared with the one at the same parameters, whose distance is an upper bound of the true one.
     """
     faces = [BRep_Tool.Surface_s(TopoDS.Face(each)) for each in _parts(shell, TopAbs_ShapeEnum.TopAbs_FACE)]
     q, r = _samples(surface)
@@ -195,7 +194,7 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
 
 
 def _chord_error(part: Triangles, surfaces: Sequence[TubeSurface]) -> float:
-    """Largest distance in mm of sampled points of the surfaces from the triangles."""
+    """Largest distance in mm of sample points of the surfaces from the triangles."""
     mesh = pyvista.PolyData.from_regular_faces(part.points, part.corners)
     points = np.concatenate([surface.sample(*_samples(surface)).reshape(-1, 3) for surface in surfaces])
     _, closest = mesh.find_closest_cell(points, return_closest_point=True)  # pyright: ignore[reportGeneralTypeIssues]

@@ -1,4 +1,4 @@
-"""Everything made of a body, in one folder."""
+"""All files for manufacturing a body, in one folder."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from pneumorph.make.triangles import triangles
 
 
 @dataclass(frozen=True)
-class Made:
-    """What was made.
+class MadeFiles:
+    """The files that were written, and their checks.
 
     Attributes
     ----------
     files : tuple of Path
-        Those written, ``checks.json`` the last.
+        The files written, ``checks.json`` last.
     checks : tuple of Check
-        What was measured on them.
+        The results of checking them.
     """
 
     files: tuple[Path, ...]
@@ -32,29 +32,30 @@ class Made:
 
     @property
     def failed(self) -> tuple[Check, ...]:
+        """The checks that were not passed."""
         return tuple(check for check in self.checks if not check.passed)
 
 
-def make(body: Body, folder: Path, chord: float = 0.02) -> Made:
-    """Write a body as STEP, 3MF and STL, every chamber as STEP, and ``checks.json`` with what was measured on them.
+def make(body: Body, folder: Path, chord: float = 0.02) -> MadeFiles:
+    """Write a body as STEP, 3MF and STL, every chamber as STEP, and the results of checking them as ``checks.json``.
 
     Parameters
     ----------
     body : Body
         In mm.
     folder : Path
-        Where to; it is made where there is none, and files of these names in it are replaced.
+        Where to write; created if it does not exist. Existing files of the same names are replaced.
     chord : float
-        Most distance in mm between the surfaces and the triangles of 3MF and STL.
+        Largest distance in mm between the surfaces and the triangles of 3MF and STL.
 
     Raises
     ------
     OSError
-        When the folder or a file cannot be written.
+        If the folder or a file cannot be written.
     ComputationError
-        When a chord error asks for more triangles than any program reads.
+        If the chord error needs too many triangles, see `triangles`.
     """
-    # First, because it is what can be refused.
+    # First, so that a chord error that is too small is refused before anything is written.
     parts = {"body": triangles(body.surfaces, chord)}
     parts |= {f"chamber {chamber.name}": triangles([filled(chamber)], chord) for chamber in body.chambers}
     folder.mkdir(parents=True, exist_ok=True)
@@ -71,10 +72,10 @@ def make(body: Body, folder: Path, chord: float = 0.02) -> Made:
     for path in (mesh, plain):
         checks += mesh_checks(path, body.surfaces, chord)
     report = folder / "checks.json"
-    report.write_text(_told(checks), encoding="utf-8")
-    return Made((step, *cores, mesh, plain, report), tuple(checks))
+    report.write_text(_as_json(checks), encoding="utf-8")
+    return MadeFiles((step, *cores, mesh, plain, report), tuple(checks))
 
 
-def _told(checks: Sequence[Check]) -> str:
+def _as_json(checks: Sequence[Check]) -> str:
     content = [{**asdict(check), "passed": check.passed} for check in checks]
     return json.dumps({"checks": content}, indent=2, allow_nan=False) + "\n"

@@ -1,4 +1,4 @@
-"""The libraries of the extra ``cad``: whether they are there, and OpenCASCADE loaded beside Netgen's."""
+"""The libraries of the extra ``cad``: whether they are installed, and loading OpenCASCADE beside Netgen's."""
 
 import os
 import sys
@@ -12,17 +12,17 @@ def load() -> None:
     Raises
     ------
     ModuleNotFoundError
-        When a library is not installed; the message says how it is.
+        If a library is not installed; the message says how to install it.
     """
     missing = [library for library in ("OCP", "manifold3d", "lib3mf") if find_spec(library) is None]
     if missing:
-        words = f"making needs {', '.join(missing)}; install with: pip install 'pneumorph[cad]'"
+        words = f"making files needs {', '.join(missing)}; install with: pip install 'pneumorph[cad]'"
         raise ModuleNotFoundError(words, name=missing[0])
     if sys.platform != "linux":
         import_module("OCP.BRep")
         return
-    # Netgen brings another release of OpenCASCADE and makes its symbols global. Bound to these the process crashes, so
-    # this one looks for symbols among its own libraries first.
+    # Netgen brings another release of OpenCASCADE and makes its symbols global. Bound to those symbols OCP crashes the
+    # process, so it is loaded such that it looks for symbols in its own libraries first.
     flags = sys.getdlopenflags()
     sys.setdlopenflags(flags | getattr(os, "RTLD_DEEPBIND", 0))
     try:

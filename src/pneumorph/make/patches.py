@@ -1,4 +1,4 @@
-"""A tube as clamped cubic patches that CAD can read: the same piecewise polynomials, cut at knots."""
+"""Tubes as clamped cubic patches that CAD programs can read: the same piecewise polynomials, cut at knots."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ AROUND = 2
 """Patches around a tube. STEP readers lose the seam of a periodic face; two patches are the fewest without one."""
 
 ALONG = 8
-"""Most knot spans of a patch along a tube. CAD programs measure volumes by quadratures with few points along a face:
-on deep bellows in one piece they are 0.8 % off, in pieces of eight spans less than 0.01 %."""
+"""Largest number of knot spans of a patch along a tube. CAD programs compute volumes by quadrature with few points per
+face: for deep bellows in one piece the error is 0.8 %, in pieces of eight spans less than 0.01 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Patch:
     poles : (n_q, n_r, 3) array
         Control points in mm of the clamped cubic surface, q first.
     q, r : (n,) arrays
-        Its distinct knots, which are the tube's own; the first and the last count four times, the others once.
+        Its distinct knots, which are knots of the tube; the first and last have multiplicity four, the others one.
     """
 
     poles: Array
@@ -39,7 +39,7 @@ class Patch:
 
 
 def patches(surface: TubeSurface) -> list[list[Patch]]:
-    """The patches of a tube: rows from base to tip, each in the order of q."""
+    """The patches of a tube, in rows from base to tip, each row in the order of q."""
     rows = -(-surface.basis_r.spans // ALONG)
     return [
         [Patch(poles, q, r) for q, poles in _pieces(surface.basis_q, np.moveaxis(row, 1, 0), AROUND)]
@@ -48,14 +48,14 @@ def patches(surface: TubeSurface) -> list[list[Patch]]:
 
 
 def _pieces(basis: Basis, values: Array, number: int) -> list[tuple[Array, Array]]:
-    """A spline in equal pieces, cut by knot insertion: the knots of each and its clamped control values (n, ...)."""
+    """Cut a spline into equal pieces by knot insertion; the knots and clamped control values (n, ...) of each."""
     curve = _unwrapped(basis, values)
     cuts = np.linspace(0, basis.spans, number + 1).astype(int)
     pieces = []
     for start, stop in pairwise(cuts):
         knots, piece = basis.breaks[start : stop + 1], curve
         for knot in knots[[0, -1]]:
-            # As often as the degree: then the curve touches a control point there.
+            # With multiplicity equal to the degree the curve passes through a control point there.
             missing = basis.degree - int(np.count_nonzero(piece.t == knot))
             piece = piece.insert_knot(knot, missing) if missing > 0 else piece
         first = np.searchsorted(piece.t, knots[0], side="right") - basis.degree - 1
@@ -64,7 +64,7 @@ def _pieces(basis: Basis, values: Array, number: int) -> list[tuple[Array, Array
 
 
 def _unwrapped(basis: Basis, values: Array) -> BSpline:
-    """The spline with these control values; a periodic one runs on beyond [0, 1] so that no cut is at its end."""
+    """The spline with these control values; a periodic one is continued beyond [0, 1] so that no cut is at its end."""
     if not basis.periodic:
         return BSpline(basis.knots, values, basis.degree)
     index = np.arange(-basis.count, 2 * basis.count)

@@ -1,7 +1,7 @@
-"""Triangles as files for slicers: 3MF with units and names, and STL for programs that read nothing else."""
+"""Triangles as files for slicers: 3MF with units and names, and STL for programs that do not read 3MF."""
 
 # pyright: reportOptionalMemberAccess=false
-# lib3mf has no annotations; what it makes is taken for None.
+# lib3mf has no annotations, so pyright takes what it returns for None.
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -13,62 +13,62 @@ from lib3mf import Lib3MF, get_wrapper
 
 from pneumorph.make.triangles import Triangles
 
-# Vertices of both formats are of single precision: steps of 4e-6 mm at 80 mm, which six decimals keep.
+# Both formats store vertices in single precision, with a resolution of 4e-6 mm at 80 mm; six decimals suffice.
 _DECIMALS = 6
 
 
 def write_3mf(path: Path, parts: Mapping[str, Triangles]) -> None:
-    """Write named parts in millimetres; the first is to be built.
+    """Write named parts in millimetres, of which only the first is to be printed.
 
-    The others are objects of the type "other": there for programs that ask for them, never for a printer. A chamber
-    that were to be built with its body would be filled.
+    The others are objects of the type "other", which programs can read but slicers do not print: a chamber printed
+    together with its body would be filled with material.
 
     Parameters
     ----------
     path : Path
-        The file; one that is there is replaced.
+        The file; an existing one is replaced.
     parts : mapping of str to Triangles
-        By their names.
+        The parts by name.
 
     Raises
     ------
     OSError
-        When the file cannot be written.
+        If the file cannot be written.
     """
     _write(path, "3mf", parts)
 
 
 def write_stl(path: Path, part: Triangles) -> None:
-    """Write one part as binary STL. The format knows no unit; the numbers are millimetres.
+    """Write one part as binary STL. The format has no units; the numbers are millimetres.
 
     Parameters
     ----------
     path : Path
-        The file; one that is there is replaced.
+        The file; an existing one is replaced.
     part : Triangles
         In mm.
 
     Raises
     ------
     OSError
-        When the file cannot be written.
+        If the file cannot be written.
     """
     _write(path, "stl", {"": part})
 
 
 def read_3mf(path: Path) -> dict[str, Triangles]:
-    """The objects of a 3MF file in millimetres, by their names.
+    """Read the objects of a 3MF file, by name, in millimetres.
 
     Raises
     ------
     OSError
-        When it cannot be read.
+        If the file cannot be read.
     """
     model = get_wrapper().CreateModel()
     try:
         model.QueryReader("3mf").ReadFromFile(str(path))
     except Lib3MF.ELib3MFException as error:
-        raise OSError(f"{path}: is no 3MF file ({error})") from None
+        raise OSError(f"{path}: is not a 3MF file ({error})") from None
     objects, found = model.GetMeshObjects(), {}
     while objects.MoveNext():
         mesh = objects.GetCurrentMeshObject()
@@ -79,12 +79,12 @@ def read_3mf(path: Path) -> dict[str, Triangles]:
 
 
 def read_stl(path: Path) -> Triangles:
-    """The triangles of an STL file, points of the same coordinates made one.
+    """Read the triangles of an STL file, with points of equal coordinates merged.
 
     Raises
     ------
     OSError
-        When it cannot be read.
+        If the file cannot be read.
     """
     mesh = pyvista.read(path)
     return Triangles(np.asarray(mesh.points, dtype=float), np.asarray(mesh.regular_faces, dtype=np.int64))

@@ -1,4 +1,4 @@
-"""Solids of OpenCASCADE: the exact patches of every tube, closed by planes or poles, sharing their edges."""
+"""Solids in OpenCASCADE: the exact patches of every tube with shared edges, closed by planes or poles."""
 
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false
 # OCP has no stubs: neither its names nor its types are known.
@@ -20,7 +20,7 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, Top
 from pneumorph.geometry import TubeSurface
 from pneumorph.make.patches import Patch, patches
 
-# OpenCASCADE's own default, mm; the points that are to be one differ by rounding, which is eight orders less.
+# mm, the default of OpenCASCADE; points that should coincide differ by rounding, which is eight orders smaller.
 _TOLERANCE = 1e-7
 _HERE = TopLoc_Location()
 _BUILDER = BRep_Builder()
@@ -28,7 +28,7 @@ _ALONG_Q, _ALONG_R = gp_Dir2d(1.0, 0.0), gp_Dir2d(0.0, 1.0)
 
 
 def solid(surfaces: Iterable[TubeSurface]) -> TopoDS_Solid:
-    """One solid in mm that surfaces bound: the first is its outer shell, the others are inner ones.
+    """Build the solid bounded by surfaces, in mm: the first is its outer shell, the others are inner shells.
 
     Parameters
     ----------
@@ -43,16 +43,16 @@ def solid(surfaces: Iterable[TubeSurface]) -> TopoDS_Solid:
 
 
 def filled(chamber: TubeSurface) -> TubeSurface:
-    """The surface of what a chamber encloses, as the exterior of a solid of its own."""
-    # The first column stays and q runs the other way round, which turns the normal out of the chamber.
+    """The surface of a chamber as the exterior of the solid that fills it."""
+    # The first column stays and q runs in the opposite sense, so that the normal points out of the filling solid.
     return replace(chamber, net=chamber.net[:, -np.arange(chamber.net.shape[1])], cavity=False)
 
 
 def _shell(surface: TubeSurface) -> TopoDS_Shell:
-    """The closed shell of a tube. Its faces' normals are r_q × r_r, so they point out of the solid.
+    """The closed shell of a tube. The normals of its faces are r_q × r_r, so they point out of the solid.
 
-    Vertices and edges stand in rings from base to tip: vertex k of a ring at the start of patch k, parallel k along
-    that patch to vertex k + 1, meridian k from vertex k of one ring to that of the next.
+    Vertices and edges are arranged in rings from base to tip: vertex k is at the start of patch k, parallel k runs
+    along that patch to vertex k + 1, and meridian k from vertex k of a ring to vertex k of the next ring.
     """
     rows = [[_spline(patch) for patch in row] for row in patches(surface)]
     levels = [*(row[0].Bounds()[2] for row in rows), 1.0]
@@ -80,7 +80,7 @@ def _shell(surface: TubeSurface) -> TopoDS_Shell:
             sides = parallels[j][k], meridians[j][following[k]], parallels[j + 1][k], meridians[j][k]
             _BUILDER.Add(shell, _patch_face(spline, *sides))
     if surface.ends == "flat":
-        # Out of the material: away from the body's middle on the exterior, towards it on a chamber.
+        # Normals point out of the material: away from the body's middle on the exterior, towards it on a chamber.
         out = -1.0 if surface.cavity else 1.0
         base, tip = surface.end_centres
         clockwise = [edge.Reversed() for edge in reversed(parallels[0])]
@@ -93,7 +93,7 @@ def _shell(surface: TubeSurface) -> TopoDS_Shell:
 def _patch_face(
     spline: Geom_BSplineSurface, below: TopoDS_Edge, right: TopoDS_Edge, above: TopoDS_Edge, left: TopoDS_Edge
 ) -> TopoDS_Face:
-    """The face of a whole patch, with the parameter curves of its edges."""
+    """The face of a whole patch; its edges get their curves in the parameter plane."""
     q, q_end, r, r_end = spline.Bounds()
     for edge, start, along, span in (
         (below, gp_Pnt2d(0.0, r), _ALONG_Q, (q, q_end)),
@@ -116,7 +116,7 @@ def _spline(patch: Patch) -> Geom_BSplineSurface:
 
 
 def _knots(distinct: NDArray[np.float64]) -> tuple[Array1_double, Array1_int]:
-    """Distinct knots and how often each counts: four times at the two ends."""
+    """Distinct knots and their multiplicities, which are four at both ends and otherwise one."""
     knots, times = Array1_double(1, len(distinct)), Array1_int(1, len(distinct))
     for index, knot in enumerate(distinct, start=1):
         knots.SetValue(index, float(knot))
@@ -135,7 +135,7 @@ def _vertex(point: gp_Pnt) -> TopoDS_Vertex:
 
 
 def _edge(curve: Geom_Curve | None, start: TopoDS_Vertex, stop: TopoDS_Vertex) -> TopoDS_Edge:
-    """An edge along the whole of a curve; without one, an edge of no length at a pole."""
+    """An edge along a whole curve, or the degenerate edge at a pole if there is no curve."""
     edge = TopoDS_Edge()
     if curve is None:
         _BUILDER.MakeEdge(edge)
@@ -149,7 +149,7 @@ def _edge(curve: Geom_Curve | None, start: TopoDS_Vertex, stop: TopoDS_Vertex) -
 
 
 def _face(surface: Geom_BSplineSurface | Geom_Plane, edges: Iterable[TopoDS_Edge]) -> TopoDS_Face:
-    """The part of a surface inside a closed chain of edges."""
+    """The face of a surface inside a closed chain of edges."""
     wire = TopoDS_Wire()
     _BUILDER.MakeWire(wire)
     for edge in edges:

@@ -1,4 +1,4 @@
-"""STEP files: one named solid in millimetres each."""
+"""STEP files, each with one named solid in millimetres."""
 
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false
 # OCP has no stubs: neither its names nor its types are known.
@@ -22,59 +22,59 @@ from pneumorph import __version__
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.make.solid import filled, solid
 
-# What OpenCASCADE has to say of every file it writes goes to the screen otherwise.
+# Otherwise OpenCASCADE prints messages for every file it writes.
 Message.DefaultMessenger_s().ChangePrinters().Clear()
 
 
 def body_step(body: Body, path: Path) -> None:
     """Write a body as one solid named "body", its chambers as inner shells.
 
-    The faces are the body's own cubic B-splines, cut at knots, and planes; nothing is fitted or faceted.
+    The faces are the body's cubic B-splines, cut at knots, and planes; nothing is approximated.
 
     Parameters
     ----------
     body : Body
         In mm.
     path : Path
-        The file; one that is there is replaced.
+        The file; an existing one is replaced.
 
     Raises
     ------
     OSError
-        When the file cannot be written.
+        If the file cannot be written.
     """
     _write(body.surfaces, "body", path)
 
 
 def chamber_step(chamber: TubeSurface, path: Path) -> None:
-    """Write what a chamber encloses as a solid of its own, named "chamber" and its name.
+    """Write the inside of a chamber as a solid, named "chamber" followed by the chamber's name.
 
     Parameters
     ----------
     chamber : TubeSurface
         In mm.
     path : Path
-        The file; one that is there is replaced.
+        The file; an existing one is replaced.
 
     Raises
     ------
     OSError
-        When the file cannot be written.
+        If the file cannot be written.
     """
     _write([filled(chamber)], f"chamber {chamber.name}", path)
 
 
 def read_step(path: Path) -> TopoDS_Shape:
-    """What is in a STEP file, in mm.
+    """Read the shape in a STEP file, in mm.
 
     Raises
     ------
     OSError
-        When it cannot be read.
+        If the file cannot be read.
     """
     reader = STEPControl_Reader()
     if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone or reader.TransferRoots() < 1:
-        raise OSError(f"{path}: is no STEP file")
+        raise OSError(f"{path}: is not a STEP file")
     return reader.OneShape()
 
 

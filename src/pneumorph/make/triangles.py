@@ -1,4 +1,4 @@
-"""Bodies as triangles, no further from the exact surfaces than a chord error that is guaranteed."""
+"""Triangulation of bodies with a guaranteed chord error, the largest distance from the exact surfaces."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from pneumorph.geometry import TubeSurface
 
 Array = NDArray[np.float64]
 
-MOST_TRIANGLES = 5_000_000
-"""What a part may have; some hundred megabytes of STL are of no use to anybody."""
+MAX_TRIANGLES = 5_000_000
+"""Largest number of triangles of a part, about 250 MB of binary STL."""
 
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Closed, oriented triangles, their normals out of the solid.
+    """A closed surface of triangles, oriented with normals out of the solid.
 
     Attributes
     ----------
     points : (n, 3) array
-        In mm, each once.
+        Vertices in mm, all different.
     corners : (m, 3) integer array
         Indices into `points`.
     """
@@ -41,19 +41,19 @@ class Triangles:
 
 
 def triangles(surfaces: Iterable[TubeSurface], chord: float) -> Triangles:
-    """Triangles of surfaces that together bound a solid.
+    """Triangulate surfaces that together bound a solid.
 
     Parameters
     ----------
     surfaces : iterable of TubeSurface
-        A body's surfaces, or one `filled` chamber.
+        Those of a body, or one `filled` chamber.
     chord : float
-        Most distance in mm between a surface and the triangles.
+        Largest distance in mm between the surfaces and the triangles.
 
     Raises
     ------
     ComputationError
-        When a surface needs more than `MOST_TRIANGLES`.
+        If a surface needs more than `MAX_TRIANGLES`.
     """
     parts = [_tube(surface, chord) for surface in surfaces]
     first = np.cumsum([0, *(len(part.points) for part in parts)])
@@ -62,7 +62,7 @@ def triangles(surfaces: Iterable[TubeSurface], chord: float) -> Triangles:
 
 
 def _tube(surface: TubeSurface, chord: float) -> Triangles:
-    """A grid in (q, r): as many lines in every span of q, as many in each of r as its curvature asks for."""
+    """A grid in (q, r): equally many lines in every span of q, and in each span of r as many as its curvature needs."""
     around, along = _divisions(surface, chord)
     q = _divided(surface.basis_q.breaks, np.full(surface.basis_q.spans, around))[:-1]
     r = _divided(surface.basis_r.breaks, along)
@@ -72,31 +72,31 @@ def _tube(surface: TubeSurface, chord: float) -> Triangles:
     if surface.ends == "flat":
         base, tip = _cap(surface, points, rim), _cap(surface, points, rim + len(points) - len(rim))
         return Triangles(points, np.concatenate([corners, base[:, ::-1], tip]))
-    # The end rows are a point each: of both, the one next to the other rows stays.
+    # Each end row is a single point: keep its last copy at the base and its first at the tip.
     corners = np.clip(corners, rim[-1], len(points) - len(rim)) - rim[-1]
     proper = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
     return Triangles(points[rim[-1] : len(points) - rim[-1]], corners[proper])
 
 
 def _cap(surface: TubeSurface, points: Array, rim: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles of a flat end's disc on the rim's points, in the sense of q."""
-    # Of a chamber q runs clockwise, and polygons are taken counter-clockwise.
+    """Triangles of an end disc between the points of its rim, oriented in the sense of q."""
+    # q runs clockwise on a chamber, but the polygon must be given counter-clockwise.
     rim = rim[::-1] if surface.cavity else rim
     found = rim[manifold3d.triangulate([points[rim, :2]])]
     return found[:, ::-1] if surface.cavity else found
 
 
 def _divisions(surface: TubeSurface, chord: float) -> tuple[int, NDArray[np.int64]]:
-    """Parts of every knot span in q, and of each in r, that keep the chord error with few triangles.
+    """Subdivisions of every knot span in q, and of each in r, that keep the chord error with few triangles.
 
-    Over a right triangle with legs h_q, h_r linear interpolation is off by at most
-    (h_q² |S_qq| + 2 h_q h_r |S_qr| + h_r² |S_rr|) / 8 (Filip, Magedson and Markot 1986), the derivatives bounded by
-    their Bézier control points.
+    Over a right triangle with legs h_q, h_r the error of linear interpolation is at most
+    (h_q² |S_qq| + 2 h_q h_r |S_qr| + h_r² |S_rr|) / 8 (Filip, Magedson and Markot 1986), with the derivatives bounded
+    by their Bézier control points.
     """
     qq, qr, rr = _second_derivatives(surface)
     allowed = 8.0 * chord
     least = int(np.sqrt(qq.max() / allowed)) + 1
-    if least * max(1.0, np.sqrt(rr.max() / allowed)) > MOST_TRIANGLES:
+    if least * max(1.0, np.sqrt(rr.max() / allowed)) > MAX_TRIANGLES:
         raise ComputationError(_too_many(surface, chord))
     best: tuple[int, NDArray[np.int64]] | None = None
     for around in range(least, 4 * least + 1):
@@ -107,17 +107,18 @@ def _divisions(surface: TubeSurface, chord: float) -> tuple[int, NDArray[np.int6
         if best is None or around * along.sum() < best[0] * best[1].sum():
             best = around, along
     assert best is not None
-    if 2 * best[0] * best[1].sum() * surface.basis_q.spans > MOST_TRIANGLES:
+    if 2 * best[0] * best[1].sum() * surface.basis_q.spans > MAX_TRIANGLES:
         raise ComputationError(_too_many(surface, chord))
     return best
 
 
 def _too_many(surface: TubeSurface, chord: float) -> str:
-    return f"{surface.name} needs more than {MOST_TRIANGLES} triangles for a chord error of {chord:g} mm; allow more"
+    needed = f"needs more than {MAX_TRIANGLES} triangles for a chord error of {chord:g} mm"
+    return f"{surface.name} {needed}; allow a larger error"
 
 
 def _second_derivatives(surface: TubeSurface) -> tuple[Array, Array, Array]:
-    """Bounds of |S_qq|, |S_qr| and |S_rr| on every cell of knot spans (n_r, n_q), per span and squared."""
+    """Bounds (n_r, n_q) in mm of |S_qq|, |S_qr| and |S_rr| on every knot span, with the span as unit of q and r."""
     nodes = np.arange(4) / 3.0
     bernstein = np.stack([(1 - nodes) ** 3, 3 * nodes * (1 - nodes) ** 2, 3 * nodes**2 * (1 - nodes), nodes**3], axis=1)
     inverse = np.linalg.inv(bernstein)
@@ -130,7 +131,7 @@ def _second_derivatives(surface: TubeSurface) -> tuple[Array, Array, Array]:
 
 
 def _divided(breaks: Array, parts: NDArray[np.int64]) -> Array:
-    """Every interval in so many equal parts."""
+    """Divide every interval into the given number of equal parts."""
     inner = [
         np.linspace(start, stop, count, endpoint=False)
         for start, stop, count in zip(breaks[:-1], breaks[1:], parts, strict=True)
@@ -139,7 +140,7 @@ def _divided(breaks: Array, parts: NDArray[np.int64]) -> Array:
 
 
 def _cells(grid: Array) -> NDArray[np.int64]:
-    """Two triangles for every cell of a grid that is closed in q, along the shorter diagonal."""
+    """Two triangles for every cell of a grid that is closed in q, split along the shorter diagonal."""
     rows, columns = grid.shape[:2]
     number = np.arange(rows * columns).reshape(rows, columns)
     a, b = number[:-1], np.roll(number, -1, axis=1)[:-1]

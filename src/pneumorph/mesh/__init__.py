@@ -1,4 +1,4 @@
-"""From exact surfaces to quadratic tetrahedra that follow them."""
+"""Meshes of quadratic tetrahedra that follow the exact surfaces of a body."""
 
 from pneumorph.mesh.build import mesh_body
 from pneumorph.mesh.morph import Morph

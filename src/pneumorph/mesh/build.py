@@ -1,4 +1,4 @@
-"""From a body to a mesh that follows it."""
+"""Meshing a body with a mesh that follows its surfaces."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ from pneumorph.mesh.volume import fill
 
 _TURN = np.radians(45)
 _FINER = (1.0, 0.93, 0.86, 0.8, 0.65, 0.5)
-"""Factors on turning angle and size in successive tries: where chords just cross a little finer will do, and half the
-size has eight times the elements."""
-_SEEN = 6
-"""Decimals of the control points' mm that are seen while a body is meshed: rounding errors must not decide how. The
-mesh is then moved to the exact places."""
+"""Factors on size and turning angle in successive attempts. A slightly finer mesh suffices where chords just cross;
+half the size has eight times as many elements."""
+_DECIMALS = 6
+"""Decimals (of mm) to which control points are rounded while a body is meshed, so that rounding errors do not change
+the mesh, which is moved to the exact surfaces afterwards."""
 _WORST = 0.02
-"""Quality below which a mesh counts as failed."""
+"""Quality (see `scaled_jacobian`) below which a mesh is rejected."""
 
 
 def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
-    """Mesh a body, or the half at y ≥ 0 or x ≥ 0 of a symmetric one, with quadratic tetrahedra of about the given edge.
+    """Mesh a body, or the half at y ≥ 0 or x ≥ 0 of a symmetric one, with quadratic tetrahedra.
 
-    Where chords of a coarse triangulation cross, or curving the elements inverts one, finer triangulations are tried.
+    If chords of a coarse triangulation cross, or an element is inverted when curved, finer triangulations are tried.
 
     Parameters
     ----------
     body : Body
     size : float
-        Edge length, mm; edges are shorter where the surfaces turn sharply.
+        Approximate edge length, mm; edges are shorter where the surfaces are strongly curved.
     mirror : "xz" or "yz", optional
         The plane that cuts a symmetric body in two.
 
     Raises
     ------
     MeshError
-        If no try gives a mesh without inverted or nearly flat elements.
+        If no attempt gives a mesh without inverted or nearly flat elements.
     """
     exact = body.control_points()
-    P = np.round(exact, _SEEN)
+    P = np.round(exact, _DECIMALS)
     body = body.with_control_points(P)
-    reason = MeshError("never tried")
+    reason = MeshError("no attempt was made")
     for finer in _FINER:
         surface = surface_mesh(body, finer * size, finer * _TURN, mirror)
         faces, nodes = surface.faces, surface.B @ P

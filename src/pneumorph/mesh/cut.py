@@ -1,4 +1,4 @@
-"""The cut of half a body: six-node triangles in the mirror plane, between the profiles of the surfaces it cuts."""
+"""The cut face of half a body: six-node triangles in the mirror plane, bounded by the profiles of the cut surfaces."""
 
 from __future__ import annotations
 
@@ -17,16 +17,18 @@ def with_cut(
     Parameters
     ----------
     faces : dict of (nf, 6) int
-        Triangles of the surfaces, open in the plane.
+        Triangles of the surfaces, which are open in the plane.
     nodes : (n, 3) float
     mirror : "xz" or "yz"
     size : float
-        Edge length wanted away from the surfaces, mm.
+        Desired edge length away from the surfaces, mm.
 
     Returns
     -------
-    faces : with ``"mirror <plane>"``, whose normals point out of the half that is there.
-    nodes : (n + added, 3) float, the given ones first; those in the plane are moved into it exactly.
+    faces : dict of (nf, 6) int
+        The given ones and ``"mirror <plane>"``, whose normals point out of the meshed half.
+    nodes : (n + added, 3) float
+        The given ones first; those in the plane are moved into it exactly.
 
     Raises
     ------
@@ -34,7 +36,7 @@ def with_cut(
         If profiles cross.
     """
     normal = NORMALS[mirror]
-    axes = [(normal + 2) % 3, (normal + 1) % 3]  # turned such that anticlockwise triangles face the missing half
+    axes = [(normal + 2) % 3, (normal + 1) % 3]  # ordered so that counter-clockwise triangles face the missing half
     rim = _open_edges(np.concatenate(list(faces.values())))
     nodes = nodes.copy()
     nodes[np.unique(rim), normal] = 0.0
@@ -49,7 +51,7 @@ def with_cut(
     ends = np.sort(corners[:, TRIANGLE_EDGES].reshape(-1, 2), axis=1)
     inner, inverse = np.unique(ends, axis=0, return_inverse=True)
     mids = len(nodes) + len(inside) + np.arange(len(inner))
-    # Edges of the rim have their mid-side nodes already; those behind them close ranks.
+    # Edges of the rim have their mid-side nodes already; the other edges get consecutive numbers.
     known = {(min(a, b), max(a, b)): mid for a, b, mid in rim.tolist()}
     on_rim = np.array([edge in known for edge in map(tuple, inner.tolist())])
     mids[~on_rim] = len(nodes) + len(inside) + np.arange(np.count_nonzero(~on_rim))
@@ -62,7 +64,7 @@ def with_cut(
 
 
 def _open_edges(triangles: np.ndarray) -> np.ndarray:
-    """Edges of one triangle only, (n, 3): the ends in the order of the triangle that is missing, and the middle."""
+    """Edges (n, 3) with only one triangle: ends, in the order of the missing second triangle, and mid-side node."""
     edges = np.concatenate([triangles[:, TRIANGLE_EDGES], triangles[:, 3:, None]], axis=2).reshape(-1, 3)
     _, first, count = np.unique(edges[:, 2], return_index=True, return_counts=True)
     return edges[first[count == 1]][:, [1, 0, 2]]

@@ -1,4 +1,4 @@
-"""The mesh follows the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is remeshed."""
+"""Motion of the mesh with the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is remeshed."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from pneumorph.problem.symmetry import NORMALS
 
 @dataclass(frozen=True, eq=False)
 class Extension:
-    """Carries values on surface nodes (n_surface, k) to `inner` nodes, those that are neither there nor held at 0."""
+    """Extends values on surface nodes (n_surface, k) to `inner` nodes: all others, except those that are held at 0."""
 
     inner: np.ndarray
     coupling: sparse.csr_array
     factor: SuperLU
 
     def carry(self, surface: np.ndarray) -> np.ndarray:
+        """Values on the inner nodes from those on the surface nodes."""
         return -self.factor.solve(np.ascontiguousarray(self.coupling @ surface))
 
     def back(self, inner: np.ndarray) -> np.ndarray:
@@ -33,24 +34,24 @@ class Extension:
 class Morph:
     """Node positions as an affine function of the control points.
 
-    Surface nodes, mid-side ones included, are B P: exactly on the surfaces. Their motion is carried into the volume by
-    diffusion in the quadratic space of the straight reference mesh, stiffer where elements are small. Nodes in a mirror
-    plane stay in it: across it they do not move, in it those that are on no surface follow the others.
+    Surface nodes, including mid-side nodes, are B P and lie exactly on the surfaces. Their motion is extended into the
+    volume by a diffusion equation on the straight reference mesh with quadratic elements, stiffer where elements are
+    small. Nodes in a mirror plane do not move normal to it; within it, those that are on no surface follow the others.
 
     Attributes
     ----------
     mesh : TetMesh
-        The mesh at the control points it was built for.
+        The mesh at the control points for which it was built.
     B : (n_surface, n_points) sparse
-        Surface nodes, which are the first of the mesh.
+        From control points to surface nodes, which are the first nodes of the mesh.
     reference : (N, 3) float
-        X_ref: the straight mesh, surface mid-side nodes on their chords.
+        X_ref: the straight mesh, with mid-side nodes of the surface on their chords.
     size : float
-        Edge length the mesh was built for, mm.
+        Edge length for which the mesh was built, mm.
     param : dict of (nf, 6, 2) float
-        (q, r) of the tube triangles' nodes by surface name (see `SurfaceMesh.param`).
+        (q, r) of the nodes of the tubes' triangles, by surface name (see `SurfaceMesh.param`).
     extensions : tuple of (components, Extension)
-        The same for all components, but for the one across a mirror plane.
+        One extension for all components; with a mirror plane, a second one for the normal component.
     """
 
     mesh: TetMesh
@@ -73,15 +74,15 @@ class Morph:
         return edges[np.unique(edges[:, 2], return_index=True)[1]]
 
     def positions(self, P: np.ndarray) -> np.ndarray:
-        """All nodes, (N, 3) in mm, for the control points P (n_points, 3)."""
+        """Positions (N, 3) in mm of all nodes for the control points P (n_points, 3)."""
         return self.reference + self._extend(self.B @ P - self.reference[: self.n_surface])
 
     def push(self, dP: np.ndarray) -> np.ndarray:
-        """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points: the linear part."""
+        """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points."""
         return self._extend(self.B @ dP)
 
     def pullback(self, dX: np.ndarray) -> np.ndarray:
-        """Transpose of `push`: from a gradient by node positions (N, 3) to that by control points (n_points, 3)."""
+        """Transpose of `push`: gradient by control points (n_points, 3) from that by node positions (N, 3)."""
         surface = dX[: self.n_surface].copy()
         for components, extension in self.extensions:
             surface[:, components] += extension.back(dX[np.ix_(extension.inner, components)])
@@ -99,7 +100,7 @@ class Morph:
         return everywhere
 
     def _in_plane(self, surface: np.ndarray) -> np.ndarray:
-        """Values on surface nodes without the component across the mirror plane where they are in it."""
+        """Values on surface nodes, with the component normal to the mirror plane set to zero for nodes in it."""
         if self.mesh.mirror is None:
             return surface
         nodes, kept = self.mesh.mirror_nodes, surface.copy()
@@ -110,7 +111,7 @@ class Morph:
 def build_morph(
     straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, param: dict[str, np.ndarray]
 ) -> Morph:
-    """Factorise the extension on a straight mesh whose first nodes are the surface's (see `Morph`)."""
+    """Build a morph by factorising the extension on a straight mesh whose first nodes are the surface nodes."""
     stiffness = _stiffness(straight)
     n_surface = len(B.indptr) - 1
     inner = np.arange(n_surface, len(straight.points))
@@ -138,7 +139,7 @@ def _extension(stiffness: sparse.csr_array, n_surface: int, inner: np.ndarray) -
 
 
 def _stiffness(straight: TetMesh) -> sparse.csr_array:
-    """Scalar diffusion, ∫∇a·∇b / V over every element: small elements are the ones that bear least."""
+    """Scalar diffusion, ∫∇a·∇b / V over every element: small elements, which can deform least, are the stiffest."""
     corners = straight.points[straight.tets[:, :4]]
     jacobian = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
     gradient = np.einsum("gak,ekd->egad", tet_gradient(TET_RULE), np.linalg.inv(jacobian))

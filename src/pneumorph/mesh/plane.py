@@ -1,7 +1,7 @@
-"""Triangles in a plane between given curved edges: a Delaunay triangulation made to hold them, then improved by swaps.
+"""Triangulation of a plane region with given curved edges: constrained Delaunay, then improved by edge swaps.
 
 Missing edges are recovered by swapping the edges that cross them (Sloan 1993, A fast algorithm for generating
-constrained Delaunay triangulations). Netgen's planar mesher may split the edges it is given, so it cannot be asked.
+constrained Delaunay triangulations). Netgen's planar mesher is not used because it may split the given edges.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from scipy.spatial import Delaunay
 from pneumorph.errors import MeshError
 from pneumorph.mesh.tets import triangle_gradient
 
-_CLEAR = 0.6  # distance of a vertex inside from the given edges, in edge lengths
+_CLEAR = 0.6  # smallest distance of inner vertices from the given edges, in edge lengths
 _PASSES = 8
 _NODES = np.array([[0.0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
 _GRADIENTS = triangle_gradient(_NODES)
@@ -25,25 +25,25 @@ Edge = tuple[int, int]
 def triangulate(
     points: np.ndarray, edges: np.ndarray, middles: np.ndarray, size: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles between closed polygons whose edges all stay.
+    """Triangulate the region between closed polygons, whose edges are all kept.
 
     Parameters
     ----------
     points : (n, 2) float
         The polygons' vertices.
     edges : (m, 2) int
-        The region lies to the left of each.
+        Edges of the polygons; the region lies to the left of each.
     middles : (m, 2) float
-        Where the curved edges have their mid-side nodes: no triangle shall degenerate when its edges are curved.
+        Mid-side nodes of the curved edges; triangles must not degenerate when their edges are curved.
     size : float
-        Distance of vertices inside, mm.
+        Distance between inner vertices, mm.
 
     Returns
     -------
     inside : (k, 2) float
-        Vertices inside.
+        Inner vertices.
     triangles : (nt, 3) int
-        Anticlockwise, numbered with the given points first.
+        Counter-clockwise; the given points are numbered first.
 
     Raises
     ------
@@ -65,14 +65,14 @@ def triangulate(
 
 
 def _lattice(points: np.ndarray, edges: np.ndarray, size: float) -> np.ndarray:
-    """Points (k, 2) of a triangular lattice in the region, clear of its edges."""
+    """Points (k, 2) of a triangular lattice in the region, at some distance from its edges."""
     low, high = points.min(axis=0), points.max(axis=0)
     rows = np.arange(low[1], high[1], size * np.sqrt(0.75))
     columns = np.arange(low[0], high[0] + size, size)
     lattice = np.array([(x - size / 2 * (j % 2), y) for j, y in enumerate(rows) for x in columns])
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     along = b - a
-    # Of a ray to the right, the number of edges it crosses is odd inside.
+    # A point is inside if a ray from it to the right crosses an odd number of edges.
     below = (a[:, 1] <= lattice[:, 1:]) != (b[:, 1] <= lattice[:, 1:])
     rise = np.where(along[:, 1] == 0, 1.0, along[:, 1])
     ahead = lattice[:, :1] < a[:, 0] + (lattice[:, 1:] - a[:, 1]) / rise * along[:, 0]
@@ -84,10 +84,10 @@ def _lattice(points: np.ndarray, edges: np.ndarray, size: float) -> np.ndarray:
 
 
 class _Plane:
-    """A triangulation: `apex` tells for every directed edge the third corner of the triangle on its left."""
+    """A triangulation; `apex` gives for every directed edge the third corner of the triangle on its left."""
 
     def __init__(self, points: np.ndarray, edges: np.ndarray, middles: np.ndarray):
-        # Corners of a large frame keep rows of points in line off the hull, where they might be left out.
+        # Corners of a large frame keep collinear points off the hull, where Delaunay might leave them out.
         middle, reach = points.mean(axis=0), 10 * np.ptp(points, axis=0).max()
         frame = middle + reach * np.array([[-1.0, -0.9], [1.1, -1], [1, 1.2], [-1.2, 1]])
         self.points = np.concatenate([points, frame])
@@ -105,14 +105,14 @@ class _Plane:
         return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
     def _swap(self, a: int, b: int) -> Edge:
-        """Exchange the edge between two triangles for the one between their apexes."""
+        """Replace the edge between two triangles by the one between their apexes."""
         c, d = self.apex.pop((a, b)), self.apex.pop((b, a))
         self._add(a, d, c)
         self._add(d, b, c)
         return c, d
 
     def recover(self, p: int, q: int) -> None:
-        """Make p to q an edge."""
+        """Make p–q an edge."""
         if (p, q) in self.apex or (q, p) in self.apex:
             return
         crossing = deque(edge for edge in self.apex if edge[0] < edge[1] and self._cross(p, q, *edge))
@@ -135,7 +135,7 @@ class _Plane:
         return sides < 0 and self._twice_area(a, b, p) * self._twice_area(a, b, q) < 0
 
     def keep_left_of(self, edges: np.ndarray) -> None:
-        """Drop all triangles that cannot be reached from the left of the edges without crossing them."""
+        """Remove all triangles that cannot be reached from the left of the edges without crossing them."""
         fixed = set(map(tuple, edges.tolist()))
         fixed |= {(b, a) for a, b in fixed}
         reached, waiting = {}, list(map(tuple, edges.tolist()))
@@ -153,7 +153,7 @@ class _Plane:
         self.apex = reached
 
     def swap(self) -> bool:
-        """Swap edges as long as that makes the worse of the two triangles beside one better; whether any was."""
+        """Swap edges while that improves the worse of the two adjacent triangles; returns whether any was swapped."""
         swapped = False
         waiting = [edge for edge in self.apex if edge[0] < edge[1]]
         while waiting:
@@ -169,7 +169,7 @@ class _Plane:
         return swapped
 
     def smooth(self, first: int) -> bool:
-        """Move vertices from number `first` on amidst their neighbours where that is better; whether any was."""
+        """Move vertices from index `first` on to the mean of their neighbours if better; returns whether any moved."""
         around: dict[int, list[Edge]] = {}
         for (a, b), c in self.apex.items():
             if c >= first:
@@ -187,7 +187,7 @@ class _Plane:
         return moved
 
     def quality(self, a: int, b: int, c: int) -> float:
-        """Least det(dx/dξ) at the nodes of a curved triangle over that of a regular one with sides of the same size."""
+        """Smallest det(dx/dξ) at the nodes of a curved triangle, relative to a regular one of the same size."""
         low = min(a, b, c)
         key = (a, b, c) if a == low else (b, c, a) if b == low else (c, a, b)
         if key not in self._quality:

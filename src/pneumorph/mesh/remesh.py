@@ -1,4 +1,4 @@
-"""When a morphed mesh should be given up for a new one."""
+"""When a morphed mesh should be replaced by a new one."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ _TURN = np.radians(75)
 
 
 def needs_remesh(morph: Morph, P: np.ndarray, positions: np.ndarray | None = None) -> str | None:
-    """Why the mesh no longer suits the body, or None if it does.
+    """The reason why the mesh no longer suits the body, or None if it does.
 
-    A mesh that was poor, or turned sharply, when it was fresh is measured against itself, so that a hard body is not
-    meshed again and again.
+    A mesh that was poor, or had sharply curved edges, when it was built is compared with its own initial state, so
+    that a body that is hard to mesh is not remeshed for every design.
 
     Parameters
     ----------
     morph : Morph
     P : (n_points, 3) float
-        Control points of the body as it is now.
+        Control points of the present body.
     positions : (N, 3) float, optional
-        ``morph.positions(P)``, if it is at hand.
+        ``morph.positions(P)``, if already computed.
     """
     fresh = morph.mesh.points
     now = morph.positions(P) if positions is None else positions
@@ -36,10 +36,10 @@ def needs_remesh(morph: Morph, P: np.ndarray, positions: np.ndarray | None = Non
     length, turn = _edges(now, morph.surface_edges)
     stretch = float(np.quantile(length / fresh_length, 0.99))
     if stretch > _STRETCH:
-        return f"surface edges grew to {stretch:.2f} of their length"
+        return f"surface edges grew to {stretch:.2f} times their initial length"
     sharpest, fresh_sharpest = (float(np.quantile(angle, 0.99)) for angle in (turn, fresh_turn))
     if sharpest > max(_TURN, 1.4 * fresh_sharpest):
-        return f"the surface turns by {np.degrees(sharpest):.0f}° along one edge"
+        return f"the surface turns by {np.degrees(sharpest):.0f}° along a single edge"
     return None
 
 

@@ -1,8 +1,9 @@
-"""Local repair of a tetrahedral mesh whose elements would turn out poor once their surface edges are curved.
+"""Local repair of a tetrahedral mesh in which some elements would be poor once their surface edges are curved.
 
-The usual culprit is an element with two faces on one smooth surface: on the curve these meet at 180°, and it is
-singular along their common edge. A vertex is put into the solid next to such an element, and the elements around it are
-replaced by ones that join the vertex to the faces of the hole. Surface triangles, and so their symmetries, stay.
+The usual cause is an element with two faces on one smooth surface: on the curved surface these meet at 180°, and the
+element is singular along their common edge. A vertex is inserted into the solid next to such an element, and the
+elements around it are replaced by ones that join the vertex to the faces of the resulting hole. Surface triangles are
+kept, and with them the symmetries of the surface mesh.
 """
 
 from __future__ import annotations
@@ -16,26 +17,26 @@ import numpy as np
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES
 
-_GOOD = 0.1  # quality from which an element is left alone
-_ENOUGH = 0.2  # quality of a repair that ends the search for a better one
-_DEPTHS = (0.3, 0.15, 0.5, 0.0, 0.8)  # trial distances into the solid, in edge lengths of the poor element
+_GOOD = 0.1  # quality above which an element is not repaired
+_ENOUGH = 0.2  # quality of a repair at which the search for a better one stops
+_DEPTHS = (0.3, 0.15, 0.5, 0.0, 0.8)  # trial distances into the solid, relative to the size of the poor element
 _LARGEST_HOLE = 24
 
 
 def repair(
     points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, mid_points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Put vertices next to poor elements and rebuild their surroundings.
+    """Insert vertices next to poor elements and remesh around them.
 
     Parameters
     ----------
     points : (n, 3) float
     tets : (M, 4) int
-        Positively oriented while straight.
+        Positively oriented as straight tetrahedra.
     triangles : (nt, 6) int
         Surface triangles with their mid-side nodes.
     mid_points : (…, 3) float
-        Positions, on the curved surface, of all surface nodes.
+        Positions of all surface nodes on the curved surface.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def repair(
 
     for k in poor[np.argsort(start_quality[poor], kind="stable")].tolist():
         if k not in elements:
-            continue  # an earlier repair has taken it away
+            continue  # removed by an earlier repair
         repair = _best_vertex(k, added, places, elements, around, inward, curved, quality)
         if repair is None:
             continue
@@ -72,14 +73,14 @@ def repair(
             elements[number], quality[number] = corners, worth
             for corner in corners:
                 around[corner].add(number)
-    # A hole may have swallowed a vertex inside the solid; surface vertices keep their numbers.
+    # A hole may have removed a vertex inside the solid; surface vertices keep their numbers.
     used, renumbered = np.unique(list(elements.values()), return_inverse=True)
     return places[used], renumbered.reshape(-1, 4)
 
 
 @dataclass(frozen=True)
 class _Repair:
-    """A new vertex, the elements it replaces, and those it brings with their quality."""
+    """A new vertex, the elements that it replaces (hole), and its own elements (filling) with their quality."""
 
     place: np.ndarray
     hole: set[int]
@@ -106,7 +107,7 @@ class _Curved:
 
 
 def _inward(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """At every vertex the area-weighted normal into the solid, zero inside it."""
+    """Area-weighted normals into the solid at all vertices (n, 3); zero for inner vertices."""
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     normals = np.zeros_like(points)
     np.add.at(normals, triangles, -np.cross(b - a, c - a)[:, None])
@@ -123,7 +124,7 @@ def _best_vertex(
     curved: _Curved,
     quality: dict[int, float],
 ) -> _Repair | None:
-    """The best vertex for element k, if there is one that makes its surroundings better."""
+    """The best new vertex for the poor element k, or None if none improves the elements around it."""
     corners = elements[k]
     centre = places[corners].mean(axis=0)
     length = np.linalg.norm(places[corners] - centre, axis=1).mean()
@@ -141,7 +142,7 @@ def _best_vertex(
             if worst > max(best_quality, min(quality[number] for number in hole)):
                 best_quality = worst
                 best = _Repair(places[vertex].copy(), hole, filling.tolist(), filling_quality.tolist())
-            # The elements beyond every poor face join the hole.
+            # Enlarge the hole by the elements beyond every poor face.
             beyond = set()
             for a, b, c in (faces[i] for i in np.nonzero(filling_quality < max(_GOOD, worst + 1e-9))[0]):
                 beyond |= around[a] & around[b] & around[c]
@@ -154,7 +155,7 @@ def _best_vertex(
 
 
 def _hull(hole: set[int], elements: dict[int, list[int]]) -> list[tuple[int, int, int]]:
-    """Faces between the hole and the rest, anticlockwise seen from outside."""
+    """Faces between the hole and the other elements, counter-clockwise seen from outside the hole."""
     faces = {}
     for number in hole:
         corners = elements[number]

@@ -1,4 +1,4 @@
-"""Bisection of long inner edges: a wall several edge lengths thick gets vertices inside."""
+"""Bisection of long inner edges, which gives walls several edge lengths thick inner vertices."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ _PASSES = 10
 def split_long_edges(
     points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, longest: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bisect edges longer than ``longest`` that are not on the surface, longer ones first.
+    """Bisect inner edges longer than ``longest``, the longest first.
 
     Parameters
     ----------
     points : (n, 3) float
     tets : (M, 4) int
     triangles : (nt, 3) int
-        Surface triangles: they stay whole.
+        Surface triangles, which are not split.
     longest : float
-        mm.
+        Largest length of inner edges that is kept, mm.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def split_long_edges(
         a, b = keys // n, keys % n
         length = np.linalg.norm(points[a] - points[b], axis=1)
         length[np.searchsorted(keys, np.unique(_keys(triangles[:, TRIANGLE_EDGES], n)))] = 0.0
-        # An edge is split if it is the longest of every element around it; then no element is split twice.
+        # An edge is split if it is the longest of all elements around it, so that no element is split twice.
         rank = np.argsort(np.argsort(length, kind="stable"))
         local = rank[edge].argmax(axis=1)
         candidate = edge[np.arange(len(tets)), local]
@@ -54,6 +54,6 @@ def split_long_edges(
 
 
 def _keys(edges: np.ndarray, n: int) -> np.ndarray:
-    """One number per edge (…, 2), whichever way it runs."""
+    """One number for each edge (…, 2), independent of its direction."""
     ends = np.sort(edges, axis=-1)
     return ends[..., 0] * n + ends[..., 1]

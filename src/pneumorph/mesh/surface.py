@@ -1,4 +1,4 @@
-"""Triangulation of the body's surfaces in their parameters (q, r), as a linear map from control points to nodes."""
+"""Triangulation of a body's surfaces in their parameters (q, r), as a linear map from control points to nodes."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 _SAMPLES_PER_SPAN = 4
 _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to the mirror plane is cut by it
-_SEAMS = {"xz": (0.0, 0.5), "yz": (0.75, 0.75)}  # where the kept half begins in q, of the exterior and of a chamber
-_GRADATION = 0.4  # how much longer an edge may be per mm of way from its neighbour
-_HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot rules the whole line
+_SEAMS = {"xz": (0.0, 0.5), "yz": (0.75, 0.75)}  # q at which the kept half begins, on the exterior and on a chamber
+_GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
+_HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class SurfaceMesh:
     Attributes
     ----------
     B : (n_nodes, n_points) sparse
-        Nodes are ``B @ P``; a row holds at most 16 values on a tube, an end row's worth on a disc.
+        Nodes are ``B @ P``; a row has at most 16 entries on a tube, and those of a whole end row on a disc.
     faces : dict of (nf, 6) int
-        Triangles by name (see `TetMesh.faces`), normals from solid to void; a chamber's tube comes before its discs.
+        Triangles by name (see `TetMesh.faces`), normals from solid to void; for a chamber its tube, then its discs.
     param : dict of (nf, 6, 2) float
-        (q, r) of the tube triangles' nodes by surface name ("exterior" or the chamber's), in the order of ``faces``; q
-        runs on beyond 1 where a triangle crosses the seam.
+        (q, r) of the nodes of the tubes' triangles, by surface name ("exterior" or a chamber's), in the order of
+        ``faces``; q exceeds 1 where a triangle crosses the seam.
     """
 
     B: sparse.csr_array
@@ -45,22 +45,22 @@ class SurfaceMesh:
 
 
 def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str | None = None) -> SurfaceMesh:
-    """Triangulate all surfaces of a body, or those of the half at y ≥ 0 or x ≥ 0 of one with a mirror plane.
+    """Triangulate all surfaces of a body, or of its half at y ≥ 0 or x ≥ 0 if it has a mirror plane.
 
     Parameters
     ----------
     body : Body
     size : float
-        Edge length aimed at, mm: the mean of a grid cell's side and its diagonal.
+        Desired edge length, mm: the geometric mean of a grid cell's side and diagonal.
     turn : float
-        Largest turning of a surface line's tangent along one edge, rad.
+        Largest rotation of a surface line's tangent along one edge, rad.
     mirror : "xz" or "yz", optional
-        The mirror plane; surfaces that it cuts are left open there.
+        The mirror plane; surfaces cut by it are left open there.
     """
     side = size / 2**0.25
     patches = [_kept(surface, side, turn, mirror) for surface in body.surfaces]
     n_vertices = sum(patch.n_vertices for patch in patches)
-    # Vertices of all surfaces come first, then all mid-side nodes.
+    # The vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
     first_mid = n_vertices + np.cumsum([0] + [patch.n_mids for patch in patches])
     faces, param = {}, {}
@@ -70,7 +70,7 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str |
         number = np.concatenate([v + np.arange(patch.n_vertices), m + np.arange(patch.n_mids)])
         base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
         if surface.cavity:
-            names = " ".join(chamber.name for chamber in _alike(body, surface, mirror))
+            names = " ".join(chamber.name for chamber in _with_image(body, surface, mirror))
             faces[f"chamber {names}"] = np.concatenate([tube, base, tip])
         else:
             faces |= {"base": base, "tip": tip, "exterior": tube}
@@ -80,8 +80,8 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str |
     return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), faces, param)
 
 
-def _alike(body: Body, surface: TubeSurface, mirror: str | None) -> list[TubeSurface]:
-    """The surface, and its image where that is another one."""
+def _with_image(body: Body, surface: TubeSurface, mirror: str | None) -> list[TubeSurface]:
+    """The surface, and its mirror image if that is another surface."""
     if mirror is None or abs(_middle(surface)[NORMALS[mirror]]) < _IN_PLANE:
         return [surface]
     image = _middle(surface) * MIRRORS[mirror]
@@ -94,7 +94,7 @@ def _middle(surface: TubeSurface) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Patch:
-    """One closed surface; ``part`` says where a triangle is: on the base disc (0), the tube (1) or the tip disc (2)."""
+    """One closed surface; ``part`` tells whether a triangle is on base disc (0), tube (1) or tip disc (2)."""
 
     B: sparse.csr_array
     n_vertices: int
@@ -109,7 +109,7 @@ class _Patch:
 
 @dataclass(frozen=True)
 class _Ring:
-    """A closed row of vertices: on the tube at r, or on a disc at the fraction s of the way from centre to rim."""
+    """A closed row of vertices: on the tube at r, or on a disc at the fraction s of the distance from centre to rim."""
 
     q: np.ndarray
     r: float
@@ -117,7 +117,7 @@ class _Ring:
 
 
 def _kept(surface: TubeSurface, size: float, turn: float, mirror: str | None) -> _Patch:
-    """What is meshed of a surface: all of it, the half on the kept side of the mirror plane, or nothing."""
+    """The part of a surface that is meshed: all of it, the half on the kept side of the mirror plane, or nothing."""
     if mirror is None:
         return _patch(surface, size, turn)
     middle = _middle(surface)[NORMALS[mirror]]
@@ -136,16 +136,16 @@ def _kept(surface: TubeSurface, size: float, turn: float, mirror: str | None) ->
 
 
 def _patch(surface: TubeSurface, size: float, turn: float, seam: float | None = None) -> _Patch:
-    """Stack rings from the base's centre (or pole) up to the tip's, and fill the strips between neighbours.
+    """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
-    With a `seam` q runs from there, and the triangles meet in the mirror plane through seam and seam + ½.
+    With a `seam`, q starts there, and edges lie in the mirror plane at seam and seam + ½.
     """
     tube = _tube_rings(surface, size, turn, seam)
     base, tip = (_disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1]))
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
 
-    # Corners as (ring, number along it), the number running on to n where a triangle closes the ring.
+    # Corners as (ring, number along it); the number is n where a triangle closes a ring of n vertices.
     strips = [_strip(len(a.q), len(b.q), k) for k, (a, b) in enumerate(pairwise(rings))]
     ring = np.concatenate([k + strip[..., 0] for k, strip in enumerate(strips)])
     along = np.concatenate([strip[..., 1] for strip in strips])
@@ -157,18 +157,18 @@ def _patch(surface: TubeSurface, size: float, turn: float, seam: float | None = 
     vertex_q = np.concatenate([ring.q for ring in rings])
     q = vertex_q[vertex] + along // count[ring]
     r = np.array([ring.r for ring in rings])[ring]
-    # The single vertex of a pole or a centre takes its q from the two it is joined to.
+    # The single vertex of a pole or a centre gets its q from the other two vertices of each triangle.
     single = count[ring] == 1
     q = np.where(single, np.where(single, 0.0, q).sum(axis=1, keepdims=True) / 2, q)
 
-    # A mid-side node is shared by two triangles: number the edges, and take its parameters from one of them.
+    # A mid-side node is shared by two triangles: number the edges, and take the parameters from one of the triangles.
     ends = vertex[:, TRIANGLE_EDGES]
     ends = np.sort(ends.reshape(-1, 2), axis=1)
     edges, first, inverse = np.unique(ends, axis=0, return_index=True, return_inverse=True)
     pole_end = single[:, TRIANGLE_EDGES]
     edge_q, edge_r = q[:, TRIANGLE_EDGES], r[:, TRIANGLE_EDGES]
     other = edge_q[..., ::-1]
-    edge_q = np.where(pole_end, other, edge_q)  # the way to a pole is a meridian
+    edge_q = np.where(pole_end, other, edge_q)  # an edge to a pole follows a meridian
     mid_q, mid_r = edge_q.mean(-1), edge_r.mean(-1)
     param = np.stack([np.hstack([q, mid_q]), np.hstack([r, mid_r])], axis=-1)
 
@@ -177,7 +177,7 @@ def _patch(surface: TubeSurface, size: float, turn: float, seam: float | None = 
     vertices = _rows(surface, vertex_q, row_r, row_s)
     on_tube = (row_s[edges] == 1.0).all(axis=1)
     curved = _rows(surface, mid_q.ravel()[first], mid_r.ravel()[first], np.ones(len(edges)))
-    # Inside a disc edges are straight: their mid-side nodes are the means of their ends.
+    # Edges inside a disc are straight: their mid-side nodes are the means of their ends.
     pick = np.repeat(np.arange(len(edges)), 2)
     mean = sparse.csr_array((np.full(len(pick), 0.5), (pick, edges.ravel())), (len(edges), len(vertex_q)))
     chosen = sparse.diags_array(on_tube.astype(float))
@@ -190,12 +190,12 @@ def _patch(surface: TubeSurface, size: float, turn: float, seam: float | None = 
 
 
 def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> sparse.csr_array:
-    """Rows that take control points to the points (q, r), moved by 1 - s of the way to the mean of their end row."""
+    """Rows of B for the points s·x(q, r) + (1 - s)·centre, with the centre the mean of the end row."""
     n_r, n_q = surface.net.shape[:2]
     value_q = s[:, None] * surface.basis_q.matrix(q) + (1 - s[:, None]) / n_q
     value_r = surface.basis_r.matrix(r)
     row_r, col_r = np.nonzero(value_r)
-    # Every nonzero of r meets the row's nonzeros of q: at most 4 × 4 on the tube.
+    # Every nonzero value in r is multiplied by those in q: at most 4 × 4 on the tube.
     pairs = sparse.csr_array((value_r[row_r, col_r], (np.arange(len(row_r)), row_r)), (len(row_r), len(q)))
     blocks = sparse.coo_array(pairs @ sparse.csr_array(value_q))
     rows, cols = row_r[blocks.row], col_r[blocks.row] * n_q + blocks.col
@@ -203,10 +203,10 @@ def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> 
 
 
 def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float | None) -> list[_Ring]:
-    """Rows of the tube; near a pole they hold fewer vertices, as their circumference asks."""
+    """Rings of the tube; towards a pole they have fewer vertices, as their circumference shrinks."""
     q = _lines(surface, "q", size, turn, seam or 0.0)
     if seam is not None:
-        # On both sides of the plane alike, to the last digit.
+        # Symmetric about the plane, to the last digit.
         q[1:] = (q[1:] + (2 * seam + 1) - q[:0:-1]) / 2
     r = _lines(surface, "r", size, turn)
     count = np.full(len(r), len(q))
@@ -224,7 +224,7 @@ def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float | No
 
 
 def _disc_rings(surface: TubeSurface, rim: _Ring, size: float) -> list[_Ring]:
-    """Rings of an end disc from next to the rim to the centre."""
+    """Rings of an end disc, from the one next to the rim to the centre."""
     points = surface.points(np.append(rim.q, rim.q[0]), np.full(len(rim.q) + 1, rim.r))
     girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     steps = max(1, round(girth / (2 * np.pi * size)))
@@ -236,15 +236,15 @@ def _disc_rings(surface: TubeSurface, rim: _Ring, size: float) -> list[_Ring]:
 
 
 def _thinned(q: np.ndarray, count: int) -> np.ndarray:
-    """``count`` parameters spread like those in q."""
+    """``count`` parameters distributed like those in q."""
     return np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, q[0] + 1.0))
 
 
 def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start: float = 0.0) -> np.ndarray:
-    """Parameters of the grid lines: in q a multiple of four of them, the last short of 1; in r an even number of steps.
+    """Parameters of the grid lines at equal increments of max(arc length / size, turning angle / turn).
 
-    In q they run from `start` on.
-    Steps spread max(arc length / size, turning angle / turn) evenly.
+    In q they begin at `start`, are a multiple of four in number and exclude the end of the period; in r they include
+    both ends and have an even number of steps.
     """
     along_q = direction == "q"
     q, r = (np.linspace(0, 1, _SAMPLES_PER_SPAN * basis.spans + 1) for basis in (surface.basis_q, surface.basis_r))
@@ -272,13 +272,13 @@ def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start
 
 
 def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
-    """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, number along it)."""
+    """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, index in the ring)."""
     if upper == 1:
         return np.array([[(0, i), (0, i + 1), (1, 0)] for i in range(lower)])
     if lower == 1:
         return np.array([[(0, 0), (1, i + 1), (1, i)] for i in range(upper)])
     if lower == upper:
-        # Diagonals that alternate keep the mirror symmetries of the grid.
+        # Alternating diagonals keep the mirror symmetries of the grid.
         rising = [[[(0, 0), (0, 1), (1, 1)], [(0, 0), (1, 1), (1, 0)]]]
         falling = [[[(0, 0), (0, 1), (1, 0)], [(0, 1), (1, 1), (1, 0)]]]
         cells = np.concatenate([rising if (i + parity) % 2 == 0 else falling for i in range(lower)])
@@ -291,11 +291,11 @@ def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
 
 
 def _quarter(lower: int, upper: int, mirrored: bool) -> np.ndarray:
-    """A quarter of a strip between unequal rings; neighbouring quarters mirror each other."""
+    """A quarter of a strip between rings of different counts; adjacent quarters are mirror images."""
     i = j = 0
     triangles = []
     while i < lower or j < upper:
-        # Go on along the ring that is behind; a tie goes to the one with more vertices, so that base and tip agree.
+        # Advance on the ring that is behind; in a tie on the one with more vertices, so that base and tip are alike.
         behind = (2 * i + 1) * upper - (2 * j + 1) * lower - (lower > upper)
         if j == upper or (i < lower and behind < 0):
             triangles.append([(0, i), (0, i + 1), (1, j)])

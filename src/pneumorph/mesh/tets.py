@@ -1,4 +1,4 @@
-"""Quadratic tetrahedra with named faces: all that mechanics knows of a mesh."""
+"""Quadratic tetrahedra with named faces, which are all that the mechanics needs of a mesh."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TET_RULE = np.array(
         [0.1381966011250105, 0.1381966011250105, 0.5854101966249685],
     ]
 )
-"""Four points of the degree-2 rule on the unit tetrahedron; every weight is 1/24."""
+"""The four points of the rule of degree 2 on the unit tetrahedron; every weight is 1/24."""
 
 TRIANGLE_RULE = (
     np.array(
@@ -50,7 +50,7 @@ def tet_shape(xi: np.ndarray) -> np.ndarray:
 
 
 def tet_gradient(xi: np.ndarray) -> np.ndarray:
-    """Derivatives of the quadratic shape functions by the local coordinates; returns (..., 10, 3)."""
+    """Derivatives of the quadratic shape functions with respect to the local coordinates; returns (..., 10, 3)."""
     barycentric = np.concatenate([1 - xi.sum(-1, keepdims=True), xi], axis=-1)
     slope = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     corner = (4 * barycentric - 1)[..., None] * slope
@@ -67,7 +67,7 @@ def triangle_shape(xi: np.ndarray) -> np.ndarray:
 
 
 def triangle_gradient(xi: np.ndarray) -> np.ndarray:
-    """Derivatives of the triangle's shape functions by the local coordinates; returns (..., 6, 2)."""
+    """Derivatives of the triangle's shape functions with respect to the local coordinates; returns (..., 6, 2)."""
     barycentric = np.concatenate([1 - xi.sum(-1, keepdims=True), xi], axis=-1)
     slope = np.array([[-1.0, -1], [1, 0], [0, 1]])
     corner = (4 * barycentric - 1)[..., None] * slope
@@ -88,13 +88,12 @@ class TetMesh:
         Corners, then mid-side nodes of the edges 01, 12, 02, 03, 13, 23 (VTK order); det(dX/dξ) > 0.
     faces : dict of (nf, 6) int
         Corners, then mid-side nodes of the edges 01, 12, 20; normals point from solid to void. Names: ``"base"``
-        (z = 0), ``"tip"``, ``"exterior"`` (the tube between them) and one ``"chamber <name>"`` per chamber, which is
-        closed: tube and both ends. Half a body has in addition ``"mirror xz"`` or ``"mirror yz"``, where it was cut in
-        two; chambers in its plane are open there, and one that has its image in the other half is called
+        (z = 0), ``"tip"``, ``"exterior"`` (the tube between them) and one ``"chamber <name>"`` per chamber, with its
+        tube and both ends. Half a body also has ``"mirror xz"`` or ``"mirror yz"``, the cut face; chambers cut by that
+        plane are open there, and a chamber whose image is in the other half is called
         ``"chamber <name> <name of the image>"``.
     regions : dict of (m,) int
-        Numbers of the tetrahedra of each part that has a rubber of its own, every one in one part; none where all are
-        of one rubber.
+        Indices of the tetrahedra made of each rubber, without overlap; empty if the whole body is of one rubber.
     """
 
     points: np.ndarray
@@ -103,32 +102,32 @@ class TetMesh:
     regions: dict[str, np.ndarray] = field(default_factory=dict)
 
     def at(self, points: np.ndarray) -> TetMesh:
-        """The same mesh with its nodes elsewhere."""
+        """The same mesh with other node positions (N, 3) in mm."""
         return replace(self, points=points)
 
     @property
     def mirror(self) -> str | None:
-        """The plane in which the other half continues, "xz" or "yz"; None for a whole body."""
+        """The mirror plane of half a body, "xz" or "yz"; None for a whole body."""
         return next((name.removeprefix("mirror ") for name in self.faces if name.startswith("mirror ")), None)
 
     @property
     def mirror_nodes(self) -> np.ndarray:
-        """Sorted numbers of the nodes in the mirror plane."""
+        """Sorted indices of the nodes in the mirror plane."""
         return np.unique(self.faces.get(f"mirror {self.mirror}", np.zeros((0, 6), int)))
 
     def volume(self) -> float:
-        """Volume of the solid in mm³, by the tetrahedra."""
-        # det J is cubic in ξ on a quadratic element; the boundary integral of degree 4 is exact and cheaper.
+        """Volume of the meshed solid in mm³."""
+        # On a quadratic element det J is cubic in ξ; the boundary integral of degree 4 is exact and cheaper.
         return sum(area_and_volume(self.points, faces)[1] for faces in self.faces.values())
 
 
 def chambers_of(face: str) -> tuple[str, ...]:
-    """The chambers that a face with this name is a part of: one, two where it stands for an image too, or none."""
+    """Names of the chambers that a face bounds: one, two if it also represents the mirror image, or none."""
     return tuple(face.split()[1:]) if face.startswith("chamber ") else ()
 
 
 def area_vectors(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Quadrature of curved triangles: places (nf, 6, 3) and n dA (nf, 6, 3)."""
+    """Quadrature of curved triangles: points (nf, 6, 3) in mm and weighted normals n dA (nf, 6, 3) in mm²."""
     rule, weights = TRIANGLE_RULE
     nodes = points[faces]
     places = np.einsum("gi,fid->fgd", triangle_shape(rule), nodes)
@@ -137,6 +136,6 @@ def area_vectors(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def area_and_volume(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, float]:
-    """∮n dA (3,) and ⅓∮x·n dA of curved triangles: on a closed surface 0, and the volume that it bounds."""
+    """∮n dA (3,) and ⅓∮x·n dA of curved triangles; for a closed surface these are 0 and the enclosed volume."""
     places, normals = area_vectors(points, faces)
     return normals.sum((0, 1)), float(np.einsum("fgd,fgd->", places, normals)) / 3

@@ -1,4 +1,4 @@
-"""Carry a nodal field from one mesh of a body to the nodes of another."""
+"""Transfer of a nodal field from one mesh of a body to another."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from scipy.spatial import KDTree
 
 from pneumorph.mesh.tets import TET_EDGES, TetMesh, tet_gradient, tet_shape
 
-_NEAREST = 24  # elements, by their centroids, that may hold a point
-_TRIES = 4  # of them, the most promising, in which the curved map is inverted
+_NEAREST = 24  # elements, nearest by their centroids, that may contain a point
+_TRIES = 4  # the most likely of these, for which the curved map is inverted
 _INSIDE = -1e-6
-_OUTSIDE = -0.15  # barycentric coordinate beyond which a point is brought back before the field is evaluated
+_OUTSIDE = -0.15  # smallest barycentric coordinate; points farther outside are moved back before the field is evaluated
 
 
 def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Values at new points of a field given at the nodes of a mesh.
+    """Evaluate a field given at the nodes of a mesh at other points.
 
     Parameters
     ----------
     mesh : TetMesh
-        The old mesh, where it was when ``field`` was computed.
+        The old mesh, with the node positions for which ``field`` was computed.
     field : (N, m) float
-        Values at its nodes.
+        Values at the nodes.
     points : (n, 3) float
-        Points of the same body. Those slightly outside the old mesh, whose triangles cut the surface a little
-        differently, are extrapolated from the nearest element.
+        Points of the same body. For those slightly outside the old mesh, whose boundary approximates the surface
+        differently, the field is extrapolated from the nearest element.
 
     Returns
     -------
@@ -35,19 +35,19 @@ def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray
 
 
 def linear(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
-    """Values (N,) at all nodes of a field that is linear between its values at the corners."""
+    """Values (N,) at all nodes of the field that interpolates the corner values linearly."""
     everywhere = values.copy()
     everywhere[mesh.tets[:, 4:]] = values[mesh.tets[:, :4]][:, TET_EDGES].mean(axis=2)
     return everywhere
 
 
 def locate(mesh: TetMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The element (n,) that holds each point, or comes nearest, and the local coordinates (n, 3) in it."""
+    """The element (n,) that contains each point, or is nearest to it, and the local coordinates (n, 3) in it."""
     nodes = mesh.points[mesh.tets]
     corners = nodes[:, :4]
     inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
     nearest = KDTree(corners.mean(axis=1)).query(points, min(_NEAREST, len(nodes)))[1].reshape(len(points), -1)
-    # The straight element tells which candidates to try first.
+    # The straight elements show which candidates to try first.
     straight = np.einsum("pkij,pkj->pki", inverse[nearest], points[:, None] - corners[nearest, 0], optimize=True)
     order = np.argsort(-_margin(straight), axis=1)
     best_margin = np.full(len(points), -np.inf)
@@ -60,13 +60,13 @@ def locate(mesh: TetMesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         better = margin > best_margin[open_points]
         where = open_points[better]
         best_margin[where], element[where], xi[where] = margin[better], candidate[better], local[better]
-    # Far outside, move towards the centroid until no barycentric coordinate is below the bound.
+    # Move points far outside towards the centroid until no barycentric coordinate is below the bound.
     pull = np.clip((0.25 - _OUTSIDE) / (0.25 - np.minimum(best_margin, _OUTSIDE)), 0.0, 1.0)[:, None]
     return element, 0.25 + pull * (xi - 0.25)
 
 
 def _margin(xi: np.ndarray) -> np.ndarray:
-    """The smallest barycentric coordinate: below 0 outside the element."""
+    """The smallest barycentric coordinate, negative outside the element."""
     return np.minimum(xi.min(axis=-1), 1.0 - xi.sum(axis=-1))
 
 
@@ -76,7 +76,7 @@ def _invert(nodes: np.ndarray, points: np.ndarray, start: np.ndarray, iterations
     for _ in range(iterations):
         defect = points - np.einsum("pa,pai->pi", tet_shape(xi), nodes)
         jacobian = np.einsum("pai,pak->pik", nodes, tet_gradient(xi))
-        # Where the map is singular, far outside an element, stay near: such a candidate loses anyway.
+        # Where the map is singular, far outside an element, any bounded step will do: the candidate is not chosen.
         jacobian[np.abs(np.linalg.det(jacobian)) < 1e-12] = np.eye(3)
         xi = np.clip(xi + np.linalg.solve(jacobian, defect[..., None])[..., 0], -0.5, 1.5)
     return xi

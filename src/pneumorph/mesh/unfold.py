@@ -1,4 +1,4 @@
-"""The whole body that half a mesh stands for: its image in the mirror plane joined to it."""
+"""The whole mesh of a symmetric body from that of its half, by adding the mirror image."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from pneumorph.mesh.tets import TetMesh, chambers_of
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
-# Images are numbered so that their orientation is that of their originals.
+# Nodes of images are reordered so that the orientation is preserved.
 _TET_IMAGE = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
 _TRIANGLE_IMAGE = [0, 2, 1, 5, 4, 3]
 
 
 @dataclass(frozen=True, eq=False)
 class Unfolded:
-    """A whole mesh, exactly symmetric.
+    """The exactly symmetric whole mesh of half a mesh.
 
     Attributes
     ----------
     mesh : TetMesh
-        The nodes of the half come first.
+        The whole mesh; the nodes of the half come first.
     source : (N,) int
-        The node of the half that every node is, or is the image of.
+        For every node, the node of the half that it is or whose image it is.
     sign : (N, 3) float
-        What is made of a vector's components on the way.
+        Signs by which the components of vectors at the source node are multiplied.
     """
 
     mesh: TetMesh
@@ -33,12 +33,12 @@ class Unfolded:
     sign: np.ndarray
 
     def vectors(self, half: np.ndarray) -> np.ndarray:
-        """Vectors (N, 3) from those on the half (n, 3)."""
+        """Nodal vectors (N, 3) on the whole mesh from those on the half (n, 3)."""
         return self.sign * half[self.source]
 
 
 def unfolded(mesh: TetMesh) -> Unfolded:
-    """The whole body of half a mesh; a whole mesh comes back as it is."""
+    """The whole mesh from that of a half; a whole mesh is returned unchanged."""
     n = len(mesh.points)
     if mesh.mirror is None:
         return Unfolded(mesh, np.arange(n), np.ones((n, 3)))

@@ -1,4 +1,4 @@
-"""Tetrahedra between the surfaces: Netgen fills the triangulated body, we add mid-side nodes and repair flat ones."""
+"""Tetrahedra between the surfaces: filled in by Netgen, then repaired where flat, and given mid-side nodes."""
 
 from __future__ import annotations
 
@@ -20,41 +20,41 @@ netgen: Any = import_module("netgen.meshing")  # compiled, without type informat
 
 _redirected = False
 
-_APART = 1e-5
-"""Part of the size by which points are moved at random while the space between them is filled: where many lie on one
-sphere, as on regular surfaces, Netgen took 150 s for four times the elements; so moved 0.4 s."""
+_JITTER = 1e-5
+"""Random displacement of points, relative to the size, while Netgen fills the space between them. Where many points lie
+on one sphere, as on regular surfaces, Netgen took 150 s and made four times as many elements; with it 0.4 s."""
 
-_LONGEST = 1.8  # edges inside longer than this many edge lengths are bisected
+_LONGEST = 1.8  # inner edges longer than this, relative to the size, are bisected
 
 
 def fill(faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMesh:
-    """Quadratic tetrahedra with straight edges between the surfaces.
+    """Fill the space between the surfaces with quadratic tetrahedra with straight edges.
 
     Parameters
     ----------
     faces : dict of (nf, 6) int
-        Triangles that together are closed, see `TetMesh.faces`.
+        Triangles that together form closed surfaces, see `TetMesh.faces`.
     nodes : (n_nodes, 3) float
-        Their nodes, mid-side ones included. They become the first nodes of the mesh, mid-side ones moved to their
+        Their nodes, including mid-side nodes. They become the first nodes of the mesh, with mid-side nodes moved to the
         chords.
     size : float
-        Edge length wanted inside, mm.
+        Desired edge length inside, mm.
 
     Raises
     ------
     MeshError
-        If Netgen finds no filling, as when the triangles of two walls cross.
+        If Netgen fails, for example because the triangles of two walls cross.
     """
     n_surface = len(nodes)
     triangles = np.concatenate(list(faces.values()))
-    # Netgen knows of corners alone: they get numbers of their own.
+    # Netgen gets only the corners, which are renumbered for it.
     vertices, corners = np.unique(triangles[:, :3], return_inverse=True)
     n_vertices = len(vertices)
     triangles = np.hstack([corners.reshape(-1, 3), triangles[:, 3:]])
     points, tets = _fill_straight(nodes[vertices], triangles[:, :3], size)
     repaired, repaired_tets = repair(points, tets, triangles, nodes)
     if repaired is not points:
-        # Moving the new vertices to better places may spoil other elements, so repair once more.
+        # Smoothing the new vertices may make other elements poor, so repair once more.
         points, tets = _optimised(repaired, repaired_tets, triangles[:, :3], size, "m", 1)
         points, tets = repair(points, tets, triangles, nodes)
 
@@ -62,7 +62,7 @@ def fill(faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMes
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)
     n_interior = len(points) - n_vertices
     mids = n_surface + n_interior + np.arange(len(edges))
-    # Edges of surface triangles have their mid-side node already.
+    # Edges of surface triangles have their mid-side nodes already.
     surface_edges, first = np.unique(
         np.sort(triangles[:, TRIANGLE_EDGES].reshape(-1, 2), axis=1), axis=0, return_index=True
     )
@@ -83,17 +83,17 @@ def _key(edges: np.ndarray, n: int) -> np.ndarray:
 
 
 def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Straight, positively oriented tetrahedra inside closed triangles; the given points come first."""
-    moved = points + _APART * size * np.random.default_rng(0).standard_normal(points.shape)
+    """Straight, positively oriented tetrahedra inside closed surfaces of triangles; the given points come first."""
+    moved = points + _JITTER * size * np.random.default_rng(0).standard_normal(points.shape)
     mesh = _netgen_mesh(moved, triangles)
     with silence():
         try:
             mesh.GenerateVolumeMesh(maxh=size, optimize3d="")
-        except Exception as error:  # Netgen has no error class of its own here
+        except Exception as error:  # Netgen has no specific error class here
             raise MeshError("the space between the surfaces could not be filled with tetrahedra") from error
     if not len(mesh.Elements3D()):
         raise MeshError("the space between the surfaces could not be filled with tetrahedra")
-    # Netgen leaves walls up to twice the edge length without a vertex inside.
+    # Netgen leaves walls up to twice as thick as the edge length without inner vertices.
     filled, tets = split_long_edges(*_arrays(mesh), triangles, _LONGEST * size)
     filled, tets = _optimised(filled, tets, triangles, size, "cmdmustm", 3)
     return np.concatenate([points, filled[len(points) :]]), tets
@@ -102,7 +102,7 @@ def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tu
 def _optimised(
     points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, size: float, moves: str, steps: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Netgen's optimisation, whose moves are named by letters: c combine, d divide, m shift, s t u swap."""
+    """Improve a mesh by Netgen's optimiser; letters name its moves: c combine, d divide, m move points, s t u swap."""
     mesh = _netgen_mesh(points, triangles)
     mesh.AddElements(dim=3, index=1, data=np.ascontiguousarray(tets[:, [0, 2, 1, 3]], dtype=np.int32), base=0)
     mesh.SetMaterial(1, "solid")
@@ -120,16 +120,16 @@ def _netgen_mesh(points: np.ndarray, triangles: np.ndarray) -> Any:
 
 
 def _arrays(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Points and positively oriented corners, copied: Netgen's own arrays go with its mesh."""
+    """Points and positively oriented corners, copied because Netgen's arrays are freed with its mesh."""
     tets = mesh.Elements3D().NumPy()["nodes"][:, :4].astype(np.int64) - 1
     return np.array(mesh.Coordinates()), tets[:, [0, 2, 1, 3]]
 
 
 def keep_netgen_quiet() -> None:
-    """Keep what Netgen prints from C++ off the screen, by redirecting the process's output while it meshes.
+    """Suppress what Netgen prints from C++ by redirecting the process's output while it meshes.
 
-    A command owns its output and does; a notebook or a library's user may not like it. Netgen then still says at times
-    where walls cross.
+    Only commands do so, since a library should not redirect the output of its user's process. Without it Netgen
+    sometimes prints where walls cross.
     """
     global _redirected
     _redirected = True
@@ -137,7 +137,7 @@ def keep_netgen_quiet() -> None:
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """Netgen's output off the screen where a command has asked for it, see `keep_netgen_quiet`."""
+    """Suppress Netgen's output if a command has asked for it, see `keep_netgen_quiet`."""
     netgen.SetMessageImportance(0)
     if not _redirected:
         yield

@@ -1,4 +1,4 @@
-"""What a design is judged by: features of the deformed body, and functions of them to be minimised."""
+"""Objectives of a design: features of the deformed body, and functions of them that are minimised."""
 
 from pneumorph.objective.features import Features, Slabs, equidistant, measure_features
 from pneumorph.objective.target import Objective, match, maximize, objectives, reach

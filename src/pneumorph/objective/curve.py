@@ -1,4 +1,4 @@
-"""Target curves: a clamped B-spline, and the orientations of sections that follow it without twist."""
+"""Target curves: a clamped B-spline, and orientations of sections that follow it without twist."""
 
 from __future__ import annotations
 
@@ -8,31 +8,31 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 SAMPLES = 4000
-"""Points along the curve; directions between them are off by the square of their distance."""
+"""Points along the curve; the error of directions between them is of second order in their distance."""
 
 SHARPEST = -0.9998
-"""Cosine of the sharpest corner, 179°: that of a half turn has no axis."""
+"""Cosine of the sharpest allowed corner, 179°: at 180° the axis of the turn is undefined."""
 
 
 def section_targets(control_points: np.ndarray, degree: int, fractions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where sections at these fractions (S,) of a curve's length should be, and how they should have turned.
+    """Target positions and rotations of sections at the given fractions (S,) of a curve's length.
 
     Parameters
     ----------
     control_points : (n, 3) array
-        In mm, of the clamped B-spline of the given degree.
+        Control points in mm of the clamped B-spline of the given degree.
 
     Returns
     -------
     position : (S, 3) array
-        From the curve's beginning, mm.
+        Relative to the start of the curve, mm.
     rotation : (S, 3, 3) array
-        From the z axis to the curve's direction, carried along it by the smallest turns (parallel transport).
+        From the z axis to the direction of the curve, continued along it by parallel transport.
 
     Raises
     ------
     ValueError
-        Where the curve has no direction, or turns right round.
+        If the curve has no direction at some point, or reverses its direction.
     """
     points = np.asarray(control_points, float)
     inner = np.linspace(0.0, 1.0, len(points) - degree + 1)
@@ -44,10 +44,10 @@ def section_targets(control_points: np.ndarray, degree: int, fractions: np.ndarr
     tangent = curve(along, 1)
     speed = np.linalg.norm(tangent, axis=1, keepdims=True)
     if speed.min() < 1e-9 * speed.max():
-        raise ValueError("the curve stops on its way, where control points are in one place; part them")
+        raise ValueError("the curve has no direction where control points coincide; move one of them")
     tangent /= speed
     if np.sum(tangent[:-1] * tangent[1:], axis=1).min() < SHARPEST:
-        raise ValueError("the curve turns back on itself at a point; lead it round")
+        raise ValueError("the curve reverses its direction at a point; give it a bend there")
     frames = [smallest_turn(np.array([0.0, 0.0, 1.0]), tangent[0])]
     for before, after in pairwise(tangent):
         frames.append(smallest_turn(before, after) @ frames[-1])
@@ -55,7 +55,7 @@ def section_targets(control_points: np.ndarray, degree: int, fractions: np.ndarr
 
 
 def smallest_turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The rotation (3, 3) by the smallest angle that carries the unit vector a to b; they are not opposite."""
+    """The rotation (3, 3) by the smallest angle that takes the unit vector a to b, which must not be opposite."""
     x, y, z = np.cross(a, b)
     hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + hat + hat @ hat / (1.0 + a @ b)

@@ -1,4 +1,4 @@
-"""Objectives that a user writes: a Python function of the features in jax.numpy."""
+"""Objectives written by users: Python functions of the features in jax.numpy."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ FILE = "<objective>"
 
 
 def custom(key: str, asked: Custom, chambers: tuple[str, ...]) -> Callable[[Features], Array]:
-    """The function that a table asks for, after it has given one number for features of this problem's shapes.
+    """Load a user's objective function, and check that it returns one number for features of this problem's shapes.
 
     Raises
     ------
     ProblemError
-        Naming `key` and the line of the user's code, when it is no function or gives no number.
+        If there is no such function, or it fails or does not return a number; names `key` and the line of the code.
     """
     space: dict[str, Any] = {}
     _guarded(key, lambda: exec(compile(asked.code, FILE, "exec"), space))
     function = space.get(asked.function)
     if not callable(function):
-        raise ProblemError(f'{key}.function: the code defines no function "{asked.function}"; define it there')
+        raise ProblemError(f'{key}.function: the code has no function "{asked.function}"; define it there')
     none = Features(
         jnp.zeros(3),
         jnp.zeros(3),
@@ -44,14 +44,14 @@ def custom(key: str, asked: Custom, chambers: tuple[str, ...]) -> Callable[[Feat
     found = _guarded(key, lambda: jax.eval_shape(measure, none))
     if found.shape != () or not jnp.issubdtype(found.dtype, jnp.floating):
         raise ProblemError(
-            f"{key}.function: {asked.function} gives an array of shape {found.shape} and kind {found.dtype}; "
-            "let it return one real number"
+            f"{key}.function: {asked.function} returns an array of shape {found.shape} and type {found.dtype}; "
+            "make it return one real number"
         )
     return measure
 
 
 def _guarded(key: str, call: Callable[[], Any]) -> Any:
-    """What a call into the user's code returns; a mistake in it as one line."""
+    """Result of a call into the user's code; an error in it is raised again as one line."""
     try:
         return call()
     except (Exception, SystemExit) as error:
@@ -59,4 +59,4 @@ def _guarded(key: str, call: Callable[[], Any]) -> Any:
         line = where[-1] if where else getattr(error, "lineno", None)
         at = f" in line {line}" if line else ""
         words = " ".join(str(error).split())
-        raise ProblemError(f"{key}.code: {type(error).__name__}{at} ({words[:200]}); fix the function there") from None
+        raise ProblemError(f"{key}.code: {type(error).__name__}{at} ({words[:200]}); fix the code there") from None

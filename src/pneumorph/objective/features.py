@@ -1,4 +1,4 @@
-"""Features of an equilibrium: motion of the end-effector, of sections and of chambers, differentiable by JAX."""
+"""Features of an equilibrium, differentiable by JAX: motion of the end-effector and of sections, chamber volumes."""
 
 from __future__ import annotations
 
@@ -29,15 +29,20 @@ from pneumorph.objective.rotations import continued_logarithm, polar_rotation
 
 
 class Features(NamedTuple):
-    """What objectives are functions of; all of the whole body, where the model is half of one too.
+    """The arguments of objectives; they describe the whole body even if the model is one half of it.
 
     Attributes
     ----------
-    translation : (3,) mm, of the end-effector.
-    rotation : (3,) rad, its rotation vector.
-    volume : {chamber: mm³} of the inflated chambers.
-    section_position : (S, 3) mm, the centres of sections at equal distances, where they have gone.
-    section_rotation : (S, 3, 3), how each has turned since the undeformed state.
+    translation : (3,) array
+        Of the end-effector, mm.
+    rotation : (3,) array
+        Rotation vector of the end-effector, rad.
+    volume : {chamber: scalar}
+        Of the inflated chambers, mm³.
+    section_position : (S, 3) array
+        Centres of equidistant sections in the deformed state, mm.
+    section_rotation : (S, 3, 3) array
+        Rotation of each section from the undeformed state.
     """
 
     translation: Array
@@ -48,36 +53,41 @@ class Features(NamedTuple):
 
 
 class Slabs(NamedTuple):
-    """Sections of finite thickness: (S,) heights of their middles in the undeformed body and half the thickness, mm."""
+    """Sections of finite thickness: heights (S,) of their middles in the undeformed body, half the thickness, mm."""
 
     middle: np.ndarray
     half: float
 
 
 SECTIONS_TO_TIP = 12
-"""Sections that count the turns of a free tip: each turns by less than half a turn against the next."""
+"""Sections used to count the full turns of a free tip: neighbours are rotated by less than half a turn."""
 
 NO_SLABS = Slabs(np.zeros(0), 1.0)
 
 
 def equidistant(count: int, length: float) -> Slabs:
-    """The middles of so many equal parts of a body of this length (mm), each as thick as its part."""
+    """Slabs that divide a body of the given length (mm) into `count` equal parts."""
     half = length / (2 * max(count, 1))
     return Slabs(half * (2 * np.arange(count) + 1), half)
 
 
-class Measures(NamedTuple):
-    """The numbers of a state that features are functions of: the plate's, and sums over elements.
+class ElementSums(NamedTuple):
+    """The quantities from which features are computed: the plate's motion, and sums over elements.
 
-    Moments (…, 16) are Σw, Σw (X − o), Σw x and Σw x ⊗ (X − o) of weights w and an origin o.
+    Moments (…, 16) are Σw, Σw (X − o), Σw x and Σw x ⊗ (X − o) with weights w and an origin o.
 
     Attributes
     ----------
-    plate : (6,) mm and rad.
-    volume : (C,) mm³, of what of the chambers is in the model.
-    sections : (S, 16) moments of the slabs, each about its middle on the axis.
-    face : (16,) moments of a free tip about its centroid, which is taken from x too.
-    below : (SECTIONS_TO_TIP, 16) moments of slabs below a free tip.
+    plate : (6,) array
+        Translation in mm and rotation vector in rad.
+    volume : (C,) array
+        Volumes of the chambers, or of the parts of them that the model contains, mm³.
+    sections : (S, 16) array
+        Moments of the slabs, each with its middle on the axis as origin.
+    face : (16,) array
+        Moments of a free tip's face; the origin, its undeformed centroid, is subtracted from x too.
+    below : (SECTIONS_TO_TIP, 16) array
+        Moments of the slabs below a free tip.
     """
 
     plate: Values
@@ -87,15 +97,19 @@ class Measures(NamedTuple):
     below: Values
 
 
-class Kind(NamedTuple):
-    """What decides how features are made of measures; hashable.
+class ModelTraits(NamedTuple):
+    """Properties of a model that determine how features are computed from element sums; hashable.
 
     Attributes
     ----------
-    chambers : names.
-    copies : how often the model is in the whole body.
-    plate : whether the tip has one.
-    even : (3,) 1, but 0 for the component across a mirror plane.
+    chambers : tuple of str
+        Names.
+    copies : int
+        How many times the whole body contains the model: 2 for half a body.
+    plate : bool
+        Whether the tip carries a plate.
+    even : (float, float, float)
+        0 for the component normal to a mirror plane, otherwise 1.
     """
 
     chambers: tuple[str, ...]
@@ -104,22 +118,22 @@ class Kind(NamedTuple):
     even: tuple[float, ...]
 
 
-def kind_of(model: Model) -> Kind:
-    """The kind of a model."""
-    return Kind(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)))
+def traits_of(model: Model) -> ModelTraits:
+    """The traits of a model."""
+    return ModelTraits(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)))
 
 
 def measure_features(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Features:
-    """Features of a state on nodes X (N, 3).
+    """Features of a state on nodes X (N, 3) in mm.
 
-    With a plate the motion is its own. A free tip has the area mean of the displacement as its translation, and as its
-    rotation the polar factor of its mean deformation; the sections below it tell how often it has turned round.
+    The motion of the end-effector is that of the plate. For a free tip, the translation is the area mean of the
+    displacement, and the rotation is the polar factor of the mean deformation; sections below it count full turns.
     """
-    return features_of(kind_of(model), measure(model, X, state, slabs))
+    return features_of(traits_of(model), element_sums(model, X, state, slabs))
 
 
-def measure(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Measures:
-    """The measures of a state on nodes X (N, 3)."""
+def element_sums(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> ElementSums:
+    """The plate's motion and the sums over elements for a state on nodes X (N, 3) in mm."""
     u = displacement(model.tip, X, state)
     face, below = np.zeros(16), np.zeros((0, 16))
     if not model.plate:
@@ -127,13 +141,13 @@ def measure(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) 
         face = sums.summed(_face_moments, model.face, X, u, centre)
         below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
     volume = sums.summed(sums.volumes, model.cavities, X, u)
-    return Measures(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below)
+    return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below)
 
 
-def measures_pulled_back(
-    model: Model, X: np.ndarray, state: State, slabs: Slabs, cotangents: Measures
+def sums_pulled_back(
+    model: Model, X: np.ndarray, state: State, slabs: Slabs, cotangents: ElementSums
 ) -> tuple[np.ndarray, list[State]]:
-    """Derivatives by X (k, N, 3) and by the unknowns of cotangents·measures, for k cotangents at once."""
+    """Derivatives of cotangents·sums with respect to X (k, N, 3) and the unknowns, for k cotangents at once."""
     u = displacement(model.tip, X, state)
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
@@ -155,12 +169,12 @@ def measures_pulled_back(
 
 
 @partial(jax.jit, static_argnums=0)
-def features_of(kind: Kind, at: Measures) -> Features:
-    """The features as functions of the measures."""
-    volume = dict(zip(kind.chambers, kind.copies * jnp.asarray(at.volume), strict=True))
-    even = jnp.asarray(kind.even)
+def features_of(traits: ModelTraits, at: ElementSums) -> Features:
+    """Features as functions of the element sums."""
+    volume = dict(zip(traits.chambers, traits.copies * jnp.asarray(at.volume), strict=True))
+    even = jnp.asarray(traits.even)
     position, _, rotation = _fitted(even, at.sections)
-    if kind.plate:
+    if traits.plate:
         plate = jnp.asarray(at.plate)
         return Features(plate[:3], plate[3:], volume, position, rotation)
     moved, place, turned = _fitted(even, jnp.asarray(at.face)[None])
@@ -169,9 +183,9 @@ def features_of(kind: Kind, at: Measures) -> Features:
 
 
 def _fitted(even: Array, moments: Array) -> tuple[Array, Array, Array]:
-    """Means of x and of X (…, 3), and the rotations (…, 3, 3): the polar factors of Σ w (x − x̄) ⊗ (X − X̄)."""
+    """Means of x and X (…, 3), and rotations (…, 3, 3), the polar factors of Σ w (x − x̄) ⊗ (X − X̄)."""
     parity = 2 * even - 1
-    # 1 for products of components that a mirror leaves, 0 for those that cancel over the whole body.
+    # 1 for products of components that a mirror does not change, 0 for those that cancel over the whole body.
     pairs = (1 + parity[:, None] * parity) / 2
 
     def one(moments: Array) -> tuple[Array, Array, Array]:
@@ -184,7 +198,7 @@ def _fitted(even: Array, moments: Array) -> tuple[Array, Array, Array]:
 
 
 def _moments(model: Model, X: np.ndarray, u: np.ndarray, slabs: Slabs) -> np.ndarray:
-    """Moments (S, 16) of slabs."""
+    """Moments (S, 16) of slabs; empty without slabs."""
     if not len(slabs.middle):
         return np.zeros((0, 16))
     return sums.summed(_slab_moments, model.tets, X, u, slabs.middle, slabs.half)
@@ -193,8 +207,8 @@ def _moments(model: Model, X: np.ndarray, u: np.ndarray, slabs: Slabs) -> np.nda
 def _slab_moments(X: Values, u: Values, data: Values, weight: Values, middles: Values, half: Values) -> Array:
     """Moments (S, 16) of slabs over the undeformed volume of tetrahedra.
 
-    Every slab is weighted by cos² of the distance from its middle: where the geometry moves nodes in and out of a slab
-    means change smoothly.
+    The weight in a slab is cos² of the distance from its middle, so that means change smoothly when the design moves
+    nodes into a slab or out of it.
     """
     measure = (TET_WEIGHT * determinant(reference_gradients(X)) * weight).T
     place = jnp.einsum("ga,eai->egi", TET_N, X)
@@ -203,21 +217,21 @@ def _slab_moments(X: Values, u: Values, data: Values, weight: Values, middles: V
     def slab(middle: Array) -> Array:
         away = jnp.clip((place[..., 2] - middle) / half, -1.0, 1.0)
         share = measure * jnp.cos(jnp.pi / 2 * away) ** 2
-        return _weighed(share, place - middle * jnp.array([0.0, 0.0, 1.0]), moved)
+        return _weighted(share, place - middle * jnp.array([0.0, 0.0, 1.0]), moved)
 
     return jax.vmap(slab)(jnp.asarray(middles))
 
 
 def _face_moments(X: Values, u: Values, data: Values, weight: Values, origin: Values) -> Array:
-    """Moments (16,) of triangles about an origin, which is taken from x too."""
+    """Moments (16,) of triangles about an origin, which is subtracted from x too."""
     _, normal = triangle_points(X)
     share = weight[:, None] * (jnp.asarray(TRIANGLE_WEIGHTS)[:, None] * jnp.sqrt(jnp.sum(normal**2, axis=0))).T
     place = jnp.einsum("ga,eai->egi", TRIANGLE_N, X) - origin
-    return _weighed(share, place, place + jnp.einsum("ga,eai->egi", TRIANGLE_N, u))
+    return _weighted(share, place, place + jnp.einsum("ga,eai->egi", TRIANGLE_N, u))
 
 
-def _weighed(share: Array, X: Array, x: Array) -> Array:
-    """The moments of points X and x (E, q, 3) with their weights (E, q)."""
+def _weighted(share: Array, X: Array, x: Array) -> Array:
+    """Moments of points X and x (E, q, 3) with weights (E, q)."""
     products = jnp.einsum("eg,egi,egj->ij", share, x, X)
     first = (jnp.einsum("eg,egi->i", share, points) for points in (X, x))
     return jnp.concatenate([jnp.sum(share)[None], *first, products.ravel()])

@@ -1,4 +1,4 @@
-"""Rotations that fit a motion, their vectors and the angle between them, all differentiable by JAX."""
+"""Best-fit rotations, rotation vectors and the angle between rotations, all differentiable by JAX."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pneumorph.mechanics.assembly.plate import skew
 
 @jax.custom_jvp
 def polar_rotation(M: Array) -> Array:
-    """The rotation R (3, 3) that is nearest to M, for which Rᵀ M is symmetric; M may be flat (of rank 2).
+    """The rotation R (3, 3) nearest to M, for which Rᵀ M is symmetric; M may be of rank 2.
 
-    Derivatives of a singular value decomposition do not exist where two singular values are alike, as on every round
-    section; that of R does: with S = Rᵀ M and dR = R Ω, Ω S + S Ω = Rᵀ dM − dMᵀ R.
+    A singular value decomposition is not differentiable where two singular values are equal, as on every round section,
+    but R is: with S = Rᵀ M and dR = R Ω, Ω S + S Ω = Rᵀ dM − dMᵀ R.
     """
     U, _, V = jnp.linalg.svd(M)
     sign = jnp.sign(jnp.linalg.det(U @ V))
@@ -28,18 +28,18 @@ def _polar_rotation_jvp(primals, tangents):
     R = polar_rotation(M)
     S = R.T @ M
     turned = R.T @ dM
-    # For a skew Ω with the vector ω: Ω S + S Ω is the skew matrix of (tr S − S) ω.
+    # For a skew-symmetric Ω with axial vector ω, Ω S + S Ω is the skew-symmetric matrix of (tr S − S) ω.
     omega = jnp.linalg.solve(jnp.trace(S) * jnp.eye(3) - S, 2 * axial(turned))
     return R, R @ skew(omega)
 
 
 def axial(A: Array) -> Array:
-    """The vector (3,) of the skew part of A (3, 3)."""
+    """Axial vector (3,) of the skew-symmetric part of A (3, 3)."""
     return jnp.array([A[2, 1] - A[1, 2], A[0, 2] - A[2, 0], A[1, 0] - A[0, 1]]) / 2
 
 
 def rotation_logarithm(R: Array) -> Array:
-    """Rotation vector (3,) of a rotation matrix turned by less than π; smooth at the identity."""
+    """Rotation vector (3,) in rad of a rotation matrix by less than π; smooth at the identity."""
     axis = axial(R)
     square = jnp.sum(axis * axis)
     cosine = (jnp.trace(R) - 1) / 2
@@ -50,9 +50,9 @@ def rotation_logarithm(R: Array) -> Array:
 
 
 def continued_logarithm(R: Array, before: Array) -> Array:
-    """Rotation vector of R (3, 3), of the many the one that comes next after a chain of rotations (n, 3, 3).
+    """Rotation vector of R (3, 3) in rad with full turns, which are counted along a chain of rotations (n, 3, 3) to R.
 
-    Each is less than half a turn from the one before, the first from none; so turns beyond π are counted as such.
+    Each rotation of the chain is less than half a turn from the previous one, and the first from the identity.
     """
     chain = jnp.concatenate([jnp.eye(3)[None], before, R[None]])
     steps = jax.vmap(lambda last, following: rotation_logarithm(following @ last.T))(chain[:-1], chain[1:])
@@ -63,7 +63,7 @@ def continued_logarithm(R: Array, before: Array) -> Array:
 
 
 def angle_residual(R: Array, target: Array) -> Array:
-    """√2 times the rotation vector (3,) of Rᵀ R*, rad: its square is the paper's (10).
+    """√2 times the rotation vector (3,) of Rᵀ R* in rad, with R* the target; its square is (10) of the paper.
 
     That is ‖log(Rᵀ R*)‖² in the Frobenius norm, twice the squared angle between the two rotations.
     """

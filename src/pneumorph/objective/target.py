@@ -1,4 +1,4 @@
-"""Objectives to be minimised, as functions of features, out of what the problem file asks for."""
+"""Objectives to be minimised, built from the tables of a problem as functions of the features."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
 from pneumorph.objective.features import (
     NO_SLABS,
+    ElementSums,
     Features,
-    Kind,
-    Measures,
+    ModelTraits,
     Slabs,
+    element_sums,
     equidistant,
     features_of,
-    kind_of,
-    measure,
     measure_features,
-    measures_pulled_back,
+    sums_pulled_back,
+    traits_of,
 )
 from pneumorph.objective.rotations import angle_residual
 from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach
@@ -44,66 +44,70 @@ _READERS = {
     "twist": lambda f: f.rotation[2],
 }
 MOTIONS = tuple(_READERS)
-Measure = Callable[[Features], Array]
+FeatureFunction = Callable[[Features], Array]
 
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """What is to be minimised.
+    """A function of the features that is minimised.
 
     Attributes
     ----------
-    value : J of the features.
-    slabs : the sections whose features it needs.
-    errors : how far the target is, as reported; names end in their unit, "_mm" or "_rad".
-    residuals : what J is the sum of squares of, (k,); None where it is no such sum.
+    value : function of Features
+        J.
+    slabs : Slabs
+        The sections whose features it needs.
+    errors : {name: function of Features}
+        Reported distances from the target; names end in the unit, "_mm" or "_rad".
+    residuals : function of Features, optional
+        The residuals (k,) of which J is the sum of squares; None if J is not such a sum.
     """
 
-    value: Measure
+    value: FeatureFunction
     slabs: Slabs = NO_SLABS
-    errors: Mapping[str, Measure] = field(default_factory=dict)
-    residuals: Measure | None = None
+    errors: Mapping[str, FeatureFunction] = field(default_factory=dict)
+    residuals: FeatureFunction | None = None
 
     def features(self, model: Model, X: np.ndarray, state: State) -> Features:
-        """The features it needs of a state on nodes X (N, 3)."""
+        """The features of a state on nodes X (N, 3) in mm, with the sections that the objective needs."""
         return measure_features(model, X, state, self.slabs)
 
     def at(self, model: Model, X: np.ndarray, state: State) -> float:
-        """J of such a state."""
-        return float(_value(self, kind_of(model), measure(model, X, state, self.slabs)))
+        """J for a state on nodes X."""
+        return float(_value(self, traits_of(model), element_sums(model, X, state, self.slabs)))
 
     def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
-        """J of such a state, and its derivatives by X (N, 3) and by the unknowns."""
-        value, by_measures = _slope(self, kind_of(model), measure(model, X, state, self.slabs))
-        by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: part[None], by_measures))
+        """J for a state on nodes X, and its derivatives with respect to X (N, 3) and the unknowns."""
+        value, by_sums = _slope(self, traits_of(model), element_sums(model, X, state, self.slabs))
+        by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: part[None], by_sums))
         return float(value), by_X[0], by_state[0]
 
     def jacobian(self, model: Model, X: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray, list[State]]:
-        """The residuals (k,) of such a state, and their derivatives by X (k, N, 3) and by the unknowns."""
-        residuals, by_measures = _jacobian(self, kind_of(model), measure(model, X, state, self.slabs))
-        return np.asarray(residuals), *self._pulled_back(model, X, state, by_measures)
+        """Residuals (k,) for a state on nodes X, and their derivatives with respect to X (k, N, 3) and the unknowns."""
+        residuals, by_sums = _jacobian(self, traits_of(model), element_sums(model, X, state, self.slabs))
+        return np.asarray(residuals), *self._pulled_back(model, X, state, by_sums)
 
-    def _pulled_back(self, model: Model, X: np.ndarray, state: State, bars: Measures):
-        return measures_pulled_back(model, X, state, self.slabs, jax.tree.map(np.asarray, bars))
-
-
-@partial(jax.jit, static_argnums=(0, 1))
-def _value(objective: Objective, kind: Kind, at: Measures) -> Array:
-    return objective.value(features_of(kind, at))
+    def _pulled_back(self, model: Model, X: np.ndarray, state: State, bars: ElementSums):
+        return sums_pulled_back(model, X, state, self.slabs, jax.tree.map(np.asarray, bars))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _slope(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measures]:
-    return jax.value_and_grad(lambda at: objective.value(features_of(kind, at)))(at)
+def _value(objective: Objective, traits: ModelTraits, at: ElementSums) -> Array:
+    return objective.value(features_of(traits, at))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _jacobian(objective: Objective, kind: Kind, at: Measures) -> tuple[Array, Measures]:
+def _slope(objective: Objective, traits: ModelTraits, at: ElementSums) -> tuple[Array, ElementSums]:
+    return jax.value_and_grad(lambda at: objective.value(features_of(traits, at)))(at)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tuple[Array, ElementSums]:
     measure = objective.residuals
     assert measure is not None
 
-    def residuals(at: Measures) -> tuple[Array, Array]:
-        found = measure(features_of(kind, at))
+    def residuals(at: ElementSums) -> tuple[Array, Array]:
+        found = measure(features_of(traits, at))
         return found, found
 
     slopes, found = jax.jacrev(residuals, has_aux=True)(at)
@@ -116,7 +120,7 @@ def objectives(problem: Problem) -> dict[str, Objective]:
     Raises
     ------
     ProblemError
-        When a target curve has no direction somewhere; when a user's function is none, or does not give a number.
+        If a target curve has no direction at some point, or a user's function fails or does not return a number.
     """
     length, chambers = problem.body.length, tuple(chamber.name for chamber in problem.body.chamber)
     found = {}
@@ -143,10 +147,10 @@ def objectives(problem: Problem) -> dict[str, Objective]:
     return found
 
 
-def motion(name: str) -> Measure:
+def motion(name: str) -> FeatureFunction:
     """A motion of the end-effector: "extension" in mm, "bending_x", "bending_y" or "twist" in rad.
 
-    With a sign before it, as in "-twist", the other way.
+    With a minus sign, as in "-twist", the motion in the opposite direction.
     """
     sign = -1.0 if name.startswith("-") else 1.0
     read = _READERS[name.lstrip("+-")]
@@ -154,7 +158,7 @@ def motion(name: str) -> Measure:
 
 
 def maximize(name: str) -> Objective:
-    """The objective whose minimum has the largest `motion` (the paper's Remark 1)."""
+    """The objective −`motion`, whose minimum is the largest motion (Remark 1 of the paper)."""
     measure = motion(name)
     return Objective(lambda f: -measure(f))
 
@@ -166,10 +170,11 @@ def match(
     orientation_weight: float = 1.0,
     position_weight: float = 0.0,
 ) -> Objective:
-    """Sections at places (S, 3) mm and with rotations (S, 3, 3): the paper's (8)–(10) as its Section VIII-E takes them.
+    """Target positions (S, 3) in mm and rotations (S, 3, 3) of sections, (8)–(10) as in Section VIII-E of the paper.
 
-    Rotations are compared section by section relative to the one before, the first to the clamped base; the squared
-    geodesic distances (rad²) are summed. Squared distances of the centres (mm²) come in with their weight.
+    The rotation of each section relative to the previous one, or to the clamped base for the first, is compared with
+    that of the target. J is the weighted sum of squared geodesic distances (rad²) and squared distances of centres
+    (mm²).
     """
     steps = jnp.asarray(_relative(rotation))
     count = len(rotation)
@@ -192,9 +197,9 @@ def match(
 
 
 def reach(asked: Reach, length: float) -> Objective:
-    """The plate's centre at a place from the base's centre, and the plate turned so (the paper's (8)–(10))."""
-    parts: list[tuple[float, Measure]] = []
-    errors: dict[str, Measure] = {}
+    """Target position of the plate's centre, relative to the base's, and target rotation (the paper's (8)–(10))."""
+    parts: list[tuple[float, FeatureFunction]] = []
+    errors: dict[str, FeatureFunction] = {}
     if asked.position is not None:
         wanted = jnp.array(asked.position) - jnp.array([0.0, 0.0, length])
 
@@ -214,8 +219,10 @@ def reach(asked: Reach, length: float) -> Objective:
     return _squares(parts, NO_SLABS, errors)
 
 
-def _squares(parts: list[tuple[float, Measure]], slabs: Slabs, errors: Mapping[str, Measure]) -> Objective:
-    """The weighted sum of squares of some residuals."""
+def _squares(
+    parts: list[tuple[float, FeatureFunction]], slabs: Slabs, errors: Mapping[str, FeatureFunction]
+) -> Objective:
+    """The objective that is a weighted sum of squared residuals."""
 
     def residuals(f: Features) -> Array:
         return jnp.concatenate([np.sqrt(weight) * part(f) for weight, part in parts if weight > 0.0])
@@ -224,6 +231,6 @@ def _squares(parts: list[tuple[float, Measure]], slabs: Slabs, errors: Mapping[s
 
 
 def _relative(rotation: np.ndarray) -> np.ndarray:
-    """Each rotation relative to the one before, the first to none."""
+    """Each rotation relative to the previous one, the first to the identity."""
     before = np.concatenate([np.eye(3)[None], rotation[:-1]])
     return np.swapaxes(before, 1, 2) @ rotation

@@ -51,7 +51,7 @@ class PaperStepper:
         space, limits, slope = self.space, self.limits, proxy.slope
         scale = proxy_scale(slope, self.reference)
         start = space.control_points(phi)
-        pairs = jax.tree.map(jnp.asarray, limits.pairs(start))
+        pairs = jax.tree.map(jnp.asarray, limits.partners(start))
         below, above = np.isfinite(space.lower), np.isfinite(space.upper)
 
         def merit(psi):

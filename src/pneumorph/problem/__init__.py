@@ -1,4 +1,4 @@
-"""The problem file: what is designed, from what, for which tasks, within which limits."""
+"""The design problem: body, material, tasks and limits, read from a file or built in Python, and validated."""
 
 from pneumorph.problem.file import load, loads
 from pneumorph.problem.material import Material

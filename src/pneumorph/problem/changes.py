@@ -1,4 +1,4 @@
-"""Changes of single keys in a problem's table, as studies and `Problem.with_changes` make them."""
+"""Changes to single keys of a problem's table, as made by studies and `Problem.with_changes`."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ _STEP = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d+\])*)")
 
 
 def change(table: dict[str, Any], key: str, value: Any) -> None:
-    """Set a dotted key, e.g. ``task[0].pressure.A``; tables on the way are made where they are missing.
+    """Set a dotted key such as ``task[0].pressure.A``; missing tables on the way are created.
 
-    ``False`` leaves a key out, unless it holds a truth value.
+    ``False`` removes the key, unless its value is a boolean.
 
     Raises
     ------
     ProblemError
-        When there can be no such key.
+        If the key cannot exist.
     """
     steps: list[str | int] = []
     for part in key.split("."):
         match = _STEP.fullmatch(part)
         if match is None:
-            raise ProblemError(f'"{key}" is no key of a problem; write e.g. "task[0].pressure.A"')
+            raise ProblemError(f'"{key}" is not a key of a problem; write e.g. "task[0].pressure.A"')
         steps += [match[1], *map(int, re.findall(r"\d+", match[2]))]
     at: Any = table
     for step, following in pairwise(steps):
@@ -50,5 +50,5 @@ def change(table: dict[str, Any], key: str, value: Any) -> None:
 def _entry(at: Any, index: int, key: str) -> Any:
     if not isinstance(at, list) or index >= len(at):
         count = len(at) if isinstance(at, list) else 0
-        raise ProblemError(f'"{key}": there is no entry [{index}], only {count}; count from 0')
+        raise ProblemError(f'"{key}": there is no entry [{index}]; the list has {count}, counted from 0')
     return at[index]

@@ -1,4 +1,4 @@
-"""Checks across keys: whether the parts of a problem fit together at the start."""
+"""Checks across keys: whether the parts of a problem are consistent with each other."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from pneumorph.problem.symmetry import operations
 if TYPE_CHECKING:
     from pneumorph.problem.whole import Problem
 
-MOST_CONTROL_POINTS = 100_000
-MOST_ELEMENTS = 1_000_000
-_EPS = 1e-9  # mm; lengths that are meant to be equal may differ in the last bit
+MAX_CONTROL_POINTS = 100_000
+MAX_ELEMENTS = 1_000_000
+_EPS = 1e-9  # mm; lengths that are meant to be equal may differ by rounding
 
 Fault = tuple[str, str]
 
 
 def faults(problem: Problem) -> list[Fault]:
-    """Key and reason of everything that does not fit together, the most basic first.
+    """Key and reason of every inconsistency, the most basic ones first.
 
-    Later checks suppose what earlier ones found sound, so the list ends with the first group that has a fault.
+    Later checks rely on earlier ones having passed, so only the faults of the first failing check are returned.
     """
     for check in (_names, _chambers_in_body, _symmetry, _tasks, _walls, _limits, _resolution):
         found = list(check(problem))
@@ -40,7 +40,7 @@ def _names(problem: Problem) -> Iterator[Fault]:
         names = [part.name for part in parts]
         for index, name in enumerate(names):
             if name in names[:index]:
-                yield f"{key}[{index}].name", f'"{name}" is taken already; give every one a name of its own'
+                yield f"{key}[{index}].name", f'"{name}" is used twice; give each one a different name'
 
 
 def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
@@ -53,18 +53,18 @@ def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
         elif start < 0 or end > body.length:
             yield (
                 f"{key}.span",
-                f"runs from {start:g} to {end:g} mm, outside the body (0 to {body.length:g} mm); shorten it",
+                f"runs from {start:g} to {end:g} mm, beyond the body (0 to {body.length:g} mm); make it shorter",
             )
         elif chamber.ends == "pole" and end - start < 2 * chamber.radius - _EPS:
             yield (
                 f"{key}.span",
-                f"is shorter than the two hemispheres of its ends, {2 * chamber.radius:g} mm; lengthen it",
+                f"is shorter than its two hemispherical ends, {2 * chamber.radius:g} mm; make it longer",
             )
         if reach >= body.radius:
             yield (
                 f"{key}.{_across(chamber)}",
                 f"reaches {reach:g} mm from the axis, outside the body of radius {body.radius:g} mm; "
-                "make the chamber thinner or move it inward",
+                "make the chamber thinner or move it inwards",
             )
     for (i, one), (j, other) in combinations(enumerate(body.chamber), 2):
         across, along = _gaps(one, other)
@@ -76,20 +76,26 @@ def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
 
 
 def _symmetry(problem: Problem) -> Iterator[Fault]:
-    """Every chamber has its image under every symmetry, ripples are symmetric, and no objective is zero for all."""
+    """Check that chambers and ripples are symmetric, and that the symmetry does not rule an objective out."""
     body = problem.body
     group = operations(body.symmetry)
     reflecting = [matrix for matrix in group if np.linalg.det(matrix) < 0]
     if body.ripple and body.ripple.lobes:
         if reflecting:
-            yield "body.ripple.lobes", "a helix is no mirror image of itself; take lobes = 0 or no mirror and no point"
+            yield (
+                "body.ripple.lobes",
+                "a helix is not its own mirror image; use lobes = 0, or leave out body.symmetry.mirror and point",
+            )
         if body.ripple.lobes % body.symmetry.rotation:
             yield (
                 "body.ripple.lobes",
-                f"is no multiple of body.symmetry.rotation = {body.symmetry.rotation}; make it one",
+                f"is not a multiple of body.symmetry.rotation = {body.symmetry.rotation}; make it one",
             )
         if body.symmetry.half_turn == "y" and body.ripple.lobes % 2:
-            yield "body.ripple.lobes", 'is odd, which fits a half turn about x; take half_turn = "x"'
+            yield (
+                "body.ripple.lobes",
+                'is odd, which suits only a half turn about x; use half_turn = "x"',
+            )
     for matrix in group:
         for index in range(len(body.chamber)):
             fault = _fault_of_image(body, index, matrix)
@@ -101,13 +107,13 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
         if twists and any(_same_pressures(problem, task, matrix) for matrix in reflecting):
             yield (
                 f"task[{index}].objective.motion",
-                "a body that is its own mirror image, or point symmetric, does not twist under pressures that are so "
-                'too; leave body.symmetry.mirror and point out, half_turn = "x" keeps both halves alike',
+                "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures; leave "
+                'out body.symmetry.mirror and point (half_turn = "x" also keeps both halves alike)',
             )
 
 
 def _image(body: BodySpec, index: int, matrix: np.ndarray) -> int | None:
-    """Number of the chamber that is the image of one; None where there is none."""
+    """Index of the chamber that is the image of the given one; None if there is no such chamber."""
     chamber = body.chamber[index]
     place = _placed(body, chamber, matrix)
     return next(
@@ -129,33 +135,33 @@ def _placed(body: BodySpec, chamber: ChamberSpec, matrix: np.ndarray) -> tuple[f
 
 
 def _fault_of_image(body: BodySpec, index: int, matrix: np.ndarray) -> Fault | None:
-    """What is wrong with a chamber's image, if anything."""
+    """The fault in a chamber's image, if there is one."""
     chamber, number = body.chamber[index], _image(body, index, matrix)
     if number is None:
         x, y, start, end = _placed(body, chamber, matrix)
         return (
             f"body.chamber[{index}]",
-            f'"{chamber.name}" has no image under body.symmetry: put one like it at center = ["{x:.6g} mm", '
+            f'"{chamber.name}" has no image under body.symmetry; add the same chamber at center = ["{x:.6g} mm", '
             f'"{y:.6g} mm"], span = ["{start:.6g} mm", "{end:.6g} mm"], or ask for less symmetry',
         )
     if chamber.ripple is None and body.chamber[number].ripple is None:
         return None
     own, image = body.ripple_of(chamber), body.ripple_of(body.chamber[number])
     lobes = 0 if own is None else own.lobes
-    # cos(k z − l θ) becomes cos(k z' ∓ l (θ' − α)), the other way round under a reflection.
+    # cos(k z − l θ) becomes cos(k z' ∓ l (θ' − α)), with the plus sign for a reflection.
     turns = lobes * math.atan2(matrix[1, 0], matrix[0, 0]) / (2.0 * math.pi)
     wanted = own if own is None else own.model_copy(update={"lobes": round(np.linalg.det(matrix)) * lobes})
     if image != wanted or abs(turns - round(turns)) > _EPS:
         return (
             f"body.chamber[{index}].ripple",
-            f'is not symmetric with that of "{body.chamber[number].name}": images have the same amplitude and period, '
-            "and mirror images wind the other way (lobes with the other sign, even across the x axis)",
+            f'is not the image of that of "{body.chamber[number].name}"; give both the same amplitude and period, and '
+            "mirror images lobes of opposite sign (an even number for the mirror yz)",
         )
     return None
 
 
 def _same_pressures(problem: Problem, task: Task, matrix: np.ndarray) -> bool:
-    """Whether chambers and their images have the same pressures in a task and will have them."""
+    """Whether chambers and their images have the same pressures in a task, and keep them during the design."""
     body = problem.body
     names = [chamber.name for chamber in body.chamber]
     pairs = [(name, names[_image(body, index, matrix) or 0]) for index, name in enumerate(names)]
@@ -175,26 +181,26 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
         if isinstance(task.objective, Reach) and problem.end_effector.kind != "plate":
             yield (
                 f"task[{index}].objective.kind",
-                'reach is a target of the plate, and the tip is free; take end_effector.kind = "plate"',
+                'reach is a target for the plate, but the tip is free; use end_effector.kind = "plate"',
             )
 
 
 def _walls(problem: Problem) -> Iterator[Fault]:
-    """Walls along the axis: the loop thickens those across it where they start too thin, but ends keep their place."""
+    """Check wall thickness along the axis only: the design loop thickens walls across it but does not move the ends."""
     body, wall = problem.body, problem.limits.wall
     fix = f"thinner than limits.wall = {wall:g} mm at the start; move or shrink the chamber, or lower the limit"
     for index, chamber in enumerate(body.chamber):
         end = min(chamber.span[0], body.length - chamber.span[1])
         if end < wall - _EPS:
-            yield f"body.chamber[{index}].span", f"leaves {end:g} mm of wall at an end of the body, {fix}"
+            yield f"body.chamber[{index}].span", f"leaves a wall of {end:g} mm at an end of the body, {fix}"
     for (i, one), (j, other) in combinations(enumerate(body.chamber), 2):
         across, along = _gaps(one, other)
         if across <= 0.0 and along < wall - _EPS:
-            yield f"body.chamber[{j}]", f'leaves {along:g} mm of wall to "{one.name}" (body.chamber[{i}]), {fix}'
+            yield f"body.chamber[{j}]", f'leaves a wall of {along:g} mm to "{one.name}" (body.chamber[{i}]), {fix}'
 
 
 _BEYOND = 3.0
-"""How many times its limit a start's curvature may be: what is less the loop may bring within it."""
+"""Largest ratio of the starting curvature to its limit; from below it the design loop can reach the limit."""
 
 
 def _limits(problem: Problem) -> Iterator[Fault]:
@@ -205,24 +211,24 @@ def _limits(problem: Problem) -> Iterator[Fault]:
         tubes.append((f'chamber "{chamber.name}"', chamber.radius, chamber.ends, body.ripple_of(chamber), key))
     for name, radius, _, ripple, key in tubes:
         if ripple and ripple.amplitude >= radius:
-            yield key, f"is not below the radius of {name}; make it smaller"
+            yield key, f"is not smaller than the radius of {name}; make it smaller"
             return
     if limits.fold.neighbourhood <= limits.fold.distance:
         yield (
             "limits.fold.neighbourhood",
-            f"{limits.fold.neighbourhood:g} mm is not above the distance {limits.fold.distance:g} mm, so that even a "
-            "flat surface would be too close to itself; make it larger",
+            f"{limits.fold.neighbourhood:g} mm is not larger than limits.fold.distance = {limits.fold.distance:g} "
+            "mm, so even a flat surface would be too close to itself; make it larger",
         )
     for name, radius, ends, ripple, _ in tubes:
         amplitude, wave = (ripple.amplitude, 2 * math.pi / ripple.period) if ripple else (0.0, 0.0)
-        # h₁ = ½(k₁² + k₂²): on the tube with the ripple's crests, on a hemisphere.
+        # h₁ = ½(k₁² + k₂²): on the tube at the ripple's crests, and on a hemisphere.
         tube = 0.5 * ((radius - amplitude) ** -2 + (amplitude * wave**2) ** 2)
         bend = max(tube, radius**-2 if ends == "pole" else 0.0)
         if bend > _BEYOND * limits.curvature:
             yield (
                 "limits.curvature",
-                f"{name} starts with {bend:.3g} /mm^2, too far above the limit of {limits.curvature:g} /mm^2; raise "
-                "the limit, or make the radius larger or the ripple flatter",
+                f"{name} starts with a curvature of {bend:.3g} /mm^2, too far above the limit of {limits.curvature:g} "
+                "/mm^2; raise the limit, make the radius larger or the ripple flatter",
             )
 
 
@@ -232,14 +238,14 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
     if density * body.length < 4:
         yield (
             "body.control_density",
-            f"{density:g} /mm gives the body fewer than 4 control points along its length; raise it, 0.6 /mm is usual",
+            f"{density:g} /mm gives the body fewer than 4 control points along its length; raise it (0.6 /mm is usual)",
         )
     points = sum(2 * math.pi * radius * length * density**2 for radius, length in tubes)
-    if points > MOST_CONTROL_POINTS:
+    if points > MAX_CONTROL_POINTS:
         yield (
             "body.control_density",
-            f"{density:g} /mm gives about {points:.0g} control points, above {MOST_CONTROL_POINTS}; lower it, "
-            "0.6 /mm is usual",
+            f"{density:g} /mm gives about {points:.0g} control points, more than {MAX_CONTROL_POINTS}; lower it "
+            "(0.6 /mm is usual)",
         )
     ripples = {"body.ripple": body.ripple} | {
         f"body.chamber[{index}].ripple": chamber.ripple for index, chamber in enumerate(body.chamber)
@@ -248,24 +254,24 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
         if ripple and ripple.period * density < 3:
             yield (
                 f"{key}.period",
-                f"{ripple.period:g} mm is shorter than three control points; lengthen it or raise control_density",
+                f"{ripple.period:g} mm is less than three control points; make it longer or raise body.control_density",
             )
     if size > body.radius:
-        yield "mesh.size", f"{size:g} mm is above the body's radius of {body.radius:g} mm; make it smaller"
+        yield "mesh.size", f"{size:g} mm is larger than the body's radius of {body.radius:g} mm; make it smaller"
     for index, task in enumerate(problem.task):
         key, count = _sections(task)
         if count * size > body.length + _EPS:
             yield (
                 f"task[{index}].objective.{key}",
-                f"{count} sections are thinner than the elements of mesh.size = {size:g} mm; take at most "
+                f"{count} sections are thinner than the elements of mesh.size = {size:g} mm; use at most "
                 f"{math.floor(body.length / size)} or a finer mesh",
             )
     volume = math.pi * (tubes[0][0] ** 2 * tubes[0][1] - sum(r**2 * length for r, length in tubes[1:]))
     elements = 6 * volume / size**3
-    if elements > MOST_ELEMENTS:
+    if elements > MAX_ELEMENTS:
         yield (
             "mesh.size",
-            f"{size:g} mm gives about {elements:.0g} elements, above {MOST_ELEMENTS}; make it larger",
+            f"{size:g} mm gives about {elements:.0g} elements, more than {MAX_ELEMENTS}; make it larger",
         )
 
 
@@ -280,12 +286,12 @@ def _sections(task: Task) -> tuple[str, int]:
 
 
 def _across(chamber: ChamberSpec) -> str:
-    """The key to blame when a chamber reaches too far across the body."""
+    """The key to name when a chamber reaches beyond the body's radius."""
     return "center" if any(chamber.center) else "radius"
 
 
 def _gaps(one: ChamberSpec, other: ChamberSpec) -> tuple[float, float]:
-    """Distance of two chambers across and along z; negative where they overlap. Rounded ends count as flat."""
+    """Distances (mm) between two chambers across and along z; negative if they overlap. Domes count as flat ends."""
     across = math.dist(one.center, other.center) - one.radius - other.radius
     along = max(other.span[0] - one.span[1], one.span[0] - other.span[1])
     return across, along

@@ -1,17 +1,17 @@
-"""Names of the plate's motions: components of springs, guides and blocks, and the motions that objectives name."""
+"""Names of the plate's six components, used for springs, guides and blocked motions, and of motions in objectives."""
 
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
 COMPONENT_OF = {"extension": "axial", "twist": "torsion"}
-"""The component of the plate that a motion is of, where their names differ."""
+"""The component of the plate that belongs to a motion, where the two have different names."""
 
 MOTION_OF = {component: motion for motion, component in COMPONENT_OF.items()}
 
 
 def component_of(name: Any) -> Any:
-    """The component that a motion's name stands for; anything else as it is."""
+    """The component that belongs to a motion's name; anything else unchanged."""
     return COMPONENT_OF.get(name, name) if isinstance(name, str) else name
 
 

@@ -1,4 +1,4 @@
-"""From a problem file to a sound `Problem`, or to one readable line that says why not."""
+"""Reading problem files into a valid `Problem`, or into an error of one readable line."""
 
 import tomllib
 from pathlib import Path
@@ -28,7 +28,7 @@ def load(path: str | Path) -> Problem:
     except FileNotFoundError:
         raise ProblemError(f"{path}: there is no such file; check the path") from None
     except IsADirectoryError:
-        raise ProblemError(f"{path}: is a directory; name the problem file in it") from None
+        raise ProblemError(f"{path}: is a directory; give the problem file in it") from None
     except UnicodeDecodeError:
         raise ProblemError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
     except (OSError, ValueError) as error:
@@ -37,7 +37,7 @@ def load(path: str | Path) -> Problem:
 
 
 def loads(text: str, where: str = "problem", folder: str | Path = ".") -> Problem:
-    """Read a problem from the text of a file; `where` names it in messages, files that it names are in `folder`.
+    """Read a problem from text; `where` names it in messages, and files it refers to are looked up in `folder`.
 
     Raises ProblemError as `load` does.
     """

@@ -1,4 +1,4 @@
-"""The table [material]: a rubber from the library by its name, or a model with its parameters."""
+"""The table [material]: a rubber of the library given by its name, or a rubber model with its parameters."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
-from pneumorph.problem.table import TAG, Misfit, Quantity, Table
+from pneumorph.problem.table import TAG, InvalidKey, Quantity, Table
 
 AnyModulus = Annotated[float, Quantity(units.MODULUS)]
 Modulus = Annotated[float, Quantity(units.MODULUS, "positive")]
 Number = Annotated[float, Strict()]
 
 
-class Solid(Table):
-    """What every rubber has: bulk modulus in MPa, density in t/mm³, and the largest stretch its parameters hold for."""
+class RubberModel(Table):
+    """What all rubbers have: bulk modulus (MPa), density (t/mm³), largest stretch at which the parameters are valid."""
 
     name: str = "rubber"
     bulk_modulus: Modulus
     density: Annotated[float, Quantity(units.DENSITY, "positive")]
     valid_stretch: Annotated[Number, Field(gt=1)] | None = None
     source: str = ""
-    decisive: ClassVar[str] = "shear_modulus"
-    """The key that is to blame for a shear modulus that is not above zero."""
+    blamed_key: ClassVar[str] = "shear_modulus"
+    """The key named in the error when the initial shear modulus is not positive."""
 
     @property
     @abstractmethod
@@ -44,16 +44,16 @@ class Solid(Table):
         """μ of the undeformed rubber, MPa."""
 
     @model_validator(mode="after")
-    def _is_stiff_at_rest(self) -> Solid:
+    def _is_stiff_at_rest(self) -> RubberModel:
         if not self.initial_shear_modulus > 0:
-            raise Misfit(
-                self.decisive,
+            raise InvalidKey(
+                self.blamed_key,
                 f"makes the initial shear modulus {self.initial_shear_modulus:g} MPa; raise it above zero",
             )
         return self
 
 
-class NeoHookean(Solid):
+class NeoHookean(RubberModel):
     """μ/2 (Ī₁ − 3): the paper's energy (41)."""
 
     model: Literal["neo-hookean"] = "neo-hookean"
@@ -64,35 +64,35 @@ class NeoHookean(Solid):
         return self.shear_modulus
 
 
-class MooneyRivlin(Solid):
+class MooneyRivlin(RubberModel):
     """c10 (Ī₁ − 3) + c01 (Ī₂ − 3)."""
 
     model: Literal["mooney-rivlin"]
     c10: AnyModulus
     c01: AnyModulus
-    decisive: ClassVar[str] = "c10"
+    blamed_key: ClassVar[str] = "c10"
 
     @property
     def initial_shear_modulus(self) -> float:
         return 2 * (self.c10 + self.c01)
 
 
-class Yeoh(Solid):
+class Yeoh(RubberModel):
     """Σ cᵢ (Ī₁ − 3)ⁱ with the coefficients c₁, c₂, …"""
 
     model: Literal["yeoh"]
     coefficients: tuple[AnyModulus, ...] = Field(
         min_length=1, max_length=6, description='coefficients = ["0.11 MPa", "0.02 MPa"]'
     )
-    decisive: ClassVar[str] = "coefficients"
+    blamed_key: ClassVar[str] = "coefficients"
 
     @property
     def initial_shear_modulus(self) -> float:
         return 2 * self.coefficients[0]
 
 
-class Gent(Solid):
-    """−μ J_m/2 ln(1 − (Ī₁ − 3)/J_m) with the limit J_m of Ī₁ − 3."""
+class Gent(RubberModel):
+    """−μ J_m/2 ln(1 − (Ī₁ − 3)/J_m), where `limit` is J_m, the limiting value of Ī₁ − 3."""
 
     model: Literal["gent"]
     shear_modulus: Modulus
@@ -103,8 +103,8 @@ class Gent(Solid):
         return self.shear_modulus
 
 
-class ArrudaBoyce(Solid):
-    """Eight-chain model, series of five terms: shear modulus n k T of the chains, locking stretch λ_m."""
+class ArrudaBoyce(RubberModel):
+    """Eight-chain model as a series of five terms; shear modulus n k T of the chains, locking stretch λ_m."""
 
     model: Literal["arruda-boyce"]
     shear_modulus: Modulus
@@ -126,18 +126,18 @@ class OgdenTerm(Table):
     @model_validator(mode="after")
     def _has_a_power(self) -> OgdenTerm:
         if self.exponent == 0:
-            raise Misfit("exponent", "is zero, which leaves nothing to the power of it; take another")
+            raise InvalidKey("exponent", "is zero, so the term vanishes; use another value")
         return self
 
 
-class Ogden(Solid):
+class Ogden(RubberModel):
     """Σ 2 μᵢ/αᵢ² (λ̄₁^αᵢ + λ̄₂^αᵢ + λ̄₃^αᵢ − 3); the moduli μᵢ add up to the initial shear modulus."""
 
     model: Literal["ogden"]
     terms: tuple[OgdenTerm, ...] = Field(
         min_length=1, max_length=6, description='terms = [{ modulus = "0.4 MPa", exponent = 2.0 }]'
     )
-    decisive: ClassVar[str] = "terms"
+    blamed_key: ClassVar[str] = "terms"
 
     @property
     def initial_shear_modulus(self) -> float:
@@ -156,27 +156,27 @@ MODELS = {
 
 @cache
 def library() -> dict[str, dict[str, Any]]:
-    """The named elastomers: tables [material] without their names, with `assumed`, what their sources do not say."""
+    """The library of elastomers by name: tables [material], and in `assumed` what their sources do not give."""
     text = resources.files("pneumorph.problem").joinpath("elastomers.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 
 def _from_the_library(data: Any) -> Any:
-    """The table of a name that stands alone; a table with a model that is known."""
+    """Replace a name that is given alone by its table from the library; check that a given model is known."""
     if not isinstance(data, dict):
         return data
     if data.keys() - {"name"}:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{model}"' if isinstance(model, str) else f"a {type(model).__name__}"
-            raise Misfit("model", f"{shown} is not known here; take one of {', '.join(MODELS)}")
+            raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
         return data
     name, known = data.get("name"), library()
     if isinstance(name, str) and name in known:
         return {"name": name, **{key: value for key, value in known[name].items() if key != "assumed"}}
     wrong = "is missing" if name is None else f'"{name}" is not in the library'
     named = ", ".join(f'"{elastomer}"' for elastomer in known)
-    raise Misfit("name", f"{wrong}; take one of {named} or give a model, its parameters, bulk_modulus and density")
+    raise InvalidKey("name", f"{wrong}; use one of {named} or give a model, its parameters, bulk_modulus and density")
 
 
 def _tag(data: Any) -> str:
@@ -185,7 +185,7 @@ def _tag(data: Any) -> str:
 
 
 class _ByNameAlone:
-    """In the file a material may also be a name from the library, and nothing else."""
+    """JSON schema of a material, which may also be just a name from the library."""
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         by_name = {

@@ -1,6 +1,6 @@
-"""The tables of a problem file as frozen models: what is designed, from what, for which tasks, within which limits.
+"""The tables of a problem file as frozen models: body, end-effector, gravity, tasks, limits, mesh and optimiser.
 
-Field names are the keys of the file; after reading, every quantity is a float in mm, N, MPa, t, s, rad.
+Field names are the keys of the file. After reading, every quantity is a float in mm, N, MPa, t, s, rad.
 """
 
 import math
@@ -23,14 +23,14 @@ from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, component_of
 from pneumorph.problem.objective import ObjectiveSpec
-from pneumorph.problem.table import Misfit, Quantity, Table
+from pneumorph.problem.table import InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 Curvature = Annotated[float, Quantity(units.CURVATURE, "positive")]
-Gauge = Annotated[float, Quantity(units.PRESSURE)]
+GaugePressure = Annotated[float, Quantity(units.PRESSURE)]
 Stiffness = Annotated[float, Quantity(units.STIFFNESS, "not negative")]
-TurningStiffness = Annotated[float, Quantity(units.TURNING_STIFFNESS, "not negative")]
+RotationalStiffness = Annotated[float, Quantity(units.ROTATIONAL_STIFFNESS, "not negative")]
 Force = Annotated[float, Quantity(units.FORCE)]
 Moment = Annotated[float, Quantity(units.MOMENT)]
 Number = Annotated[float, Strict()]
@@ -39,10 +39,10 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]
 
 
 class Ripple(Table):
-    """Sinusoidal start-up perturbation of the radii along z; with lobes it winds round the axis as a helix.
+    """Sinusoidal variation of the starting radii along z; with lobes it winds round the axis as a helix.
 
-    Negative lobes wind the other way. A plain tube and rings on it are their own mirror images, so they twist neither
-    way and no small change makes them: a twisting actuator starts from a helix.
+    Negative lobes wind the opposite way. A plain tube, with or without rings, is its own mirror image, so it does not
+    twist, and no small change of shape has a first-order effect on twist: start a twisting actuator from a helix.
     """
 
     amplitude: PositiveLength
@@ -53,8 +53,8 @@ class Ripple(Table):
 class Symmetry(Table):
     """Symmetries that the shape keeps.
 
-    Mirror planes xz and yz hold the axis, xy cuts the body half-way up; rotation is the order about z; point symmetry
-    and the half turn about an axis across are about the body's centre.
+    The mirror planes xz and yz contain the axis, xy cuts the body at half its length. `rotation` is the order of the
+    rotational symmetry about z. The point symmetry, and the half turn about x or y, are about the body's centre.
     """
 
     mirror: tuple[Literal["xz", "yz", "xy"], ...] = ()
@@ -71,7 +71,7 @@ class ChamberSpec(Table):
     center: tuple[Length, Length] = Field(description='e.g. center = ["0 mm", "0 mm"]')
     span: tuple[Length, Length] = Field(description='e.g. span = ["3 mm", "77 mm"]')
     ends: Literal["flat", "pole"] = "flat"
-    ripple: Ripple | None = Field(None, description="a ripple of its own, instead of the body's")
+    ripple: Ripple | None = Field(None, description="a ripple for this chamber instead of the body's")
 
 
 class BodySpec(Table):
@@ -85,22 +85,22 @@ class BodySpec(Table):
     chamber: tuple[ChamberSpec, ...] = Field(min_length=1, description="a table [[body.chamber]]")
 
     def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
-        """The ripple a chamber starts with: its own, else the body's."""
+        """The ripple a chamber starts with: its own or, if it has none, the body's."""
         return chamber.ripple or self.ripple
 
 
 class Spring(Table):
-    """Springs between the end-effector and the ground: N/mm along x, y, z, N·mm/rad about x, y, z.
+    """Springs between the end-effector and the ground: N/mm along x, y, z and N·mm/rad about x, y, z.
 
-    `axial` may be written `extension`, and `torsion` `twist`.
+    `axial` may also be written `extension`, and `torsion` `twist`.
     """
 
     shift_x: Stiffness = 0.0
     shift_y: Stiffness = 0.0
     axial: Stiffness = 0.0
-    bending_x: TurningStiffness = 0.0
-    bending_y: TurningStiffness = 0.0
-    torsion: TurningStiffness = 0.0
+    bending_x: RotationalStiffness = 0.0
+    bending_y: RotationalStiffness = 0.0
+    torsion: RotationalStiffness = 0.0
 
     @model_validator(mode="before")
     @classmethod
@@ -109,14 +109,14 @@ class Spring(Table):
             return data
         for motion, component in COMPONENT_OF.items():
             if motion in data and component in data:
-                raise Misfit(motion, f"is the same as {component}; write one of them")
+                raise InvalidKey(motion, f"is the same as {component}; give only one of them")
         return {component_of(key): value for key, value in data.items()}
 
 
 class EndEffector(Table):
     """What the tip carries: a rigid plate with springs, a force (N) and a moment (N·mm), or nothing ("free").
 
-    `hold` names motions of the plate that a guide prevents; "axial" may be written "extension", "torsion" "twist".
+    `hold` lists motions of the plate that a guide prevents; "axial" may also be written "extension", "torsion" "twist".
     """
 
     kind: Literal["plate", "free"] = "plate"
@@ -129,12 +129,12 @@ class EndEffector(Table):
     def _nothing_on_a_free_tip(self) -> "EndEffector":
         for key in ("spring", "force", "moment", "hold"):
             if self.kind == "free" and getattr(self, key) != type(self).model_fields[key].default:
-                raise Misfit(key, f'a free tip has no plate to carry it; take kind = "plate" or leave {key} out')
+                raise InvalidKey(key, f'needs a plate, but the tip is free; use kind = "plate" or leave {key} out')
         return self
 
 
 class Gravity(Table):
-    """Acceleration in mm/s² and its direction, a unit vector after reading."""
+    """Acceleration in mm/s² and its direction, which is normalised on reading."""
 
     acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = 9810.0
     direction: tuple[Number, Number, Number] = Field(description="e.g. direction = [0, 0, -1]")
@@ -143,22 +143,22 @@ class Gravity(Table):
     def _unit_direction(self) -> "Gravity":
         length = math.hypot(*self.direction)
         if length == 0:
-            raise Misfit("direction", "has no length; write e.g. direction = [0, 0, -1]")
+            raise InvalidKey("direction", "has length zero; write e.g. direction = [0, 0, -1]")
         if not math.isclose(length, 1.0, rel_tol=1e-12):
             object.__setattr__(self, "direction", tuple(part / length for part in self.direction))
         return self
 
 
 class Pressure(Table):
-    """The gauge pressure of a chamber in MPa: fixed, or free between min and max and then designed with the shape."""
+    """The gauge pressure of a chamber in MPa: fixed, or free between min and max and designed along with the shape."""
 
-    start: Gauge
-    min: Gauge
-    max: Gauge
+    start: GaugePressure
+    min: GaugePressure
+    max: GaugePressure
 
     @property
     def free(self) -> bool:
-        """Whether it is designed with the shape."""
+        """Whether the pressure is designed along with the shape."""
         return self.min < self.max
 
     @model_validator(mode="before")
@@ -172,9 +172,9 @@ class Pressure(Table):
     @model_validator(mode="after")
     def _start_within(self) -> "Pressure":
         if self.min > self.max:
-            raise Misfit("min", "is above max; exchange them")
+            raise InvalidKey("min", "is above max; swap them")
         if not self.min <= self.start <= self.max:
-            raise Misfit("start", "is not between min and max; move it there or widen them")
+            raise InvalidKey("start", "is not between min and max; change it or widen the range")
         return self
 
     @model_serializer(mode="wrap")
@@ -187,7 +187,7 @@ class Pressure(Table):
 
 
 class Task(Table):
-    """One target: the pressures of the chambers and what they should achieve."""
+    """One task: the pressures of the chambers and the objective they serve."""
 
     name: Name = Field(description='e.g. name = "extend"')
     weight: Annotated[Number, Field(gt=0)] = 1.0
@@ -196,14 +196,14 @@ class Task(Table):
 
 
 class Fold(Table):
-    """Least distance within one surface, between points further apart on it than the neighbourhood (23)."""
+    """Smallest distance within one surface, of points outside each other's neighbourhood on the starting tube (23)."""
 
     distance: PositiveLength = 1.0
     neighbourhood: PositiveLength = 2.0
 
 
 class Stretch(Table):
-    """Limit of h₃ in 1/mm²: the stretch gradient per millimetre, or as (29) is printed."""
+    """Limit of h₃ in 1/mm²: the stretch gradient per millimetre ("per_mm"), or (29) as printed in the paper."""
 
     limit: Curvature = 0.1
     form: Literal["per_mm", "printed"] = "per_mm"
@@ -222,13 +222,13 @@ class Stretch(Table):
 
 
 class Envelope(Table):
-    """The cylinder about z that the body has to stay in."""
+    """The cylinder about z in which the body must stay."""
 
     radius: PositiveLength
 
 
 class Limits(Table):
-    """What every design has to respect; the defaults are Table I of the paper."""
+    """Limits that every design keeps; the defaults are those of the paper's Table I."""
 
     wall: PositiveLength = 2.0
     fold: Fold = Fold()
@@ -239,10 +239,10 @@ class Limits(Table):
 
 
 class MeshSpec(Table):
-    """Target edge length in mm and kind of the tetrahedra.
+    """Desired edge length in mm, and kind of the tetrahedra.
 
-    Mixed ones have a pressure of their own and do not lock; "auto" takes them where the rubber hardly changes its
-    volume.
+    Mixed elements interpolate the pressure in the rubber separately and do not lock; "auto" uses them for nearly
+    incompressible rubbers.
     """
 
     size: PositiveLength = 2.0
@@ -252,14 +252,14 @@ class MeshSpec(Table):
 def _method(name: Any) -> Any:
     if name != "lbfgs":
         return name
-    warnings.warn('optimizer.method: "lbfgs" is called "sqp" now; write that', Renamed, stacklevel=2)
+    warnings.warn('optimizer.method: "lbfgs" is now called "sqp"; please write that', Renamed, stacklevel=2)
     return "sqp"
 
 
 class OptimizerSpec(Table):
-    """First and reference step in mm, method of the sub-problem, greatest number of designs.
+    """First step in mm, method of the sub-problem, and largest number of designs.
 
-    "sqp", sequential quadratic programs, was called "lbfgs" once; that is still read.
+    "sqp" (sequential quadratic programming) was formerly called "lbfgs", which is still accepted.
     """
 
     step: PositiveLength = 0.2

@@ -1,4 +1,4 @@
-"""The kinds of a task's objective: the largest motion, a target shape, a target of the plate, or a user's function."""
+"""Objectives of a task: the largest motion, a target shape, a target pose of the plate, or a user's function."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,24 +9,24 @@ from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, Validat
 
 from pneumorph import units
 from pneumorph.problem.components import MOTION_OF
-from pneumorph.problem.table import TAG, Misfit, Quantity, Table
+from pneumorph.problem.table import TAG, InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Weight = Annotated[float, Strict(), Field(ge=0)]
 Sections = Annotated[int, Strict(), Field(ge=2, le=100)]
 HALF_TURN = np.pi - 1e-6
-Place = tuple[Length, Length, Length]
-Turn = tuple[Angle, Angle, Angle]
+Position = tuple[Length, Length, Length]
+RotationVector = tuple[Angle, Angle, Angle]
 
 
 def _keeps(vectors: Any, signs: Sequence[float]) -> bool:
-    """Whether vectors (…, 3) are their own images under a change of their components' signs."""
+    """Whether vectors (…, 3) are unchanged by these changes of their components' signs."""
     return np.allclose(np.asarray(vectors)[..., np.asarray(signs) < 0], 0.0, atol=1e-12)
 
 
 def _motion(name: Any) -> Any:
-    """The motion that a spring's name stands for."""
+    """The name of a motion, which may be given by the name of its spring."""
     if not isinstance(name, str):
         return name
     sign, component = (name[0], name[1:]) if name[:1] in ("+", "-") else ("", name)
@@ -34,9 +34,9 @@ def _motion(name: Any) -> Any:
 
 
 class Maximize(Table):
-    """Objective: the largest motion of the tip along or about an axis; a minus sign turns it round.
+    """Objective: the largest motion of the tip along or about an axis; a minus sign reverses the direction.
 
-    "extension" may be written "axial", and "twist" "torsion", as springs have it.
+    "extension" may also be written "axial", and "twist" "torsion", as for springs.
     """
 
     kind: Literal["maximize"] = "maximize"
@@ -48,7 +48,7 @@ class Maximize(Table):
 
     @property
     def sign(self) -> float:
-        """-1.0 for a motion with a minus sign, else 1.0."""
+        """-1.0 for a motion with a minus sign, otherwise 1.0."""
         return -1.0 if self.motion.startswith("-") else 1.0
 
     @property
@@ -57,20 +57,20 @@ class Maximize(Table):
         return self.motion.lstrip("+-")
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
-        """Whether it is its own image under a mirror that changes the signs of vectors and of rotations like this."""
+        """Whether a mirror keeps the objective; signs (3,) that it gives the components of vectors and of rotations."""
         signs = dict(zip(("bending_x", "bending_y", "twist"), axial, strict=True)) | {"extension": polar[2]}
         return signs[self.component] > 0
 
 
 class MatchCurve(Table):
-    """Objective: the body takes the shape of a curve.
+    """Objective: the body takes the shape of a curve, a clamped B-spline of the given degree.
 
-    Clamped B-spline of the given degree; sections at equal distances are compared with it, by the rotations of each
-    against the one before (squared angles, rad²) and, with a position_weight (1/mm²), by their places.
+    Equidistant sections are compared with the curve by the rotation of each relative to the previous one (squared
+    angles, rad²) and, with a position_weight (1/mm²), by their positions.
     """
 
     kind: Literal["match_curve"]
-    control_points: tuple[Place, ...] = Field(
+    control_points: tuple[Position, ...] = Field(
         min_length=2, description='e.g. control_points = [["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "80 mm"]]'
     )
     degree: Annotated[int, Strict(), Field(ge=1, le=5)] = 3
@@ -81,31 +81,34 @@ class MatchCurve(Table):
     @model_validator(mode="after")
     def _is_a_curve(self) -> "MatchCurve":
         if len(self.control_points) <= self.degree:
-            raise Misfit(
-                "control_points", f"are too few for degree {self.degree}; give {self.degree + 1} or lower degree"
+            raise InvalidKey(
+                "control_points",
+                f"are too few for degree {self.degree}; give at least {self.degree + 1} or lower the degree",
             )
         steps = np.diff(np.array(self.control_points), axis=0)
         if not np.linalg.norm(steps[0]) > 0 or not np.linalg.norm(steps, axis=1).sum() > 1e-6:
-            raise Misfit("control_points", "the first two are at one place, so the curve has no direction; part them")
+            raise InvalidKey(
+                "control_points", "the first two coincide, so the curve has no direction there; move one of them"
+            )
         if steps[0, 2] <= 0.5 * np.linalg.norm(steps[0]):
-            raise Misfit(
+            raise InvalidKey(
                 "control_points",
-                "the curve leaves the base by more than 60° from the body's axis z; let it begin along +z",
+                "the curve leaves the base at more than 60° to the body's axis z; let it start along +z",
             )
         if self.orientation_weight == 0 and self.position_weight == 0:
-            raise Misfit("position_weight", "is zero, and orientation_weight too; give one of them a weight above 0")
+            raise InvalidKey("position_weight", "is zero, and so is orientation_weight; make one of them positive")
         return self
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
-        """See `Maximize.keeps`: a curve in the mirror plane has its image in itself."""
+        """See `Maximize.keeps`; a curve in the mirror plane is its own image."""
         return _keeps(self.control_points, polar)
 
 
 class MatchSections(Table):
-    """Objective: sections at equal distances take these orientations, rotation vectors from the base, in order."""
+    """Objective: equidistant sections take these orientations, given as rotation vectors from the base upwards."""
 
     kind: Literal["match_sections"]
-    rotations: tuple[Turn, ...] = Field(
+    rotations: tuple[RotationVector, ...] = Field(
         min_length=2, max_length=100, description='e.g. rotations = [["0 deg", "10 deg", "0 deg"], …]'
     )
 
@@ -115,29 +118,31 @@ class MatchSections(Table):
 
 
 class Reach(Table):
-    """Objective: the plate comes to a place (its centre, from the base's) and an orientation (a rotation vector).
+    """Objective: the plate reaches a position (of its centre, from the base's) and an orientation (rotation vector).
 
-    Weights are of squared distances (1/mm²) and squared angles (1/rad²).
+    The weights are those of the squared distance (1/mm²) and of the squared angle (1/rad²).
     """
 
     kind: Literal["reach"]
-    position: Place | None = None
-    rotation: Turn | None = None
+    position: Position | None = None
+    rotation: RotationVector | None = None
     position_weight: Weight = 0.01
     rotation_weight: Weight = 1.0
 
     @model_validator(mode="after")
     def _has_a_target(self) -> "Reach":
         if self.position is None and self.rotation is None:
-            raise Misfit(
-                "position", 'is missing, and rotation too; give one, e.g. position = ["0 mm", "20 mm", "70 mm"]'
+            raise InvalidKey(
+                "position", 'is missing, and so is rotation; give one, e.g. position = ["0 mm", "20 mm", "70 mm"]'
             )
-        # At half a turn both ways round are as long, and there is no gradient that takes one of them.
+        # At half a turn both senses of rotation are equally far, and the gradient does not exist.
         if self.rotation is not None and np.linalg.norm(self.rotation) > HALF_TURN:
-            raise Misfit("rotation", "turns by 180° or more; give a target less than half a turn away")
+            raise InvalidKey("rotation", "is a turn by 180° or more; give one of less than half a turn")
         places = self.position is not None and self.position_weight > 0
         if not places and not (self.rotation is not None and self.rotation_weight > 0):
-            raise Misfit("position_weight", "leaves nothing to reach; give a weight above 0 to what has a target")
+            raise InvalidKey(
+                "position_weight", "leaves no target with a weight; give position or rotation a positive weight"
+            )
         return self
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
@@ -148,13 +153,14 @@ class Reach(Table):
 
 
 class Custom(Table):
-    """Objective: a function of the features, to be minimised, in Python with jax.numpy.
+    """Objective: a function of the features to be minimised, written in Python with jax.numpy.
 
-    In the file `file` names a Python file beside it; after reading, `code` is its text, so that a run has all it needs.
+    In a problem file, `file` names a Python file in the same folder. On reading, its text is stored as `code`, so that
+    a run does not depend on the file.
     """
 
     kind: Literal["custom"]
-    code: Annotated[str, Strict()] = Field(description='a file beside the problem, e.g. file = "objective.py"')
+    code: Annotated[str, Strict()] = Field(description='a file next to the problem file, e.g. file = "objective.py"')
     function: Annotated[str, Strict()] = "objective"
     sections: Annotated[int, Strict(), Field(ge=0, le=100)] = 0
 
@@ -164,19 +170,19 @@ class Custom(Table):
         if not isinstance(data, dict) or "file" not in data:
             return data
         if "code" in data:
-            raise Misfit("file", "stands beside code; leave one of them out")
+            raise InvalidKey("file", "is given together with code; leave one of them out")
         if not isinstance(data["file"], str):
-            raise Misfit("file", 'should be the name of a Python file; write e.g. file = "objective.py"')
+            raise InvalidKey("file", 'should be the name of a Python file; write e.g. file = "objective.py"')
         path = Path((info.context or {}).get("folder", ".")) / data["file"]
         try:
             code = path.read_text(encoding="utf-8")
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
-            raise Misfit("file", f"{path} cannot be read ({why}); put it beside the problem file") from None
+            raise InvalidKey("file", f"{path} cannot be read ({why}); put it next to the problem file") from None
         return {key: value for key, value in data.items() if key != "file"} | {"code": code}
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
-        """See `Maximize.keeps`: nobody knows what the function does."""
+        """See `Maximize.keeps`; False because the symmetry of a user's function is unknown."""
         return False
 
 
@@ -193,7 +199,7 @@ def _of_a_known_kind(data: Any) -> Any:
     kind = data.get("kind", "maximize") if isinstance(data, dict) else "maximize"
     if not isinstance(kind, str) or kind not in KINDS:
         shown = f'"{kind}"' if isinstance(kind, str) else f"a {type(kind).__name__}"
-        raise Misfit("kind", f"{shown} is not known here; take one of {', '.join(KINDS)}")
+        raise InvalidKey("kind", f"{shown} is not a known kind of objective; use one of {', '.join(KINDS)}")
     return data
 
 

@@ -1,4 +1,4 @@
-"""From what validation found to one readable line: the key, what is wrong, how to fix it."""
+"""Validation errors as one readable line: the key, what is wrong, how to fix it."""
 
 import json
 import re
@@ -7,22 +7,22 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pneumorph.problem.table import TAG, Misfit
+from pneumorph.problem.table import TAG, InvalidKey
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def one_line(faults: Sequence[tuple[str, str]]) -> str:
-    """The first fault (key, reason), and how many more there are."""
+    """The first fault (key, reason) as text, and how many more there are."""
     key, reason = faults[0]
     more = len(faults) - 1
-    return f"{key}: {reason}" + (f" (and {more} more {'fault' if more == 1 else 'faults'} after it)" if more else "")
+    return f"{key}: {reason}" + (f" (and {more} more {'fault' if more == 1 else 'faults'})" if more else "")
 
 
 def faults_of(error: ValidationError) -> list[tuple[str, str]]:
-    """Key and reason of everything that did not fit the models."""
+    """Key and reason of everything that the models refused."""
     errors = error.errors()
-    # A list with an entry that does not fit is reported as too short as well.
+    # A list with an invalid entry is also reported as too short; leave that report out.
     within = {found["loc"][:length] for found in errors for length in range(len(found["loc"]))}
     return [_fault(found) for found in errors if found["type"] != "too_short" or found["loc"] not in within]
 
@@ -30,7 +30,7 @@ def faults_of(error: ValidationError) -> list[tuple[str, str]]:
 def _fault(found: Any) -> tuple[str, str]:
     path = [part for part in found["loc"] if not str(part).startswith(TAG)]
     context = found.get("ctx", {})
-    if isinstance(context.get("error"), Misfit):
+    if isinstance(context.get("error"), InvalidKey):
         path.append(context["error"].key)
     if path and path[-1] == "[key]":
         path.pop()
@@ -54,22 +54,22 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
         case "value_error":
             return str(context["error"])
         case "literal_error":
-            return f"{_shown(given)} is not known here; take {context['expected']}"
+            return f"{_shown(given)} is not a known value; use {context['expected']}"
         case "model_type":
-            return "should be a table of its own; give it its keys"
+            return "should be a table with keys"
         case "dict_type":
             return 'should be a table; write e.g. { A = "60 kPa" }'
         case "tuple_type":
-            return "should be a list (of tables: with double brackets, [[...]])"
+            return "should be a list (a list of tables is written with double brackets, [[...]])"
         case "too_short":
             what = "has too few entries" if context["actual_length"] else "is empty"
             return f"{what}; give at least {'one' if context['min_length'] == 1 else context['min_length']}"
         case "missing":
-            return "is missing; give the list all its entries"
+            return "is missing; the list needs all its entries"
         case "too_long":
-            return f"has too many entries; leave all but {context['max_length']} out"
+            return f"has too many entries; give at most {context['max_length']}"
         case "string_pattern_mismatch":
-            return f"{_shown(given)} cannot be a name; use letters, digits, _ and - alone"
+            return f"{_shown(given)} cannot be a name; use only letters, digits, _ and -"
         case "string_type":
             return f"{_shown(given)} is not text; put it in quotes"
         case "float_type" | "int_type" | "bool_type" | "finite_number" | "int_from_float":

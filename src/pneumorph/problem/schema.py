@@ -1,6 +1,6 @@
-"""The JSON schema of the problem file, for editors; shipped beside this module as schema.json.
+"""The JSON schema of the problem file, for editors; schema.json next to this module is part of the package.
 
-``python -m pneumorph.problem.schema`` writes it again after a change of the models.
+Run ``python -m pneumorph.problem.schema`` to update it after the models have changed.
 """
 
 import json
@@ -12,7 +12,7 @@ SHIPPED = Path(__file__).with_name("schema.json")
 
 
 def json_schema() -> str:
-    """The schema that the models generate, as it stands in the shipped file."""
+    """The schema generated from the models, as the text of schema.json."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **Problem.model_json_schema()}
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 

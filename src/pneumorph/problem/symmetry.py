@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from pneumorph.problem.models import Symmetry
 
 MIRRORS = {"xz": (1.0, -1.0, 1.0), "yz": (-1.0, 1.0, 1.0), "xy": (1.0, 1.0, -1.0)}
-"""What a mirror in each plane makes of the components of a vector."""
+"""Signs that reflection in each plane gives the components of a vector."""
 
 NORMALS = {"xz": 1, "yz": 0, "xy": 2}
-"""The component across each plane."""
+"""Index of the component normal to each plane."""
 
 HALF_TURNS = {"x": (1.0, -1.0, -1.0), "y": (-1.0, 1.0, -1.0)}
 
@@ -42,6 +42,6 @@ def operations(symmetry: Symmetry) -> list[NDArray[np.float64]]:
 
 
 def columns_multiple(symmetry: Symmetry) -> int:
-    """What the number of control points around a tube has to be a multiple of, so that images meet control points."""
+    """The number of control points around a tube must be a multiple of this for their images to be control points."""
     turns = [np.arctan2(matrix[1, 0], matrix[0, 0]) / (2.0 * np.pi) for matrix in operations(symmetry)]
     return lcm(*(Fraction(turn).limit_denominator(100).denominator for turn in turns))

@@ -1,4 +1,4 @@
-"""What every table of a problem file shares: quantities with units, no unknown keys, no missing keys."""
+"""Base of all tables of a problem file: quantities with units, and refusal of unknown and missing keys."""
 
 import difflib
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from pydantic_core import CoreSchema, core_schema
 from pneumorph import units
 
 TAG = "="
-"""Begins the names of a choice among tables in the paths of pydantic's errors, where they are no keys of the file."""
+"""Prefix of the tags of alternative tables: they appear in the paths of pydantic's errors but are not keys."""
 
 
-class Misfit(ValueError):
-    """A table does not fit: `key`, inside the table, is wrong for the reason given."""
+class InvalidKey(ValueError):
+    """A table is invalid because of one of its keys, for the reason given."""
 
     def __init__(self, key: str, reason: str):
         super().__init__(reason)
@@ -23,13 +23,13 @@ class Misfit(ValueError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """Annotation of a float field: text with a unit in the file, a float in the inside unit after reading."""
+    """Annotation of a float field: text with a unit in the file, a float in the unit of the code after reading."""
 
     kind: units.Kind
     sign: Literal["any", "positive", "not negative"] = "any"
 
     def read(self, text: str) -> float:
-        """The float, as `units.parse` reads it; ValueError also when its sign is not allowed."""
+        """The float as read by `units.parse`; raises ValueError also if its sign is not allowed."""
         value = units.parse(text, self.kind)
         if self.sign == "positive" and value <= 0:
             raise ValueError(f'"{text}" is not above zero; write e.g. "{self.kind.example}"')
@@ -40,7 +40,7 @@ class Quantity:
         return value
 
     def write(self, value: float) -> str:
-        """The text of a value."""
+        """A value as text with its unit."""
         return units.write(value, self.kind)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -52,7 +52,7 @@ class Quantity:
         return self.json_schema()
 
     def json_schema(self) -> dict[str, Any]:
-        """The JSON schema of the text."""
+        """The JSON schema of such a text."""
         number = units.NUMBER if self.sign == "any" else units.NUMBER.replace("[+-]?", r"\+?", 1)
         return {
             "type": "string",
@@ -63,7 +63,7 @@ class Quantity:
 
 
 def _as_in_the_file(schema: dict[str, Any], table: type[BaseModel]) -> None:
-    """Give the defaults in the JSON schema the form they have in the file."""
+    """Write the defaults in the JSON schema as in a problem file."""
     optional = [key for key, described in schema.get("properties", {}).items() if "default" in described]
     if optional:
         defaults = table.model_construct().model_dump(mode="json", include=set(optional), warnings=False)
@@ -81,15 +81,15 @@ class Table(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _known_and_complete(cls, data: Any) -> Any:
-        """Refuse unknown and missing keys here, where the names of the right ones are known."""
+        """Refuse unknown and missing keys here, where the valid names are known and can be suggested."""
         if isinstance(data, dict):
             for key in (key for key in data if key not in cls.model_fields):
                 near = difflib.get_close_matches(key, cls.model_fields, n=1)
                 fix = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
-                raise Misfit(key, f"unknown key; {fix}")
+                raise InvalidKey(key, f"unknown key; {fix}")
             for key, field in cls.model_fields.items():
                 if field.is_required() and key not in data:
                     quantities = [part for part in field.metadata if isinstance(part, Quantity)]
                     example = f'e.g. {key} = "{quantities[0].kind.example}"' if quantities else field.description
-                    raise Misfit(key, f"is missing; add {example}")
+                    raise InvalidKey(key, f"is missing; add {example}")
         return data

@@ -1,4 +1,4 @@
-"""The file of a uniaxial tension test: two columns of numbers under a header that says what they are, with units."""
+"""Files of uniaxial tension tests: two columns of numbers under a header that names them and the unit of stress."""
 
 from __future__ import annotations
 
@@ -12,17 +12,22 @@ from pneumorph.errors import ProblemError
 
 FEWEST = 5
 STRESSES = {"pa": 1e-6, "kpa": 1e-3, "mpa": 1.0, "n/mm2": 1.0, "n/mm^2": 1.0}
-"""One of each in MPa."""
+"""Value of each unit in MPa."""
 
 FIX = 'write e.g. "stretch, nominal_stress_MPa" in the first line'
 
 
 def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Stretches (n,) and nominal stresses (n,) in MPa of a CSV file, in the order of the stretch.
+    """Read stretches (n,) and nominal stresses (n,) in MPa from a CSV file, sorted by stretch.
 
-    Columns are separated by commas, semicolons or tabs; lines that begin with # are remarks. One column is called
-    `stretch`, `strain` or `strain_%`, one `stress` with its unit (Pa, kPa, MPa); both may be called nominal or
-    engineering. Others are left alone. Raises ProblemError with one line.
+    Columns are separated by commas, semicolons or tabs; lines that begin with # are comments. One column is called
+    `stretch`, `strain` or `strain_%`, another `stress` with its unit (Pa, kPa, MPa); both names may contain nominal or
+    engineering. Other columns are ignored.
+
+    Raises
+    ------
+    ProblemError
+        One line: the file, what is wrong, and how to fix it.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -34,7 +39,7 @@ def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
         raise ProblemError(f"{path}: cannot be read ({error.strerror}); check the path") from None
     rows = [(n, line) for n, line in enumerate(lines, start=1) if line.strip(" \t,;") and not line.startswith("#")]
     if not rows:
-        raise ProblemError(f"{path}: is empty; {FIX} and a point of the test in each line after it")
+        raise ProblemError(f"{path}: is empty; {FIX} and one measured point in each line after it")
     (_, header), *points = rows
     separator = max(",;\t", key=header.count)
     titles = [title.strip().strip('"') for title in header.split(separator)]
@@ -43,7 +48,7 @@ def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
     if len(strains) != 1 or len(stresses) != 1:
         wanted = "stretch or strain" if len(strains) != 1 else "nominal stress"
         count = "no column" if not (strains if len(strains) != 1 else stresses) else "more than one column"
-        raise ProblemError(f"{path}: has {count} of the {wanted} in its header ({', '.join(titles)}); {FIX}")
+        raise ProblemError(f"{path}: has {count} for {wanted} in its header ({', '.join(titles)}); {FIX}")
     (at_strain, kind), (at_stress, unit) = strains[0], stresses[0]
     values = np.array(
         [
@@ -59,7 +64,7 @@ def read_tension(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _plain(title: str) -> str:
-    """A title in small letters, without the words and signs that do not matter."""
+    """A title in lower case, without words and characters that do not matter."""
     return re.sub(r"nominal|engineering|eng\.?|uniaxial|[\s_()\[\]-]", "", title.lower())
 
 
@@ -74,7 +79,7 @@ def _stress(title: str, path: Path) -> str | None:
         return None
     unit = plain.removeprefix("stress").lstrip("/,")
     if unit not in STRESSES:
-        wrong = f'"{unit}" is no unit of stress known here' if unit else f'the column "{title}" has no unit'
+        wrong = f'"{unit}" is not a known unit of stress' if unit else f'the column "{title}" has no unit'
         raise ProblemError(f"{path}: {wrong}; {FIX}, or kPa")
     return unit
 
@@ -87,7 +92,7 @@ def _number(path: Path, line: int, cells: list[str], index: int) -> float:
         value = math.nan
     if not math.isfinite(value):
         shown = f'"{text}" is not a number' if text else f"column {index + 1} is empty"
-        raise ProblemError(f"{path}: line {line}: {shown}; write one there or take the line out")
+        raise ProblemError(f"{path}: line {line}: {shown}; give a number or remove the line")
     return value
 
 
@@ -95,10 +100,8 @@ def _check(path: Path, stretch: np.ndarray, stress: np.ndarray) -> None:
     if len(stretch) < FEWEST:
         raise ProblemError(f"{path}: has {len(stretch)} points; give at least {FEWEST}")
     if stretch.min() <= 0:
-        raise ProblemError(f"{path}: a stretch of {stretch.min():g} is not above zero; is the column a strain?")
+        raise ProblemError(f"{path}: a stretch of {stretch.min():g} is not positive; is the column a strain?")
     if not stretch.max() > 1.0:
-        raise ProblemError(
-            f"{path}: no stretch is above 1, so there is no tension in the test; is the column a strain?"
-        )
+        raise ProblemError(f"{path}: no stretch is above 1, so this is not a tension test; is the column a strain?")
     if not stress.max() > 0:
-        raise ProblemError(f"{path}: no stress is above zero; give tension as positive")
+        raise ProblemError(f"{path}: no stress is positive; give tensile stress as positive")

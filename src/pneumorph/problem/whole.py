@@ -1,4 +1,4 @@
-"""A whole problem: its tables, checked one by one and together."""
+"""The whole problem: its tables, each validated and then checked for consistency with the others."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from pneumorph.problem.table import Table
 
 
 class Problem(Table):
-    """A design problem: made of the tables of a problem file, from a file by `load` or in Python by their names.
+    """A design problem with the tables of a problem file, read by `load` or built in Python.
 
-    Quantities are given as text with a unit or as pint quantities; read back, they are floats in mm, N, MPa, t, s and
-    rad. A chamber that a task gives no pressure has none.
+    Quantities are given as text with a unit or as pint quantities; as attributes they are floats in mm, N, MPa, t, s
+    and rad. A chamber for which a task gives no pressure has zero gauge pressure.
 
     Raises
     ------
@@ -57,7 +57,7 @@ class Problem(Table):
     @model_validator(mode="wrap")
     @classmethod
     def _sound(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Refuse what does not fit in one line, and give every task a pressure for every chamber."""
+        """Report invalid input in one line, and give every task a pressure for every chamber."""
         try:
             problem = handler(data)
         except ValidationError as error:
@@ -79,13 +79,14 @@ class Problem(Table):
         return problem
 
     def with_changes(self, changes: Mapping[str, Any]) -> Problem:
-        """The problem with other values.
+        """A copy of the problem with some values changed.
 
         Parameters
         ----------
         changes : {key: value}
-            Keys as in a problem file, with numbers for tables that come several times: ``task[0].pressure.A``. Values
-            as in the constructor; False leaves a key out. ``material.name`` takes another elastomer of the library.
+            Dotted keys as in a problem file, with an index for tables that occur several times, such as
+            ``task[0].pressure.A``. Values as in the constructor; False removes a key. ``material.name`` selects another
+            elastomer of the library.
 
         Raises
         ------
@@ -102,12 +103,12 @@ class Problem(Table):
         """
         table = self.model_dump(mode="json", exclude_none=True)
         for key, value in changes.items():
-            # The table at hand has all parameters of the elastomer that it names.
+            # The present table has all parameters of its elastomer, so a new name replaces the whole table.
             change(table, *(("material", {"name": value}) if key == "material.name" else (key, value)))
         return Problem.model_validate(table)
 
     def to_toml(self) -> str:
-        """The file that reads back as this problem, defaults written out.
+        """The text of a problem file for this problem, with all defaults written out.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""How an objective depends on shape and pressures: the exact gradient, the paper's boundary formula, Taylor tests."""
+"""Sensitivity of objectives to shape and pressures: exact gradient, the paper's boundary formula, Taylor tests."""
 
 from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian
 from pneumorph.sensitivity.boundary import boundary_gradient

@@ -18,9 +18,12 @@ class NodalGradient:
 
     Attributes
     ----------
-    value : J.
-    X : (N, 3) dJ/dX, per mm of node motion, the equilibrium following.
-    pressure : dict of dJ/dp per chamber, 1/MPa.
+    value : float
+        J.
+    X : (N, 3) array
+        dJ/dX per mm of node motion, including the change of the equilibrium.
+    pressure : {chamber: float}
+        dJ/dp, 1/MPa.
     adjoint : State
         w.
     """
@@ -38,8 +41,10 @@ class NodalJacobian:
     Attributes
     ----------
     residuals : (k,) array
-    X : (k, N, 3) array, per mm of node motion, the equilibrium following.
-    pressure : (k, C) array, 1/MPa.
+    X : (k, N, 3) array
+        Per mm of node motion, including the change of the equilibrium.
+    pressure : (k, C) array
+        1/MPa.
     """
 
     residuals: np.ndarray
@@ -50,7 +55,7 @@ class NodalJacobian:
 def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective) -> NodalGradient:
     """Gradient of `objective` with respect to every node and every chamber pressure, by one adjoint solve.
 
-    It takes the tangent at the equilibrium, as `solve` leaves it; where another is factorised, that one is made again.
+    `tangent` is factorised at the equilibrium if its last factorisation is of another state (see `Tangent.solve_at`).
     """
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
@@ -67,9 +72,9 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
 def residual_jacobian(
     at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective
 ) -> NodalJacobian:
-    """Derivatives of an objective's residuals, one adjoint each, all with one call of the linear solver.
+    """Derivatives of an objective's residuals by one adjoint for each, all in one call of the linear solver.
 
-    It takes the tangent at the equilibrium, as `solve` leaves it; where another is factorised, that one is made again.
+    `tangent` is factorised at the equilibrium if its last factorisation is of another state (see `Tangent.solve_at`).
     """
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)

@@ -1,9 +1,9 @@
 """The paper's boundary formula (16)–(22): the continuum limit of the exact gradient, as an integral over the surfaces.
 
-dJ/dX_a = −∫ N_a m [P : ∇w + p ∇·(J F⁻¹ w) − ρ₀ g·w] dΓ, over chambers with their pressure and over the exterior
-without. With our sign of the adjoint, K w = ∂J/∂u, the paper's w is −w. The divergence needs no second derivatives of
-the shape functions, as the paper's (71)–(74) have: ∇·(J F⁻¹) = 0 (Piola), so it is J F⁻ᵀ : ∇w. Gravity carries ρ₀ and
-no J, since mass is conserved.
+dJ/dX_a = −∫ N_a m [P : ∇w + p ∇·(J F⁻¹ w) − ρ₀ g·w] dΓ, with p the pressure on chambers and zero on the exterior. With
+the sign of the adjoint used here, K w = ∂J/∂u, the paper's w is −w. Unlike in (71)–(74) of the paper, the divergence
+needs no second derivatives of the shape functions: ∇·(J F⁻¹) = 0 (Piola identity), so it is J F⁻ᵀ : ∇w. The gravity
+term has ρ₀ without a factor J, since mass is conserved.
 """
 
 from __future__ import annotations
@@ -33,11 +33,15 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
 
     Parameters
     ----------
-    at : the configuration `mesh` was solved in; `mesh.points` are its nodes.
-    adjoint : w of `gradient`.
+    at : Configuration
+        The configuration that was solved; its nodes are those of `mesh`.
+    mesh : TetMesh
+    equilibrium : Equilibrium
+    adjoint : State
+        w, as computed by `gradient`.
     """
     model = at.model
-    # The adjoint's field on the tip is the plate's first-order motion.
+    # On the tip, the adjoint field is the plate's first-order motion.
     w = displacement_along(model.tip, at.X, equilibrium.state, adjoint)
     pressures = dict(zip(model.chambers, np.asarray(at.loads.pressure), strict=True))
     answer = np.zeros((model.nodes, 3))
@@ -54,7 +58,7 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
 
 
 def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, triangles, pressure: float) -> np.ndarray:
-    """P : ∇w + p J F⁻ᵀ : ∇w − ρ₀ g·w at the quadrature points (f, 6) of boundary triangles, each from its element."""
+    """P : ∇w + p J F⁻ᵀ : ∇w − ρ₀ g·w at the quadrature points (f, 6) of boundary triangles, from their elements."""
     owner, corners = _owners(mesh.tets, triangles)
     bary = np.column_stack([1 - TRIANGLE_RULE[0].sum(axis=1), TRIANGLE_RULE[0]])
     vertices = np.vstack([np.zeros(3), np.eye(3)])
@@ -88,7 +92,7 @@ def _stress(energy: Energy, rubber: Rubber, F: np.ndarray, hydrostatic: np.ndarr
 
 
 def _owners(tets: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The tetrahedron behind each triangle (f,), and which of its corners the triangle's corners are (f, 3)."""
+    """The tetrahedron (f,) of each boundary triangle, and which of its corners are the triangle's (f, 3)."""
     sides = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
     keys = np.sort(tets[:, sides], axis=2).reshape(-1, 3)
     order = np.lexsort(keys.T[::-1])

@@ -1,4 +1,4 @@
-"""Taylor test: along any direction a right gradient leaves a remainder that falls as the square of the step."""
+"""Taylor test: the remainder after the first-order term falls with the square of the step if the gradient is right."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class TaylorTest:
-    """Remainders |J(x + h d) − J(x) − h dJ·d| over halved steps h.
+    """Remainders |J(x + h d) − J(x) − h dJ·d| for steps h that are halved repeatedly.
 
     Attributes
     ----------
-    steps, remainders : (n,)
-    rates : (n − 1,) observed orders between neighbouring steps; 2 for a right gradient.
+    steps, remainders : (n,) arrays
+    rates : (n − 1,) array
+        Observed orders between successive steps; 2 if the gradient is right.
     """
 
     steps: np.ndarray
@@ -29,7 +30,7 @@ class TaylorTest:
 
     @property
     def passed(self) -> bool:
-        """Whether the order is 2 within a tenth."""
+        """Whether the median order is within 0.1 of 2."""
         return abs(self.rate - 2.0) <= 0.1
 
 
@@ -41,7 +42,7 @@ def taylor_test(
     step: float,
     count: int = 4,
 ) -> TaylorTest:
-    """Test `gradient` (n,) of `value` at `at` (n,) along `direction` (n,), with steps h, h/2, … times the direction."""
+    """Test the gradient (n,) of `value` at the point `at` (n,) along a direction (n,), with steps h, h/2, …"""
     steps = step * 0.5 ** np.arange(count)
     start, slope = value(at), float(gradient @ direction)
     remainders = np.array([abs(value(at + h * direction) - start - h * slope) for h in steps])
