@@ -42,7 +42,7 @@ def test_values_that_are_not_pressures(asked):
 
 
 def test_an_unknown_chamber():
-    with pytest.raises(ProblemError, match='no chamber "C"; take one of A'):
+    with pytest.raises(ProblemError, match='no chamber "C"; use one of A'):
         pressure_paths({"C": "1 kPa"}, ("A",))
 
 

@@ -66,7 +66,7 @@ def test_a_run_is_not_written_over(run, tiny, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--block", "sideways"), "take one of shift_x"),
+        (("--block", "sideways"), "use one of shift_x"),
         (("--pressure", "B=60kPa"), 'no chamber "B"'),
         (("--pressure", "A=60"), "has no unit"),
         (("--design", "3"), "is not a run directory"),

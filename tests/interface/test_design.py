@@ -52,7 +52,7 @@ def test_the_grid(start):
     assert grid.volume == pytest.approx(start.fields.mesh.volume(), rel=3e-2)
     np.testing.assert_allclose(moved.points - grid.points, grid.point_data["extend displacement"], atol=1e-12)
     assert moved.point_data["stress"].max() > 0.01
-    with pytest.raises(ProblemError, match='no task "bend"; take one of extend'):
+    with pytest.raises(ProblemError, match='no task "bend"; use one of extend'):
         start.deformed("bend")
 
 
@@ -66,7 +66,7 @@ def test_exports(start, tmp_path):
     start.export(tmp_path / "named.dat", format="vtu")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["body.dat", "deep", "named.dat"]
     for path, format, words in (
-        (tmp_path / "body.stl", None, 'format: "stl" is not a known format; take one of vtu, inp'),
+        (tmp_path / "body.stl", None, 'format: "stl" is not a known format; use one of vtu, inp'),
         (tmp_path, "inp", "cannot be written"),
     ):
         with pytest.raises(ProblemError, match=words):

@@ -48,7 +48,7 @@ def pressure_paths(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_o
     for name, asked in given.items():
         if name not in chambers:
             raise ProblemError(
-                f'pressure {name}={asked}: there is no chamber "{name}"; take one of {", ".join(chambers)}'
+                f'pressure {name}={asked}: there is no chamber "{name}"; use one of {", ".join(chambers)}'
             )
         values = _read(name, asked)
         if len(values) == 1:

@@ -140,7 +140,7 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
         raise ProblemError('block: a free tip has no plate to hold; set kind = "plate" in [end_effector]')
     for name in names:
         if name not in BLOCKS:
-            raise ProblemError(f'block: "{name}" is not a motion of the plate; take one of {", ".join(BLOCKS)}')
+            raise ProblemError(f'block: "{name}" is not a motion of the plate; use one of {", ".join(BLOCKS)}')
     blocked = {component for name in names for component in BLOCKS[name]}
     return np.array([component in blocked for component in COMPONENTS]) | guided_of(problem)
 

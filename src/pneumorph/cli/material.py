@@ -38,7 +38,7 @@ def list_() -> None:
 def show(name: str) -> None:
     """Show an elastomer of the library."""
     if name not in library():
-        raise ProblemError(f'material: "{name}" is not in the library; take one of {", ".join(library())}')
+        raise ProblemError(f'material: "{name}" is not in the library; use one of {", ".join(library())}')
     _describe(Console(), name)
 
 
@@ -71,7 +71,7 @@ def _in_words(value: Any) -> str:
 def fit_(data: Path, model: str, out: Path | None, density: str) -> None:
     """Fit models to a uniaxial tension test, check their stability, and write the best as a table [material]."""
     if model != "all" and model not in MODELS:
-        raise ProblemError(f'--model: "{model}" is not a known model; take one of {", ".join(MODELS)} or all')
+        raise ProblemError(f'--model: "{model}" is not a known model; use one of {", ".join(MODELS)} or all')
     try:
         units.parse(density, units.DENSITY)
     except ValueError as error:

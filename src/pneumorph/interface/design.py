@@ -191,7 +191,7 @@ class Design:
         """
         chosen = Path(path).suffix.removeprefix(".") if format is None else format
         if chosen not in FORMATS:
-            raise ProblemError(f'format: "{chosen}" is not a known format; take one of {", ".join(FORMATS)}')
+            raise ProblemError(f'format: "{chosen}" is not a known format; use one of {", ".join(FORMATS)}')
         name = self._task(task)
         export(Path(path), chosen, self.problem, self.fields, self.pressures[name])
 
@@ -217,7 +217,7 @@ class Design:
         if name is None:
             return names[0]
         if name not in names:
-            raise ProblemError(f'task: there is no task "{name}"; take one of {", ".join(names)}')
+            raise ProblemError(f'task: there is no task "{name}"; use one of {", ".join(names)}')
         return name
 
     @cached_property

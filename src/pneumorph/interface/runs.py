@@ -86,7 +86,7 @@ class Run:
             raise ProblemError(f"{self.path}: has no finished design yet; run pneumorph design first")
         number = latest if iteration is None else iteration
         if not 0 <= number <= latest:
-            raise ProblemError(f"design {number}: {self.path} has designs 0 to {latest} only; take one of them")
+            raise ProblemError(f"design {number}: {self.path} has designs 0 to {latest} only; use one of them")
         stored = self.directory.load_design(number)
         entry = next(entry for entry in self.history if entry.iteration == number)
         body = stored.body(self.problem)
