@@ -11,7 +11,16 @@ from pneumorph.analysis.analyse import (
     stable,
 )
 from pneumorph.analysis.answers import answers
-from pneumorph.analysis.fields import Fields, fields_of, nodal_stress, nodal_stretch, sag_of, unpack_fields
+from pneumorph.analysis.fields import (
+    Fields,
+    Inflation,
+    fields_of,
+    inflation_of,
+    nodal_stress,
+    nodal_stretch,
+    sag_of,
+    unpack_fields,
+)
 from pneumorph.analysis.gradient import GradientCheck, Probe, gradient_check, probe
 from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
@@ -24,6 +33,7 @@ __all__ = [
     "Fields",
     "GradientCheck",
     "HistoryEntry",
+    "Inflation",
     "Motion",
     "Probe",
     "RunResult",
@@ -41,6 +51,7 @@ __all__ = [
     "fields_of",
     "from_json",
     "gradient_check",
+    "inflation_of",
     "nodal_stress",
     "nodal_stretch",
     "predicted",
