@@ -1,7 +1,8 @@
 """The run directory: the problem as run, every accepted design, and the state to go on from after a kill.
 
 In it are ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``fields/NNNN.npz`` of
-the first and the last design, ``checkpoint.npz`` and ``result.json``. A design is recorded in the order shape, fields,
+the first and the last design, ``checkpoint.npz`` and ``result.json``; ``pictures`` and ``report.html`` are made of
+these. A design is recorded in the order shape, fields,
 history line, checkpoint; the checkpoint seals it. Whatever lies beyond the checkpoint is the iteration that was in
 progress, and `resume` removes it.
 """

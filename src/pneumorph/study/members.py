@@ -13,7 +13,7 @@ from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
-from pneumorph.output import run_pictures
+from pneumorph.output import run_pictures, write_report
 from pneumorph.problem import Problem
 from pneumorph.run import open_run, resume, unlike
 
@@ -67,6 +67,7 @@ def run_member(name: str, problem: Problem, directory: str, tell: Callable[[str,
     except ComputationError as error:
         return MemberEnd(name, False, str(error))
     run_pictures(run)
+    write_report(run)
     return MemberEnd(name, outcome.completed, outcome.reason)
 
 
