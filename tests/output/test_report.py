@@ -187,7 +187,10 @@ def test_runs_without_an_end_or_fields(run, problem, fields, tmp_path):
 
 
 def test_ten_chambers(tmp_path):
-    places = [(f"c{k}", 1.2, f"{7 * np.cos(2 * np.pi * k / 10)} mm", f"{7 * np.sin(2 * np.pi * k / 10)} mm") for k in range(10)]
+    places = [
+        (f"c{k}", 1.2, f"{7 * np.cos(2 * np.pi * k / 10)} mm", f"{7 * np.sin(2 * np.pi * k / 10)} mm")
+        for k in range(10)
+    ]
     body = 'control_density = "0.5 /mm"'
     problem = loads(problem_text(EXTEND.replace("{ A =", "{ c0 ="), radius=11, chambers=tuple(places), body=body))
     run = waving_run(tmp_path / "run", problem, 2, {0: one_element(), 1: one_element()})
@@ -223,7 +226,7 @@ def test_refusals(problem, run, tmp_path):
     with pytest.raises(ProblemError, match="there is no finished design in it yet; run pneumorph design first"):
         write_report(nothing)
     (tmp_path / "file").touch()
-    with pytest.raises(ProblemError, match="cannot be written .*; name another file with --out"):
+    with pytest.raises(ProblemError, match=r"cannot be written .*; name another file with --out"):
         write_report(run, tmp_path / "file" / "page.html")
 
 

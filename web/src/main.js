@@ -128,6 +128,9 @@ function makeView(facts, shapes) {
   const moved = facts.tasks.flatMap(({ name }) => [0, last].flatMap((design) => shapes.stops(design, name).slice(-1).map((stop) => shapes.moved(design, stop))));
   const points = [shapes.atRest(0), shapes.atRest(last), ...moved].flatMap(({ positions }) => thinned(positions));
   for (const { target } of facts.tasks) points.push(...(target?.line ?? []).flat(), ...(target?.place ?? []));
+  // The clamp too.
+  const wide = 1.3 * facts.radius;
+  for (const x of [-wide, wide]) for (const y of [-wide, wide]) points.push(x, y, -0.03 * facts.length);
   try {
     const view = new View(byId("view"), facts, points);
     byId("reset").addEventListener("click", () => view.reset());

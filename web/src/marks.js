@@ -11,7 +11,7 @@ export class Marks {
     this.words = []; // { at: Vector3, text, middle: whether it is centred there }
     scene.add(this.group);
     const metal = new THREE.MeshStandardMaterial({ color: "#5d6b79", roughness: 0.5, metalness: 0.2 });
-    this.clamp = disc(1.45 * radius, 0.025 * this.length, metal);
+    this.clamp = disc(1.3 * radius, 0.025 * this.length, metal);
     this.clamp.position.z = -0.0125 * this.length - 0.02;
     this.plate = disc(1.04 * radius, 0.012 * this.length, metal);
     scene.add(this.clamp, this.plate);
@@ -27,7 +27,7 @@ export class Marks {
     this.plate.position.copy(tip.at).addScaledVector(tip.axis, 0.006 * this.length + 0.02);
     this.plate.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), tip.axis);
     if (!shown) return;
-    this.#word(new THREE.Vector3(0, 0, -0.08 * this.length), "clamped", true);
+    this.#word(new THREE.Vector3(0, 0, -0.07 * this.length), "clamped", true);
     const force = new THREE.Vector3(...this.facts.force);
     if (task && force.length() > 0) {
       const text = `${Number(force.length().toPrecision(3))} N`;

@@ -126,7 +126,7 @@ export class View {
       const label = layer.children[number] ?? layer.appendChild(document.createElement("span"));
       const seen = at.clone().project(this.camera);
       label.textContent = text;
-      const aside = middle ? -label.offsetWidth / 2 : 8;
+      const aside = middle ? -label.offsetWidth / 2 : 14;
       label.style.transform = `translate(${((seen.x + 1) / 2) * width + aside}px, ${((1 - seen.y) / 2) * height - 8}px)`;
     });
     const into = this.camera.matrixWorldInverse;

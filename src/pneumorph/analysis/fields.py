@@ -15,7 +15,6 @@ from pneumorph.mesh import TetMesh, unfolded
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
 
-
 PARTS = tuple(part / 6 for part in range(1, 6))
 """Of the pressures of a task, at which a design is stored on its way to the whole of them."""
 
@@ -103,7 +102,9 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
 
     mesh = TetMesh(arrays["points"], arrays["tets"], named("face"))
     ways, stretches = named("inflation u"), named("inflation stretch")
-    inflation = {name: Inflation(parts, ways[name], stretches[name]) for name, parts in named("inflation parts").items()}
+    inflation = {
+        name: Inflation(parts, ways[name], stretches[name]) for name, parts in named("inflation parts").items()
+    }
     return Fields(mesh, named("u"), named("stretch"), arrays.get("sag"), inflation)
 
 
@@ -159,7 +160,8 @@ def inflation_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> 
 
 
 def _skin(mesh: TetMesh) -> np.ndarray:
-    return np.unique(np.concatenate([faces.ravel() for name, faces in mesh.faces.items() if not name.startswith("mirror ")]))
+    surfaces = [faces.ravel() for name, faces in mesh.faces.items() if not name.startswith("mirror ")]
+    return np.unique(np.concatenate(surfaces))
 
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:

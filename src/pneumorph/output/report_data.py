@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 
 import pneumorph
@@ -79,7 +80,7 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
             line = course.line if len(course.line) <= FINE else course.line[:: len(course.line) // FINE]
             return {"line": np.round([*line, course.line[-1]], 3).tolist(), "sections": course.sections.tolist()}
         case Reach(position=place, rotation=turn):
-            axis = None if turn is None else np.asarray(rotation(np.array(turn)))[:, 2].tolist()
+            axis = None if turn is None else np.asarray(rotation(jnp.array(turn)))[:, 2].tolist()
             return {"place": None if place is None else list(place), "axis": axis}
         case Maximize() | Custom():
             return None

@@ -72,9 +72,7 @@ class Skin:
     parts: list[dict[str, Any]]
 
 
-def packed_states(
-    run: RunDirectory, history: list[HistoryEntry]
-) -> tuple[list[dict[str, Any]], Arrays, list[str]]:
+def packed_states(run: RunDirectory, history: list[HistoryEntry]) -> tuple[list[dict[str, Any]], Arrays, list[str]]:
     """Every design with stored fields as a page is told of it, the arrays, and sentences on what is left out."""
     found = [(entry, fields) for entry in history for fields in [run.fields(entry.iteration)] if fields is not None]
     whole = [(entry, fields.whole()) for entry, fields in found]
