@@ -130,6 +130,7 @@ def test_inflation_is_stored_and_halves_become_whole(problem, fields):
     np.testing.assert_allclose(last[image], last * [1, -1, 1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_page_of_forty_designs_is_small(tmp_path):
     """Seven pressures of two tasks, with nets and a mesh as large as those of the examples."""
     text = (ROOT / "examples" / "linear.toml").read_text()

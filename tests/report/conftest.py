@@ -75,11 +75,7 @@ def opened(browser):
 @pytest.fixture(scope="session")
 def run(tmp_path_factory):
     """Three designs for two tasks, with its page; the last with its way to the pressures."""
-    bend = '[[task]]
-name = "half"
-pressure = { A = "30 kPa" }
-objective = { motion = "bending_y" }
-'
+    bend = '[[task]]\nname = "half"\npressure = { A = "30 kPa" }\nobjective = { motion = "bending_y" }\n'
     problem = loads(tiny() + bend)
     fields = analysed(problem, 0.6)
     start = analysed(problem, 0.0)
