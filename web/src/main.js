@@ -195,6 +195,8 @@ function cutting(facts, shapes, view) {
   axis.addEventListener("change", () => {
     range();
     at.value = axis.value === "z" ? facts.length / 2 : 0;
+    // Keep the half behind the plane, so that its cut face is seen.
+    if (view && axis.value) flip.checked = view.isBefore(AXES[axis.value]);
     cut();
   });
   for (const input of [at, flip]) input.addEventListener("input", cut);

@@ -58,6 +58,11 @@ export class View {
     this.draw();
   }
 
+  // Whether the camera stands on the side that a direction points to.
+  isBefore(direction) {
+    return this.camera.position.clone().sub(this.controls.target).dot(new THREE.Vector3(...direction)) > 0;
+  }
+
   cut(where) {
     this.body.cut(where);
     this.draw();
@@ -141,7 +146,7 @@ export class View {
       axis.querySelector("text").setAttribute("y", 1.32 * y);
     }
     const pixel = (this.camera.top - this.camera.bottom) / this.camera.zoom / height;
-    const [scale, most] = [this.place.querySelector(".scale"), 120 * pixel];
+    const [scale, most] = [this.place.querySelector(".scale"), Math.min(120, 0.19 * width) * pixel];
     const power = 10 ** Math.floor(Math.log10(most));
     const nice = [5, 2, 1].find((digit) => digit * power <= most) * power;
     scale.style.width = `${nice / pixel}px`;

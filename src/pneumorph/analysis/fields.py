@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
 from pneumorph.mesh import TetMesh, unfolded
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
@@ -148,7 +148,7 @@ def inflation_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> 
             since = at.loads, state
             loads = loads_of(problem, disc.model, {name: part * value for name, value in pressures.items()})
             at = configure(disc.model, analysis.X, loads, guided_of(problem))
-            answer = solve(at, tangent, state, since=since)
+            answer = solve(at, tangent, state, DESIGN_TOLERANCE, since)
             if not isinstance(answer, Equilibrium):
                 break
             state = answer.state
