@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.installed
 
-.PHONY: demo test lint
+.PHONY: demo test lint web
 
 demo: $(READY)
 	$(BIN)/pneumorph design examples/linear.toml --out runs/linear --resume
@@ -19,6 +19,14 @@ lint: $(READY)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+# The page's part in JavaScript: its tests, and whether the page in the package is what it builds.
+web:
+	@if command -v npm >/dev/null; then \
+		cd web && npm install --no-audit --no-fund && npm test && npm run check; \
+	else \
+		echo "web: skipped, there is no Node.js here (npm)"; \
+	fi
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

@@ -146,6 +146,9 @@ def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
     assert "resuming after design 1" in again.output
     lines = [json.loads(line) for line in (out / "history.jsonl").read_text().splitlines()]
     assert [line["iteration"] for line in lines][:3] == [0, 1, 2]
+    assert str(out / "report.html") in again.output.replace("\n", "") and (out / "report.html").exists()
+    reported = run("report", out, "--out", tmp_path / "page.html")
+    assert reported.exit_code == 0 and reported.output == f"in {tmp_path / 'page.html'}\n"
     exported = run("export", out, "--out", tmp_path / "body.vtu")
     assert exported.exit_code == 0, exported.output
     assert (tmp_path / "body.vtu").stat().st_size > 10_000

@@ -56,6 +56,11 @@ def test_a_target_without_an_answer_begins_no_run(run, tiny, tmp_path, objective
     assert not (tmp_path / "run").exists()
 
 
+def test_a_run_without_a_design_has_no_page(run, tmp_path):
+    result = run("report", tmp_path)
+    assert result.exit_code == 2 and "is not a run directory" in result.stderr and result.stderr.count("\n") == 1
+
+
 def test_a_run_is_not_written_over(run, tiny, tmp_path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "notes.txt").write_text("mine")

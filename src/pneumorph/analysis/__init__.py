@@ -10,7 +10,16 @@ from pneumorph.analysis.analyse import (
     predicted,
     stable,
 )
-from pneumorph.analysis.fields import Fields, fields_of, nodal_stress, nodal_stretch, sag_of, unpack_fields
+from pneumorph.analysis.fields import (
+    Fields,
+    Inflation,
+    fields_of,
+    inflation_of,
+    nodal_stress,
+    nodal_stretch,
+    sag_of,
+    unpack_fields,
+)
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, gradient_check
 from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
@@ -25,6 +34,7 @@ __all__ = [
     "Fields",
     "GradientCheck",
     "HistoryEntry",
+    "Inflation",
     "Motion",
     "RunResult",
     "Simulation",
@@ -41,6 +51,7 @@ __all__ = [
     "fields_of",
     "from_json",
     "gradient_check",
+    "inflation_of",
     "nodal_stress",
     "nodal_stretch",
     "predicted",

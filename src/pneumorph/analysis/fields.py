@@ -3,17 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
 from pneumorph.mesh import TetMesh, unfolded
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
+
+MAX_FACTORISATIONS = 20
+"""Most factorisations for one of these states, which are for looking at alone."""
+
+PARTS = tuple(part / 6 for part in range(1, 6))
+"""Of the pressures of a task, at which a design is stored on its way to the whole of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inflation:
+    """The surfaces of a design at parts of a task's pressures; single precision, as they are for looking at.
+
+    Attributes
+    ----------
+    parts : (K,) above 0 and below 1, rising.
+    u : (K, S, 3) mm
+        Displacements of the `Fields.skin` nodes.
+    stretch : (K, S)
+        Largest principal stretch there.
+    """
+
+    parts: np.ndarray
+    u: np.ndarray
+    stretch: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,21 +55,35 @@ class Fields:
     sag : (N, 3) mm or None
         Displacements under weight and plate loads alone, without pressure; None where there are none of these loads or
         this equilibrium was not computed.
+    inflation : {task: Inflation}
+        Of the last design of a run; runs of earlier versions have none.
     """
 
     mesh: TetMesh
     u: Mapping[str, np.ndarray]
     stretch: Mapping[str, np.ndarray]
     sag: np.ndarray | None = None
+    inflation: Mapping[str, Inflation] = field(default_factory=dict)
+
+    @property
+    def skin(self) -> np.ndarray:
+        """Sorted numbers (S,) of the nodes on the surfaces; a mirror plane is none."""
+        return _skin(self.mesh)
 
     def whole(self) -> Fields:
         """The same fields on the whole body."""
         image = unfolded(self.mesh)
+        skin = _skin(image.mesh)
+        source, sign = np.searchsorted(self.skin, image.source[skin]), image.sign[skin].astype(np.float32)
         return Fields(
             image.mesh,
             {name: image.vectors(u) for name, u in self.u.items()},
             {name: stretch[image.source] for name, stretch in self.stretch.items()},
             None if self.sag is None else image.vectors(self.sag),
+            {
+                name: Inflation(way.parts, sign * way.u[:, source], way.stretch[:, source])
+                for name, way in self.inflation.items()
+            },
         )
 
     def pack(self) -> dict[str, np.ndarray]:
@@ -54,6 +92,9 @@ class Fields:
         arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
         arrays |= {f"u {name}": u for name, u in self.u.items()}
         arrays |= {f"stretch {name}": stretch for name, stretch in self.stretch.items()}
+        for name, way in self.inflation.items():
+            arrays |= {f"inflation parts {name}": way.parts, f"inflation u {name}": way.u}
+            arrays |= {f"inflation stretch {name}": way.stretch}
         return arrays if self.sag is None else arrays | {"sag": self.sag}
 
 
@@ -64,14 +105,23 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
         return {key.removeprefix(f"{kind} "): each for key, each in arrays.items() if key.startswith(f"{kind} ")}
 
     mesh = TetMesh(arrays["points"], arrays["tets"], named("face"))
-    return Fields(mesh, named("u"), named("stretch"), arrays.get("sag"))
+    ways, stretches = named("inflation u"), named("inflation stretch")
+    inflation = {
+        name: Inflation(parts, ways[name], stretches[name]) for name, parts in named("inflation parts").items()
+    }
+    return Fields(mesh, named("u"), named("stretch"), arrays.get("sag"), inflation)
 
 
-def fields_of(disc: Discretisation, analysis: Analysis, sag: np.ndarray | None = None) -> Fields:
+def fields_of(
+    disc: Discretisation,
+    analysis: Analysis,
+    sag: np.ndarray | None = None,
+    inflation: Mapping[str, Inflation] | None = None,
+) -> Fields:
     """Collect the fields of an analysed design."""
     mesh = disc.morph.mesh.at(analysis.X)
     u = {name: found.u for name, found in analysis.equilibria.items()}
-    return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag)
+    return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})
 
 
 def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
@@ -83,6 +133,39 @@ def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.nda
     # With another solver: those of the tasks keep the factorisations from which the next design starts.
     found = solve(at, Tangent(disc.model))
     return found.u if isinstance(found, Equilibrium) else None
+
+
+def inflation_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
+    """A design's surfaces at `PARTS` of every task's pressures; a task without pressures has no entry.
+
+    The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
+    reported, also where the body has several. If the path is lost, the states found so far are kept.
+    """
+    mesh = disc.morph.mesh.at(analysis.X)
+    skin = _skin(mesh)
+    # A solver of its own, as for the sag.
+    tangent, found = Tangent(disc.model), {}
+    for task, pressures in analysis.pressures.items():
+        at, state = analysis.configurations[task], analysis.equilibria[task].state
+        ways: list[tuple[float, np.ndarray, np.ndarray]] = []
+        for part in reversed(PARTS) if any(pressures.values()) else ():
+            since = at.loads, state
+            loads = loads_of(problem, disc.model, {name: part * value for name, value in pressures.items()})
+            at = configure(disc.model, analysis.X, loads, guided_of(problem))
+            answer = solve(at, tangent, state, DESIGN_TOLERANCE, since, MAX_FACTORISATIONS)
+            if not isinstance(answer, Equilibrium):
+                break
+            state = answer.state
+            ways.append((part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]))
+        if ways:
+            parts, u, stretch = (np.array(each) for each in zip(*reversed(ways), strict=True))
+            found[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
+    return found
+
+
+def _skin(mesh: TetMesh) -> np.ndarray:
+    surfaces = [faces.ravel() for name, faces in mesh.faces.items() if not name.startswith("mirror ")]
+    return np.unique(np.concatenate(surfaces))
 
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:

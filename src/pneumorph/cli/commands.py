@@ -81,6 +81,16 @@ def export(
     print(f"written to {out}")
 
 
+def report(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
+    out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the run directory.")] = None,
+) -> None:
+    """Write the page of a run: one file for any browser, with its shapes, history, limits and problem."""
+    from pneumorph.interface.runs import open_run
+
+    print(f"in {open_run(run).report(out)}")
+
+
 def make(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
     design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pneumorph.cli.screen import Screen
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.mechanics import rubber_of
@@ -42,7 +42,7 @@ def design(problem: Path, out: Path | None, iterations: int | None, resume: bool
 
 
 def _conclude(run: Run, screen: Screen, reason: str) -> None:
-    """Draw the pictures and print where they are, the results, and why the loop ended."""
+    """Draw the pictures and the page, and print where they are, the results, and why the loop ended."""
     history, result = run.history, run.result
     if not history or result is None:
         return
@@ -51,6 +51,10 @@ def _conclude(run: Run, screen: Screen, reason: str) -> None:
         screen.say(sentence)
     if pictures.paths:
         screen.say(f"pictures in {run.path / 'pictures'}: {', '.join(path.name for path in pictures.paths)}")
+    try:
+        screen.say(f"everything in one page: {run.report()}")
+    except ProblemError as error:
+        screen.say(f"the page could not be written: {error}")
     motions = ", ".join(
         f"{motion.word} {motion_of(task, history[0].tasks[task.name])} → {motion}"
         for task in run.problem.task

@@ -13,6 +13,7 @@ from pneumorph.interface.design import Design
 from pneumorph.objective import objectives
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
+from pneumorph.output import write_report
 from pneumorph.problem import Problem, load
 
 
@@ -91,6 +92,32 @@ class Run:
         entry = next(entry for entry in self.history if entry.iteration == number)
         body = stored.body(self.problem)
         return Design(self.problem, body, stored.pressures, number, entry, self.directory.fields(number))
+
+    def report(self, path: str | Path | None = None) -> Path:
+        """Write the page of the run: one file to open in a browser, which needs no network. Nothing is solved for it.
+
+        Parameters
+        ----------
+        path : Path, by default ``report.html`` in the run directory
+            Where to; a file of this name is replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ProblemError
+            When there is no finished design yet, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> pm.open_run("runs/small").report().name
+        'report.html'
+        """
+        return write_report(self.directory, None if path is None else Path(path))
 
     def complete(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:
         """Run the design loop to its end, from the last stored design.

@@ -21,6 +21,7 @@ from pneumorph.analysis import (
     design_slopes,
     discretise,
     fields_of,
+    inflation_of,
     predicted,
     sag_of,
     stable,
@@ -159,8 +160,10 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     for name, equilibrium in now.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
-    sag = sag_of(problem, now.disc, now.analysis)
-    yield Finished(now.iteration, reason, now.report.satisfied(), is_stable, fields_of(now.disc, now.analysis, sag))
+    # For the report: how the last design sags and inflates.
+    sag, inflation = sag_of(problem, now.disc, now.analysis), inflation_of(problem, now.disc, now.analysis)
+    fields = fields_of(now.disc, now.analysis, sag, inflation)
+    yield Finished(now.iteration, reason, now.report.satisfied(), is_stable, fields)
 
 
 def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:

@@ -1,5 +1,6 @@
-"""Pictures, tables and exports of a run."""
+"""Pictures, tables, exports and the page of a run."""
 
 from pneumorph.output.pictures import Pictures, run_pictures
+from pneumorph.output.report import write_report
 
-__all__ = ["Pictures", "run_pictures"]
+__all__ = ["Pictures", "run_pictures", "write_report"]

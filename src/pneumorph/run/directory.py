@@ -1,9 +1,9 @@
 """The run directory: the problem, every accepted design, and the state from which an interrupted run can be resumed.
 
 It contains ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``fields/NNNN.npz``
-of the first and the last design, ``checkpoint.npz`` and ``result.json``. A design is stored in the order shape, fields,
-history line, checkpoint, and counts once the checkpoint is written. Files newer than the checkpoint belong to an
-unfinished iteration; `resume` removes them.
+of the first and the last design, ``checkpoint.npz`` and ``result.json``; ``pictures`` and ``report.html`` are
+made of these. A design is stored in the order shape, fields, history line, checkpoint, and counts once the checkpoint
+is written. Files newer than the checkpoint belong to an unfinished iteration; `resume` removes them.
 """
 
 import json

@@ -13,7 +13,7 @@ from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
-from pneumorph.output import run_pictures
+from pneumorph.output import run_pictures, write_report
 from pneumorph.problem import Problem
 from pneumorph.run import first_difference, open_run, resume
 
@@ -69,6 +69,7 @@ def run_member(
     except ComputationError as error:
         return MemberEnd(name, False, str(error))
     run_pictures(run)
+    write_report(run)
     return MemberEnd(name, outcome.completed, outcome.reason)
 
 

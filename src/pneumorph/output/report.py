@@ -1,0 +1,68 @@
+"""The page of a run: one file that shows its shapes, numbers and problem in any browser, without a network."""
+
+from __future__ import annotations
+
+import html
+from importlib import resources
+from pathlib import Path
+
+from pneumorph.analysis import HistoryEntry
+from pneumorph.errors import ProblemError
+from pneumorph.output.packed import as_text, pack
+from pneumorph.output.report_data import facts_of
+from pneumorph.output.report_shapes import packed_nets, packed_states
+from pneumorph.run import RunDirectory
+from pneumorph.run.atomic import write_bytes
+
+PAGE = "page/report.html"
+"""The page without a run, as `web/build.js` makes it."""
+
+
+def write_report(run: RunDirectory, path: Path | None = None) -> Path:
+    """Write the page of a run; nothing is solved for it.
+
+    Parameters
+    ----------
+    run : RunDirectory
+        With at least one design; it may still go on, or have failed.
+    path : Path, by default ``report.html`` in the run directory
+        Where to; a file of this name is replaced.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ProblemError
+        When the run has no design yet, a file of it is damaged, or the page cannot be written.
+    """
+    path = run.path / "report.html" if path is None else Path(path)
+    latest = run.latest()
+    if latest is None:
+        raise ProblemError(f"{run.path}: there is no finished design in it yet; run pneumorph design first")
+    # What lies beyond the checkpoint is a design in progress.
+    history = [entry for entry in run.history() if entry.iteration <= latest]
+    page = page_of(facts_and_shapes(run, history), run.problem.title or run.path.resolve().name)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, page.encode())
+    except OSError as error:
+        raise ProblemError(f"{path}: cannot be written ({error.strerror}); name another file with --out") from None
+    return path
+
+
+def facts_and_shapes(run: RunDirectory, history: list[HistoryEntry]) -> bytes:
+    """The block of everything that the page shows."""
+    surfaces, nets = packed_nets(run.problem, [run.load_design(entry.iteration) for entry in history])
+    states, moved, notes = packed_states(run, history)
+    facts = facts_of(run, history) | {"surfaces": surfaces, "states": states, "notes": notes}
+    return pack(facts, nets | moved)
+
+
+def page_of(block: bytes, title: str) -> str:
+    """The page with a block in it. Of what users write, the title alone stands in the page as text."""
+    empty = resources.files("pneumorph.output").joinpath(PAGE).read_text(encoding="utf-8")
+    # The title last: it may hold anything.
+    return empty.replace("{{block}}", as_text(block), 1).replace("{{title}}", html.escape(title), 1)

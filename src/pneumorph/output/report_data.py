@@ -1,0 +1,131 @@
+"""What the page of a run shows beside its shapes, as plain values: the typed records and words for them."""
+
+from __future__ import annotations
+
+import base64
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+import pneumorph
+from pneumorph.analysis import HistoryEntry, to_json
+from pneumorph.constraint.table import in_history
+from pneumorph.mechanics import rotation, rubber_of
+from pneumorph.output.format import format_duration, format_pressures, motion_of, validity_warning
+from pneumorph.output.pictures import view_of
+from pneumorph.output.shape import target_centre_line
+from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Problem, Reach, Task
+from pneumorph.run import RunDirectory
+
+MOST_STEP = 3_000_000
+"""Bytes of the exact CAD that are put into the page; a larger file is named instead."""
+
+FINE = 60
+"""Points of a target curve on the page."""
+
+
+def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
+    """Everything but shapes, for a run with at least one design."""
+    problem, result = run.problem, run.result()
+    view, effector = view_of(problem), problem.end_effector
+    return {
+        "title": problem.title or run.path.resolve().name,
+        "made_by": f"pneumorph {pneumorph.__version__}",
+        "directory": run.path.resolve().name,
+        "length": problem.body.length,
+        "gravity": None if problem.gravity is None else list(problem.gravity.direction),
+        "plate": effector.kind == "plate",
+        "force": list(effector.force),
+        "envelope": None if problem.limits.envelope is None else problem.limits.envelope.radius,
+        "view": {"normal": view.normal.tolist(), "offset": view.offset},
+        "tasks": [_task(problem, task) for task in problem.task],
+        "limits": [
+            {"key": key, "word": limit.word, "unit": limit.unit, "bound": bound, "at_least": limit.at_least}
+            | {"tolerance": limit.tolerance}
+            for limit, key, bound in in_history(problem.limits)
+        ],
+        "history": [_entry(problem, entry) for entry in history],
+        "result": None if result is None else to_json(result) | {"spent": format_duration(result.seconds["total"])},
+        "warnings": _warnings(problem, history[-1]),
+        "material": _material(run.path / "problem.toml"),
+        "problem": _text(run.path / "problem.toml"),
+        "files": _files(run.path / "make"),
+    }
+
+
+def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
+    """A line of the history, and what its tasks come to in the units that users expect."""
+    motions = {task.name: motion_of(task, entry.tasks[task.name]) for task in problem.task}
+    return to_json(entry) | {
+        "motions": {
+            name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "text": str(motion)}
+            | {"at": format_pressures(entry.tasks[name].pressures)}
+            for name, motion in motions.items()
+        }
+    }
+
+
+def _task(problem: Problem, task: Task) -> dict[str, Any]:
+    return {"name": task.name, "weight": task.weight, "kind": task.objective.kind, "target": _target(problem, task)}
+
+
+def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
+    """Where a task wants the body or its tip: a curve with sections on it, or a place and the way the plate looks."""
+    match task.objective:
+        case MatchCurve() | MatchSections() as asked:
+            centre_line = target_centre_line(asked, problem.body.length)
+            line = (
+                centre_line.line
+                if len(centre_line.line) <= FINE
+                else centre_line.line[:: len(centre_line.line) // FINE]
+            )
+            return {
+                "line": np.round([*line, centre_line.line[-1]], 3).tolist(),
+                "sections": centre_line.sections.tolist(),
+            }
+        case Reach(position=place, rotation=turn):
+            axis = None if turn is None else np.asarray(rotation(jnp.array(turn)))[:, 2].tolist()
+            return {"place": None if place is None else list(place), "axis": axis}
+        case Maximize() | Custom():
+            return None
+
+
+def _warnings(problem: Problem, last: HistoryEntry) -> list[str]:
+    """Sentences on what the last design's numbers are not good for."""
+    rubber, found = rubber_of(problem.material), []
+    for name, task in last.tasks.items():
+        if sentence := validity_warning(rubber, task.max_stretch):
+            found.append(f"Task {name}: {sentence}.")
+        if not task.stable:
+            found.append(f"Task {name}: its state is not stable.")
+    return found
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="replace")
+
+
+def _material(path: Path) -> list[tuple[str, str]]:
+    """The table [material] as in the file, where quantities have their units."""
+    return [(key.replace("_", " "), _words(value)) for key, value in tomllib.loads(_text(path))["material"].items()]
+
+
+def _words(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_words, value))
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_words(part)}" for key, part in value.items())
+    return str(value)
+
+
+def _files(folder: Path) -> list[dict[str, Any]]:
+    """The exact CAD that `make` has written: in the page where it is small, else its name alone."""
+    found = []
+    for path in sorted(folder.glob("*.step")):
+        small = path.stat().st_size <= MOST_STEP
+        content = base64.b64encode(path.read_bytes()).decode("ascii") if small else None
+        found.append({"name": path.name, "bytes": path.stat().st_size, "content": content})
+    return found

@@ -1,0 +1,167 @@
+"""The shapes of a run for its page: control nets of every design, and surfaces as tasks move them where stored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.analysis import Fields, HistoryEntry, nodal_stretch
+from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.mesh.tets import chambers_of
+from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
+from pneumorph.problem import Problem
+from pneumorph.run import RunDirectory, StoredDesign
+
+QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+"""A six-node triangle as four flat ones."""
+
+MOST_NUMBERS = 1_300_000
+"""Displacements and stretches of a page. They take 1.5 bytes each, so that 5 MB are left for the rest too; beyond, the
+surfaces are drawn by the corners of their triangles alone, and then at fewer pressures."""
+
+Arrays = dict[str, Steps]
+
+
+def packed_nets(problem: Problem, designs: list[StoredDesign]) -> tuple[list[dict[str, Any]], Arrays]:
+    """What a page is told of every surface, and the control nets (designs, n_r, n_q, 3) of all."""
+    start = starting_body(problem.body)
+    told, arrays = [], Arrays()
+    step = _length_step(start)
+    for surface in start.surfaces:
+        nets = [design.chambers[surface.name] if surface.cavity else design.exterior for design in designs]
+        told.append({"name": surface.name, "cavity": surface.cavity, "ends": surface.ends, "net": _net_name(surface)})
+        arrays[_net_name(surface)] = in_steps(np.array(nets), step, differences=True)
+    return told, arrays
+
+
+def _net_name(surface: TubeSurface) -> str:
+    # A chamber may be called "exterior".
+    return f"net chamber {surface.name}" if surface.cavity else "net exterior"
+
+
+def _length_step(body: Body) -> float:
+    """Micrometres, or finer for a body that is small."""
+    return min(MICROMETRE, 1e-4 * float(np.ptp(body.exterior.net, axis=0).max()))
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """The nodes at some pressures (MPa): displacements (N, 3) in mm and largest principal stretches (N,)."""
+
+    pressures: Mapping[str, float]
+    u: np.ndarray
+    stretch: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """The surfaces of a stored design as flat triangles.
+
+    Attributes
+    ----------
+    nodes : (V,) numbers of the mesh's nodes; where parts with an edge between them meet, nodes come twice.
+    triangles : (T, 3) of numbers of `nodes`, from solid to void.
+    parts : surface that every part belongs to, with the ends of its vertices and triangles.
+    """
+
+    nodes: np.ndarray
+    triangles: np.ndarray
+    parts: list[dict[str, Any]]
+
+
+def packed_states(run: RunDirectory, history: list[HistoryEntry]) -> tuple[list[dict[str, Any]], Arrays, list[str]]:
+    """Every design with stored fields as a page is told of it, the arrays, and sentences on what is left out."""
+    found = [(entry, fields) for entry in history for fields in [run.fields(entry.iteration)] if fields is not None]
+    whole = [(entry, fields.whole()) for entry, fields in found]
+    stops = [{task: list(_stops(run.problem, entry, fields, task)) for task in fields.u} for entry, fields in whole]
+    count, notes = sum(len(each) for by_task in stops for each in by_task.values()), []
+    size = max((len(fields.skin) for _, fields in whole), default=0)
+    corners = 4 * size * count > MOST_NUMBERS
+    if corners:
+        notes.append("inflated surfaces are drawn by the corners of their triangles, to keep this file small")
+    most = int(MOST_NUMBERS / max(size if corners else 1, 1)) if corners else count
+    if most < count:
+        stops = [{task: _thinned(each, most / count) for task, each in by_task.items()} for by_task in stops]
+        notes.append("fewer pressures are shown than are stored, to keep this file small")
+    told, arrays = [], Arrays()
+    for (entry, fields), by_task in zip(whole, stops, strict=True):
+        design, more = _packed_design(entry.iteration, fields, by_task, corners)
+        told.append(design)
+        arrays |= more
+    return told, arrays, notes
+
+
+def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> Iterator[Stop]:
+    """A task's states by rising pressures, as far as they are stored; only the surfaces are right on the way."""
+    pressures = entry.tasks[task].pressures
+    nothing, rest = dict.fromkeys(pressures, 0.0), np.zeros_like(fields.mesh.points)
+    loaded = problem.gravity is not None or any((*problem.end_effector.force, *problem.end_effector.moment))
+    if fields.sag is not None:
+        yield Stop(nothing, fields.sag, nodal_stretch(fields.mesh, fields.sag))
+    elif not loaded:
+        yield Stop(nothing, rest, np.ones(len(rest)))
+    if task in fields.inflation:
+        way, skin = fields.inflation[task], fields.skin
+        for part, u, stretch in zip(way.parts, way.u, way.stretch, strict=True):
+            moved, stretched = rest.copy(), np.ones(len(rest))
+            moved[skin], stretched[skin] = u, stretch
+            yield Stop({name: float(part * value) for name, value in pressures.items()}, moved, stretched)
+    yield Stop(dict(pressures), fields.u[task], fields.stretch[task])
+
+
+def _thinned(stops: list[Stop], part: float) -> list[Stop]:
+    """About that part of them; the whole pressures stay."""
+    count = max(1, int(part * len(stops)))
+    places = np.unique(np.rint(np.linspace(0, len(stops) - 1, count)).astype(int)) if count > 1 else [-1]
+    return [stops[place] for place in places]
+
+
+def _packed_design(
+    number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool
+) -> tuple[dict[str, Any], Arrays]:
+    skin, step = _skin(fields, corners), min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max()))
+    arrays = {
+        f"points {number}": in_steps(fields.mesh.points[skin.nodes], step),
+        # Neighbours have near numbers.
+        f"triangles {number}": Steps(skin.triangles.ravel(), differences=True),
+    }
+    tasks = []
+    for task, stops in by_task.items():
+        told = []
+        for place, stop in enumerate(stops):
+            name = f"{number} {place} {task}"
+            arrays[f"u {name}"] = in_parts(stop.u[skin.nodes])
+            arrays[f"stretch {name}"] = in_steps(stop.stretch[skin.nodes], 1e-3)
+            told.append({"pressures": dict(stop.pressures), "name": name})
+        tasks.append({"task": task, "stops": told})
+    return {"design": number, "parts": skin.parts, "tasks": tasks}, arrays
+
+
+def _skin(fields: Fields, corners: bool) -> Skin:
+    mesh, nodes, triangles, parts = fields.mesh, [], [], []
+    first = 0
+    for name, faces in mesh.faces.items():
+        chambers = chambers_of(name)
+        for part in _smooth_parts(mesh.points, faces) if chambers else [faces]:
+            flat = part[:, :3] if corners else part[:, QUARTERS].reshape(-1, 3)
+            used, numbers = np.unique(flat, return_inverse=True)
+            nodes.append(used)
+            triangles.append(first + numbers.reshape(-1, 3))
+            first += len(used)
+            surface = {"face": name, "cavity": bool(chambers), "surface": chambers[0] if chambers else "exterior"}
+            parts.append(surface | {"vertices": first, "triangles": sum(map(len, triangles))})
+    return Skin(np.concatenate(nodes), np.concatenate(triangles), parts)
+
+
+def _smooth_parts(points: np.ndarray, faces: np.ndarray) -> Iterator[np.ndarray]:
+    """The tube of a chamber, and its flat ends where it has them: all points of one share their z."""
+    z = points[faces[:, :3], 2]
+    low, high = z.min(), z.max()
+    near = 1e-6 * (high - low)
+    base, tip = (z < low + near).all(axis=1), (z > high - near).all(axis=1)
+    for chosen in (~base & ~tip, base, tip):
+        if chosen.any():
+            yield faces[chosen]

@@ -1,0 +1,190 @@
+"""The page of a run in a browser: it draws, it listens, it is right, and it asks nobody for anything."""
+
+import base64
+import csv
+import io
+import json
+
+import matplotlib.image
+import numpy as np
+import pytest
+from runs import analysed, waving_run
+from tiny import tiny
+
+from pneumorph.output import write_report
+from pneumorph.problem import loads
+
+
+def picture(page) -> np.ndarray:
+    """The pixels (height, width, 3) of the drawn body, without what is written over it."""
+    # Two frames: what was chosen is drawn in the next one.
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    content = page.evaluate(
+        """() => { const seen = document.querySelector("canvas");
+        const copy = document.createElement("canvas"); [copy.width, copy.height] = [seen.width, seen.height];
+        const pen = copy.getContext("2d"); pen.fillStyle = "white"; pen.fillRect(0, 0, copy.width, copy.height);
+        pen.drawImage(seen, 0, 0); return copy.toDataURL("image/png").split(",")[1]; }"""
+    )
+    return matplotlib.image.imread(io.BytesIO(base64.b64decode(content)))[..., :3]
+
+
+def slide(page, name, value):
+    page.locator(f"#{name}").fill(str(value))
+
+
+def differs(one: np.ndarray, other: np.ndarray) -> float:
+    """The part of all pixels that are clearly not the same."""
+    return float((np.abs(one - other).max(axis=2) > 0.05).mean())
+
+
+def words(page, name) -> str:
+    return page.locator(f"#{name}").inner_text()
+
+
+@pytest.fixture
+def page(run, opened):
+    return opened(run.path / "report.html")
+
+
+def test_it_opens_without_a_complaint_or_a_network(page):
+    for name in ("ghost", "cut-flip"):
+        page.check(f"#{name}")
+    page.select_option("#task", "half")
+    picture(page)
+    assert page.complaints == []
+    assert len(page.requests) == 1 and page.requests[0].startswith("file:")
+
+
+def test_every_colour_mode_draws(page):
+    seen = {}
+    for mode in ("thickness", "stretch", "displacement", "plain"):
+        page.select_option("#mode", mode)
+        pixels = seen[mode] = picture(page)
+        drawn = pixels[(pixels < 0.97).any(axis=2)]
+        assert len(drawn) > 0.03 * pixels[..., 0].size, f"{mode} is blank"
+        assert drawn.std(axis=0).max() > 0.05, f"{mode} has one colour"
+        assert page.locator("#legend").is_visible() == (mode != "plain")
+    modes = list(seen.values())
+    assert min(differs(one, other) for k, one in enumerate(modes) for other in modes[:k]) > 0.01
+
+
+def test_sliders_change_the_picture(page):
+    full = picture(page)
+    slide(page, "stop", 0)
+    rest = picture(page)
+    assert differs(full, rest) > 0.01 and words(page, "stop-shown") == "0 kPa"
+    slide(page, "stop", 3)
+    assert words(page, "stop-shown") == "30 kPa" and words(page, "shown") == "design 2 at 30 kPa"
+    slide(page, "design", 1)
+    assert differs(picture(page), rest) > 0.002
+    assert words(page, "stored") == "Shown at rest: inflated shapes are stored for designs 0 and 2 alone."
+    assert page.locator("#stop").is_disabled()
+    slide(page, "design", 2)
+    assert not page.locator("#stop").is_disabled()
+    page.select_option("#task", "half")
+    assert words(page, "shown") == "bending about y: 11.46° at 30 kPa"
+
+
+def test_a_cut_is_a_solid_face(page):
+    page.select_option("#mode", "plain")
+    cut = picture(page)
+    page.select_option("#cut-axis", "")
+    assert differs(cut, picture(page)) > 0.02
+    page.select_option("#cut-axis", "z")
+    across = picture(page)
+    page.locator("#cut-at").fill("3.5")
+    assert differs(across, picture(page)) > 0.02
+
+
+def test_the_start_is_a_ghost(page):
+    before = picture(page)
+    page.check("#ghost")
+    assert differs(before, picture(page)) > 0.005
+    page.uncheck("#ghost")
+    assert differs(before, picture(page)) < 1e-3
+
+
+def test_numbers_are_those_of_the_result(run, page):
+    result = json.loads((run.path / "result.json").read_text())
+    assert words(page, "title") == page.title() == result["title"]
+    assert result["reason"] in words(page, "reason")
+    for name, motion in result["motions"].items():
+        assert f"{motion['value']:.2f}" in words(page, "tasks"), name
+    rows = [row.locator("th, td").all_inner_texts() for row in page.locator("#limits tbody tr").all()]
+    found = {row[0]: float(row[2].split()[0]) for row in rows}
+    assert found == {"wall": 2.5, "fold": 2.0, "curvature": 0.1, "skew": 0.01, "stretch": 0.01}
+    assert f"{result['objective']:g}".replace("-", "−") in words(page, "design-facts")
+    for version in filter(None, result["versions"].values()):
+        assert version in words(page, "run")
+    assert "Hei-Cast 8400" in words(page, "material") and "Section VIII" in words(page, "material")
+    slide(page, "design", 0)
+    assert "1.00 mm" in words(page, "tasks") and words(page, "of-design") == "design 0"
+    page.locator("details:has(#problem) summary").click()
+    assert words(page, "problem").strip() == (run.path / "problem.toml").read_text().strip()
+
+
+def test_a_click_on_a_diagram_chooses_a_design(page):
+    page.locator("#plots svg").first.click(position={"x": 60, "y": 60})
+    assert words(page, "design-shown") == "0 of 2"
+    reading = page.locator("#plots figure:has-text('Limit: wall') output")
+    assert reading.inner_text() == "2.5 mm (≥ 2)"
+
+
+def test_keys(page):
+    page.keyboard.press("[")
+    assert words(page, "design-shown") == "1 of 2"
+    page.locator("#design").focus()
+    page.keyboard.press("ArrowRight")
+    assert words(page, "design-shown") == "2 of 2"
+    page.keyboard.press(",")
+    assert words(page, "stop-shown") == "50 kPa"
+    page.locator("#view").focus()
+    before = picture(page)
+    page.keyboard.press("ArrowLeft")
+    turned = picture(page)
+    assert differs(before, turned) > 0.01
+    page.keyboard.press("0")
+    assert differs(before, picture(page)) < 1e-3
+
+
+def test_playing_ends_at_the_last(page):
+    page.locator("#play-designs").click()
+    assert words(page, "design-shown") != "2 of 2"
+    page.wait_for_selector("#play-designs[aria-pressed=false]")
+    assert words(page, "design-shown") == "2 of 2"
+
+
+def test_nets_as_a_table(run, page):
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Control nets of this design").click()
+    rows = list(csv.DictReader(io.StringIO(saved.value.path().read_text())))
+    net = [[float(row[f"{axis}_mm"]) for axis in "xyz"] for row in rows if row["surface"] == "chamber_A"]
+    stored = run.load_design(2).chambers["A"]
+    np.testing.assert_allclose(np.reshape(net, stored.shape), stored, atol=0.6e-3)
+
+
+def test_on_a_phone_and_in_the_dark(run, opened):
+    phone = opened(run.path / "report.html", color_scheme="dark", device_scale_factor=2)
+    phone.set_viewport_size({"width": 360, "height": 740})
+    assert phone.evaluate("document.documentElement.scrollWidth") <= 360
+    assert phone.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(17, 22, 27)"
+    assert (picture(phone) < 0.97).any(axis=2).mean() > 0.03
+
+
+def test_without_a_graphics_system_the_numbers_are_there(run, plain_browser, opened):
+    page = opened(run.path / "report.html", browser=plain_browser)
+    assert "cannot draw in three dimensions" in words(page, "no-view")
+    assert "3.00 mm" in words(page, "tasks")
+    slide(page, "design", 1)
+    assert "2.00 mm" in words(page, "tasks")
+
+
+def test_a_failed_run_of_one_design_with_a_nasty_title(tmp_path, opened):
+    title = "<img src=x onerror=alert(1)></title><script>alert(2)</script>"
+    problem = loads(tiny(title=json.dumps(title)))
+    run = waving_run(tmp_path / "run", problem, 1, {0: analysed(problem, 0.0)})
+    page = opened(write_report(run))
+    assert words(page, "title") == page.title() == title
+    assert "has not come to its end" in words(page, "reason")
+    assert page.locator("#design").is_disabled() and not page.locator("#stop").is_disabled()
+    assert page.complaints == [] and len(page.requests) == 1

@@ -1,0 +1,92 @@
+// The shapes of a run: every design at rest from its control nets, stored designs as tasks move them.
+import { Lattice } from "./surface.js";
+import { Walls } from "./thickness.js";
+
+export class Shapes {
+  constructor(packed) {
+    this.packed = packed;
+    this.facts = packed.facts;
+    this.surfaces = this.facts.surfaces.map((surface) => {
+      const [, rows, columns] = packed.shape(surface.net);
+      return { ...surface, rows, columns, nets: packed.array(surface.net) };
+    });
+    this.lattice = new Lattice(this.surfaces);
+    this.kept = new Map();
+  }
+
+  // The control net of a surface in a design, rows × columns × 3.
+  net(surface, design) {
+    const size = 3 * surface.rows * surface.columns;
+    return surface.nets.subarray(design * size, (design + 1) * size);
+  }
+
+  // A design at rest.
+  atRest(design) {
+    return this.#once(`rest ${design}`, () => {
+      const positions = this.lattice.positions(this.surfaces.map((surface) => this.net(surface, design)));
+      return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design };
+    });
+  }
+
+  // What is stored of a design under a task: its stops, or nothing.
+  stops(design, task) {
+    const iteration = this.facts.history[design].iteration;
+    const stored = this.facts.states.find((state) => state.design === iteration);
+    return stored?.tasks.find((each) => each.task === task)?.stops ?? [];
+  }
+
+  // A stored design at one of these stops.
+  moved(design, stop) {
+    return this.#once(`moved ${stop.name}`, () => {
+      const skin = this.#skin(design);
+      const u = this.packed.array(`u ${stop.name}`);
+      const positions = skin.rest.map((value, i) => value + u[i]);
+      const stretch = this.packed.array(`stretch ${stop.name}`);
+      return { ...skin, positions, stretch, design };
+    });
+  }
+
+  // Wall thickness at the vertices of a shape up to `most`, by the surfaces of its design at rest.
+  thickness(shape, most) {
+    const name = shape.stretch ? "skin" : "rest";
+    return this.#once(`thickness ${name} ${shape.design}`, () => {
+      const { positions, index, owner } = this.atRest(shape.design);
+      return new Walls(positions, index, owner).distances(shape.rest, shape.owner, most);
+    });
+  }
+
+  // How far the vertices have come: from rest under pressure, from the start where the design is at rest.
+  displacement(shape) {
+    const from = shape.stretch ? shape.rest : this.atRest(0).positions;
+    return Float32Array.from({ length: shape.positions.length / 3 }, (_, i) =>
+      Math.hypot(...[0, 1, 2].map((axis) => shape.positions[3 * i + axis] - from[3 * i + axis])),
+    );
+  }
+
+  #skin(design) {
+    const { iteration } = this.facts.history[design];
+    return this.#once(`skin ${design}`, () => {
+      const { parts } = this.facts.states.find((state) => state.design === iteration);
+      const rest = Float32Array.from(this.packed.array(`points ${iteration}`));
+      const owner = new Uint16Array(rest.length / 3);
+      let [first, tip] = [0, null];
+      for (const part of parts) {
+        const number = this.surfaces.findIndex((s) => s.cavity === part.cavity && (!s.cavity || s.name === part.surface));
+        owner.fill(number, first, part.vertices);
+        if (part.face === "tip") tip = [first, part.vertices];
+        first = part.vertices;
+      }
+      return { rest, index: Uint32Array.from(this.packed.array(`triangles ${iteration}`)), owner, tip };
+    });
+  }
+
+  // The latest of what was made, so that playing does not make it again and again.
+  #once(key, make) {
+    if (!this.kept.has(key)) {
+      const made = make();
+      this.kept.set(key, made);
+      if (this.kept.size > 160) this.kept.delete(this.kept.keys().next().value);
+    }
+    return this.kept.get(key);
+  }
+}

@@ -1,0 +1,83 @@
+// The tables of the page: what a design does, its limits, how the run went, the material.
+import { element } from "./elements.js";
+import { short } from "./numbers.js";
+
+const degrees = (vector) => vector.map((angle) => (angle === null ? null : (180 / Math.PI) * angle));
+const three = (vector) => vector.map((value) => (value === null ? "–" : (Math.abs(value) < 0.005 ? "0.00" : value.toFixed(2).replace("-", "−")))).join(", ");
+
+// Rows of cells; the first row is the head, and the first cell of every other row heads it.
+export function fillTable(table, [head, ...rows]) {
+  const cell = (value, name, attributes = {}) => element(name, attributes, value instanceof Node ? value : String(value));
+  table.replaceChildren(
+    element("thead", {}, element("tr", {}, ...head.map((value) => cell(value, "th", { scope: "col" })))),
+    element("tbody", {}, ...rows.map(([first, ...rest]) =>
+      element("tr", {}, cell(first, "th", { scope: "row" }), ...rest.map((value) => cell(value, "td"))))),
+  );
+}
+
+export function tasksTable(facts, entry) {
+  const names = facts.tasks.map((task) => task.name);
+  const of = (read) => names.map((name) => read(entry.tasks[name], entry.motions[name]));
+  return [
+    ["", ...names],
+    ["asked for", ...of((_, motion) => motion.word)],
+    ["found", ...of((_, motion) => element("b", {}, motion.text))],
+    ["at", ...of((_, motion) => motion.at)],
+    ["objective", ...of((task) => short(task.objective, 5))],
+    ["tip moves, mm", ...of((task) => three(task.translation_mm))],
+    ["tip turns, °", ...of((task) => three(degrees(task.rotation_rad)))],
+    ["largest stretch", ...of((task) => short(task.max_stretch, 4) + (task.beyond_validity ? " (beyond the rubber’s range)" : ""))],
+    ["chambers, mm³", ...of((task) => Object.entries(task.volume_mm3).map(([name, volume]) => `${name} ${short(volume)}`).join(", "))],
+    ["stable", ...of((task) => (task.stable ? "yes" : "no"))],
+  ];
+}
+
+export function limitsTable(facts, entry) {
+  const rows = facts.limits.map(({ key, word, unit, bound, at_least: atLeast, tolerance }) => {
+    const value = entry.limits[key];
+    const used = value === null ? null : atLeast ? bound / Math.max(value, 1e-12) : value / bound;
+    const excess = value === null ? 0 : ((atLeast ? bound - value : value - bound) / bound);
+    const held = excess <= tolerance;
+    const bar = element("span", { class: held ? "used" : "used broken" }, element("i"));
+    bar.firstChild.style.width = `${100 * Math.min(used ?? 0, 1)}%`;
+    const sign = atLeast ? "≥" : "≤";
+    const verdict = element("span", { class: held ? "ok" : "broken" }, value === null ? "–" : held ? "held" : "broken");
+    return [word, `${sign} ${short(bound)} ${unit}`, `${short(value, 5)} ${unit}`, bar, `${short(100 * tolerance)} %`, verdict];
+  });
+  return [["limit", "bound", "worst value", "used", "tolerance", ""], ...rows];
+}
+
+export function designRows(entry) {
+  return [
+    ["design", entry.iteration],
+    ["objective", short(entry.objective, 6)],
+    ["elements, unknowns", `${entry.elements}, ${entry.dofs}`],
+    ["new mesh", entry.remeshed ? "yes" : "no"],
+    ["longest motion of a control point", entry.step_mm === null ? "–" : `${short(entry.step_mm, 3)} mm`],
+    ["actual over predicted gain", short(entry.ratio, 3)],
+    ["gradient that the limits leave", entry.optimality === null ? "–" : `${short(100 * entry.optimality, 3)} %`],
+    ["factorisations", entry.factorisations],
+    ["time", `${short(entry.seconds.total, 3)} s`],
+    ["in assemblies with factorisation", short(entry.equivalents, 3)],
+  ];
+}
+
+export function runRows({ result, made_by: madeBy, history }) {
+  const page = ["this page by", madeBy];
+  if (!result) return [["designs", history.at(-1).iteration], ["ended", "not yet"], page];
+  const versions = Object.entries(result.versions).map(([name, version]) => [name, version ?? "–"]);
+  return [
+    ["designs", result.iterations],
+    ["came to its end", result.completed ? "yes" : "no"],
+    ["time", result.spent],
+    ["peak memory", result.peak_memory_MB === null ? "–" : `${Math.round(result.peak_memory_MB)} MB`],
+    ...versions,
+    page,
+  ];
+}
+
+export function fillPairs(list, pairs) {
+  list.replaceChildren(
+    ...pairs.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value instanceof Node ? value : String(value))]),
+  );
+}
