@@ -76,16 +76,9 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
     """Where a task wants the body or its tip: a curve with sections on it, or a place and the way the plate looks."""
     match task.objective:
         case MatchCurve() | MatchSections() as asked:
-            centre_line = target_centre_line(asked, problem.body.length)
-            line = (
-                centre_line.line
-                if len(centre_line.line) <= FINE
-                else centre_line.line[:: len(centre_line.line) // FINE]
-            )
-            return {
-                "line": np.round([*line, centre_line.line[-1]], 3).tolist(),
-                "sections": centre_line.sections.tolist(),
-            }
+            target = target_centre_line(asked, problem.body.length)
+            some = target.points if len(target.points) <= FINE else target.points[:: len(target.points) // FINE]
+            return {"line": np.round([*some, target.points[-1]], 3).tolist(), "sections": target.sections.tolist()}
         case Reach(position=place, rotation=turn):
             axis = None if turn is None else np.asarray(rotation(jnp.array(turn)))[:, 2].tolist()
             return {"place": None if place is None else list(place), "axis": axis}
