@@ -60,7 +60,7 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
     w = model.state(tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed))))
-    shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, w)
+    ((shape, acting),) = kernels.pullback(model.potential, at.X, state, at.loads, [w])
     return NodalGradient(
         value=value,
         X=direct - shape,
@@ -79,9 +79,7 @@ def residual_jacobian(
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
-    shapes, pressures = [], []
-    for nodes, w in zip(direct, tangent.solve_at(at, state, rhs.T).T, strict=True):
-        shape, acting = kernels.pullback(model.potential, at.X, state, at.loads, model.state(w))
-        shapes.append(nodes - shape)
-        pressures.append(-np.asarray(acting.pressure))
-    return NodalJacobian(values, np.array(shapes), np.array(pressures))
+    ws = [model.state(w) for w in tangent.solve_at(at, state, rhs.T).T]
+    shapes, acting = zip(*kernels.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
+    pressures = [-np.asarray(loads.pressure) for loads in acting]
+    return NodalJacobian(values, direct - np.array(shapes), np.array(pressures))

@@ -6,6 +6,7 @@ again for another mesh. This module works element by element; `potential.py` add
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -56,17 +57,24 @@ def change(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, a
     )
 
 
-def pullback(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, w: Forces) -> Pulled:
-    """Derivatives of the product (forces·w)."""
+def pullback(
+    energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, several: bool
+) -> Callable[[Forces], Pulled]:
+    """A function of w: derivatives of the product (forces·w). `several` says whether more than one w is to come."""
     if isinstance(energy, Solid):
-        return Pulled(*solid.pullback(energy, seen, at, w.u, w.hydrostatic), jax.tree.map(np.zeros_like, loads))
-    parts = [
-        _pullback(energy, seen.weight[chunk], at.of(chunk), loads, Forces(w.u[chunk], w.hydrostatic[chunk], w.plate))
-        for chunk in seen.chunks()
-    ]
-    X, u, own = (_rows([part[k] for part in parts], at.X) for k in range(3))
-    acting = jax.tree.map(lambda *each: np.sum(each, axis=0), *(part[3] for part in parts))
-    return Pulled(X, u, own, acting)
+        pull, none = solid.pullback(energy, seen, at, several), jax.tree.map(np.zeros_like, loads)
+        return lambda w: Pulled(*pull(w.u, w.hydrostatic), none)
+
+    def pull_by_jax(w: Forces) -> Pulled:
+        parts = [
+            _pullback(energy, seen.weight[each], at.of(each), loads, Forces(w.u[each], w.hydrostatic[each], w.plate))
+            for each in seen.chunks()
+        ]
+        X, u, own = (_rows([part[k] for part in parts], at.X) for k in range(3))
+        acting = jax.tree.map(lambda *each: np.sum(each, axis=0), *(part[3] for part in parts))
+        return Pulled(X, u, own, acting)
+
+    return pull_by_jax
 
 
 def hessians(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> np.ndarray:

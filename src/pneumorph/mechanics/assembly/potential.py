@@ -6,7 +6,7 @@ nothing here depends on which terms there are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -81,22 +81,29 @@ def load_product(potential: Potential, X: np.ndarray, state: State, loads: Loads
     return _change(potential, X, state, loads, jax.tree.map(np.zeros_like, state), None, change)
 
 
-def pullback(potential: Potential, X: np.ndarray, state: State, loads: Loads, w: State) -> tuple[np.ndarray, Loads]:
-    """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂loads for an adjoint state w."""
+def pullback(
+    potential: Potential, X: np.ndarray, state: State, loads: Loads, ws: Sequence[State]
+) -> list[tuple[np.ndarray, Loads]]:
+    """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂loads for every adjoint state w."""
     ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
-    u, field = _displacement(state.u, nodes, ride.displacement()), _displacement(w.u, nodes, ride.along(w.plate))
-    by_X, by_u, by_w = np.zeros(X.shape), np.zeros(X.shape), np.zeros(X.shape)
-    acting = _none(loads)
+    u = _displacement(state.u, nodes, ride.displacement())
+    by_X, by_u, by_w = np.zeros((3, len(ws), *X.shape))
+    acting = [_none(loads) for _ in ws]
     for seen, energies in potential.groups:
-        at, along = seen.local(X, u, state.hydrostatic, state.plate), seen.local(X, field, w.hydrostatic, w.plate)
-        for energy in energies:
-            found = derivatives.pullback(energy, seen, at, loads, Forces(along.u, along.hydrostatic, along.plate))
-            for part, out in ((found.X, by_X), (found.u, by_u), (found.w, by_w)):
-                add_rows(part, seen.nodes, out)
-            acting = jax.tree.map(np.add, acting, found.loads)
+        at = seen.local(X, u, state.hydrostatic, state.plate)
+        pulls = [derivatives.pullback(energy, seen, at, loads, len(ws) > 1) for energy in energies]
+        for k, w in enumerate(ws):
+            field = _displacement(w.u, nodes, ride.along(w.plate))
+            along = seen.local(X, field, w.hydrostatic, w.plate)
+            for pull in pulls:
+                found = pull(Forces(along.u, along.hydrostatic, along.plate))
+                for part, out in ((found.X, by_X[k]), (found.u, by_u[k]), (found.w, by_w[k])):
+                    add_rows(part, seen.nodes, out)
+                acting[k] = jax.tree.map(np.add, acting[k], found.loads)
     if len(nodes):
-        by_X[nodes] += ride.on_places(by_u[nodes]) + ride.on_places_along(by_w[nodes], w.plate)
-    return by_X, acting
+        for k, w in enumerate(ws):
+            by_X[k, nodes] += ride.on_places(by_u[k, nodes]) + ride.on_places_along(by_w[k, nodes], w.plate)
+    return list(zip(by_X, acting, strict=True))
 
 
 def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> State:

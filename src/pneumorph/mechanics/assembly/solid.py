@@ -7,7 +7,7 @@ what is compiled depends on the kind of rubber alone. A test compares all of it 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import NamedTuple, TypeVar
@@ -70,7 +70,7 @@ def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[n
         here, (dF, dA, growth) = strained(seen, at, chunk), _room(seen)
         points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
         dhydrostatic = _at_points(along.hydrostatic[chunk], seen.chunk)
-        stress, slope, dstress, dslope = _along(solid, here, dF, dhydrostatic)
+        stress, slope, dstress, dslope = _along(solid, here)(dF, dhydrostatic)
         # The forces ∫ P : δF are linear in the stress, in A and in the volumes: each changes in its turn.
         with_A = np.empty((seen.chunk, 10, 3))
         points.nodal_forces(dstress + growth * stress, here.A, here.measure, TET_DN, u[chunk])
@@ -83,24 +83,38 @@ def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[n
     return u, hydrostatic
 
 
-def pullback(
-    solid: Solid, seen: Connectivity, at: Local, w: np.ndarray, by_hydrostatic: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, by u, and by the part w (E, 10, 3) that goes with u."""
-    X, u, own = (np.empty(at.u.shape) for _ in range(3))
+Pull = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
-    def work(chunk: slice) -> None:
-        here, (slope, dA, growth) = strained(seen, at, chunk), _room(seen)
-        points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
-        dhydrostatic = _at_points(by_hydrostatic[chunk], seen.chunk)
-        stress, dilation, dstress, _ = _along(solid, here, slope, dhydrostatic)
-        integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
-        points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
-        points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
-        points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
 
-    _each(seen, work)
-    return X, u, own
+def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull:
+    """A function of w = (u (E, 10, 3), π (E, c)): derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, u, and w's own u.
+
+    What does not depend on w is computed once; with `several` w to come, the moduli at the points too.
+    """
+
+    def linearised(chunk: slice):
+        here = strained(seen, at, chunk)
+        return chunk, here, _along(solid, here, several)
+
+    prepared = _each(seen, linearised)
+
+    def pull(w: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        X, u, own = (np.empty(at.u.shape) for _ in range(3))
+
+        def work(number: int) -> None:
+            (chunk, here, along), (slope, dA, growth) = prepared[number], _room(seen)
+            points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
+            dhydrostatic = _at_points(by_hydrostatic[chunk], seen.chunk)
+            stress, dilation, dstress, _ = along(slope, dhydrostatic)
+            integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
+            points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
+            points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
+            points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
+
+        _each_of(range(len(prepared)), work)
+        return X, u, own
+
+    return pull
 
 
 def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -127,19 +141,42 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
     return motion[: seen.count], coupling[: seen.count], compression[: seen.count]
 
 
-def _along(
-    solid: Solid, here: Points, dF: np.ndarray, dhydrostatic: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """∂ψ/∂F and ∂ψ/∂π, and how they change along (δF, δπ)."""
-    if not isinstance(solid.energy_density, OfInvariants):
-        stress, slope, dstress, dslope = map(
-            np.asarray, _stress_along(solid, here.F, here.hydrostatic, dF, dhydrostatic)
-        )
-        return stress, slope, dstress, dslope
-    by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, here.F, here.hydrostatic))
-    stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dhydrostatic.shape)
-    points.stress_along(by_invariants, here.F, dF, dhydrostatic, stress, dstress, dslope)
-    return stress, slope, dstress, dslope
+Along = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
+
+
+def _along(solid: Solid, here: Points, several: bool = False) -> Along:
+    """A function of (δF, δπ): ∂ψ/∂F and ∂ψ/∂π, and how they change along these.
+
+    Without invariants all second derivatives are the dearer way to one direction, and the cheaper one to several.
+    """
+    F, hydrostatic = here.F, here.hydrostatic
+    if isinstance(solid.energy_density, OfInvariants):
+        by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, F, hydrostatic))
+
+        def by_kernel(dF: np.ndarray, dhydrostatic: np.ndarray):
+            stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dhydrostatic.shape)
+            points.stress_along(by_invariants, F, dF, dhydrostatic, stress, dstress, dslope)
+            return stress, slope, dstress, dslope
+
+        return by_kernel
+    if not several:
+
+        def by_jax(dF: np.ndarray, dhydrostatic: np.ndarray):
+            stress, slope, dstress, dslope = map(np.asarray, _stress_along(solid, F, hydrostatic, dF, dhydrostatic))
+            return stress, slope, dstress, dslope
+
+        return by_jax
+    _, stress, slope = map(np.asarray, _stress(solid, F, hydrostatic))
+    one = np.ones(hydrostatic.shape)
+    moduli = np.asarray(_moduli(solid, F, hydrostatic, one))
+    mixed, among = map(np.asarray, _couplings(solid, F, hydrostatic, one))
+
+    def by_moduli(dF: np.ndarray, dhydrostatic: np.ndarray):
+        flat = dF.reshape(9, *hydrostatic.shape)
+        dstress = np.einsum("abqe,bqe->aqe", moduli, flat) + mixed * dhydrostatic
+        return stress, slope, dstress.reshape(dF.shape), np.einsum("aqe,aqe->qe", mixed, flat) + among * dhydrostatic
+
+    return by_moduli
 
 
 def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -148,14 +185,18 @@ def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 T = TypeVar("T")
+P = TypeVar("P")
 
 
 def _each(seen: Connectivity, work: Callable[[slice], T]) -> list[T]:
     """Apply `work` to every chunk, on as many threads as Numba has: its kernels and JAX release the Python lock."""
-    chunks = seen.chunks()
-    if len(chunks) == 1 or numba.get_num_threads() == 1:
-        return [work(chunk) for chunk in chunks]
-    return list(_workers().map(work, chunks))
+    return _each_of(seen.chunks(), work)
+
+
+def _each_of(parts: Sequence[P], work: Callable[[P], T]) -> list[T]:
+    if len(parts) == 1 or numba.get_num_threads() == 1:
+        return [work(part) for part in parts]
+    return list(_workers().map(work, parts))
 
 
 @cache
