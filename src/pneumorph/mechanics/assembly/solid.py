@@ -7,14 +7,10 @@ what is compiled depends on the kind of rubber alone. A test compares all of it 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numba
 import numpy as np
 from jax import Array
 
@@ -23,6 +19,7 @@ from pneumorph.mechanics.assembly.element import TET_CORNER_N, TET_DN, TET_WEIGH
 from pneumorph.mechanics.assembly.stiffness import coupling_blocks, element_blocks, invariant_blocks
 from pneumorph.mechanics.assembly.terms import Connectivity, Local, Solid, Values
 from pneumorph.mechanics.material.energies import Invariants, OfInvariants, invariants
+from pneumorph.threads import each
 
 
 class Points(NamedTuple):
@@ -59,7 +56,7 @@ def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarr
             hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
         return float(np.sum(here.measure * psi))
 
-    return sum(_each(seen, work)), u, hydrostatic
+    return sum(each(work, seen.chunks())), u, hydrostatic
 
 
 def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[np.ndarray, np.ndarray]:
@@ -79,7 +76,7 @@ def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[n
         if seen.hydrostatics.shape[1]:
             hydrostatic[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
 
-    _each(seen, work)
+    each(work, seen.chunks())
     return u, hydrostatic
 
 
@@ -99,7 +96,7 @@ def pullback(
         points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
         points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
 
-    _each(seen, work)
+    each(work, seen.chunks())
     return X, u, own
 
 
@@ -123,7 +120,7 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
             coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
             compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
-    _each(seen, work)
+    each(work, seen.chunks())
     return motion[: seen.count], coupling[: seen.count], compression[: seen.count]
 
 
@@ -145,22 +142,6 @@ def _along(
 def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Empty arrays for δF, δA and tr(A δJ) of a chunk."""
     return np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk)), np.empty((4, seen.chunk))
-
-
-T = TypeVar("T")
-
-
-def _each(seen: Connectivity, work: Callable[[slice], T]) -> list[T]:
-    """Apply `work` to every chunk, on as many threads as Numba has: its kernels and JAX release the Python lock."""
-    chunks = seen.chunks()
-    if len(chunks) == 1 or numba.get_num_threads() == 1:
-        return [work(chunk) for chunk in chunks]
-    return list(_workers().map(work, chunks))
-
-
-@cache
-def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(numba.get_num_threads())
 
 
 @jax.jit
