@@ -5,7 +5,7 @@
 - sets the environment variables KMP_BLOCKTIME and OMP_WAIT_POLICY, where they are not set: threads of the linear solver
   that spin while they wait take the cores from the kernels in between, measured twice as slow;
 - switches jax to double precision: equilibria are solved to nine digits and gradients checked to eight;
-- lets jax keep compiled kernels in `cache_folder()`, where it has no such folder yet: compiling takes some twenty
+- lets jax keep compiled kernels in `cache_folder()`, where it has no such folder yet: compiling takes some ten
   seconds, reading them back one.
 """
 
@@ -40,7 +40,7 @@ def _keep_compiled(folder: Path) -> None:
         return
     if os.access(folder, os.W_OK):
         jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 
 
 jax.config.update("jax_enable_x64", True)

@@ -18,11 +18,11 @@ def each(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
 
     Kernels that run in parts compile in a quarter of the time of Numba's own parallel loops.
     """
-    if len(parts) == 1 or numba.config.NUMBA_NUM_THREADS == 1:
+    if len(parts) == 1 or numba.get_num_threads() == 1:
         return [work(part) for part in parts]
     return list(_workers().map(work, parts))
 
 
 @cache
 def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(numba.config.NUMBA_NUM_THREADS)
+    return ThreadPoolExecutor(numba.get_num_threads())

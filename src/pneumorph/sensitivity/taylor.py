@@ -40,10 +40,14 @@ def taylor_test(
     direction: np.ndarray,
     step: float,
     count: int = 4,
+    start: float | None = None,
 ) -> TaylorTest:
-    """Test `gradient` (n,) of `value` at `at` (n,) along `direction` (n,), with steps h, h/2, … times the direction."""
+    """Test `gradient` (n,) of `value` at `at` (n,) along `direction` (n,), with steps h, h/2, … times the direction.
+
+    `start` is the value at `at`, where it is known.
+    """
     steps = step * 0.5 ** np.arange(count)
-    start, slope = value(at), float(gradient @ direction)
+    start, slope = value(at) if start is None else start, float(gradient @ direction)
     remainders = np.array([abs(value(at + h * direction) - start - h * slope) for h in steps])
     rates = np.log2(np.maximum(remainders[:-1], 1e-300) / np.maximum(remainders[1:], 1e-300))
     return TaylorTest(steps, remainders, rates)

@@ -13,7 +13,7 @@ from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
-from pneumorph.output import run_pictures
+from pneumorph.output.pictures import run_pictures
 from pneumorph.problem import Problem
 from pneumorph.run import open_run, resume, unlike
 

@@ -50,7 +50,7 @@ def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarr
 
     def work(chunk: slice) -> float:
         here = strained(seen, at, chunk)
-        psi, stress, slope = map(np.asarray, _stress(solid, here.F, here.hydrostatic))
+        psi, stress, slope = map(np.array, _stress(solid, here.F, here.hydrostatic))
         points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
         if seen.hydrostatics.shape[1]:
             hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
@@ -110,13 +110,13 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
         here = strained(seen, at, chunk)
         if isinstance(solid.energy_density, OfInvariants):
             # Nine derivatives instead of eighty-one: half the time of the whole assembly.
-            by_invariants, _ = _invariant_derivatives(solid, here.F, here.hydrostatic)
+            by_invariants = np.array(_invariant_derivatives(solid, here.F, here.hydrostatic)[0])
             invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
         else:
-            moduli = np.asarray(_moduli(solid, here.F, here.hydrostatic, here.measure))
+            moduli = np.array(_moduli(solid, here.F, here.hydrostatic, here.measure))
             element_blocks(moduli, here.A, TET_DN, motion[chunk])
         if corners:
-            slopes, among = map(np.asarray, _couplings(solid, here.F, here.hydrostatic, here.measure))
+            slopes, among = map(np.array, _couplings(solid, here.F, here.hydrostatic, here.measure))
             coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
             compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
@@ -129,11 +129,10 @@ def _along(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """∂ψ/∂F and ∂ψ/∂π, and how they change along (δF, δπ)."""
     if not isinstance(solid.energy_density, OfInvariants):
-        stress, slope, dstress, dslope = map(
-            np.asarray, _stress_along(solid, here.F, here.hydrostatic, dF, dhydrostatic)
-        )
+        # Copies, here as elsewhere: JAX's arrays are read-only, for which Numba would compile its kernels once more.
+        stress, slope, dstress, dslope = map(np.array, _stress_along(solid, here.F, here.hydrostatic, dF, dhydrostatic))
         return stress, slope, dstress, dslope
-    by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, here.F, here.hydrostatic))
+    by_invariants, slope = map(np.array, _invariant_derivatives(solid, here.F, here.hydrostatic))
     stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dhydrostatic.shape)
     points.stress_along(by_invariants, here.F, dF, dhydrostatic, stress, dstress, dslope)
     return stress, slope, dstress, dslope
