@@ -22,23 +22,12 @@ _DEPTH = 40  # halvings of both patches together
 _SHARE = 64  # pairs that a thread takes at once
 
 
-@numba.njit(cache=True)
-def spheres(nets):
+def spheres(nets: Floats) -> tuple[Floats, Floats]:
     """Centres (n, 3) and radii (n,) of balls around control nets (n, 4, 4, 3)."""
-    n = len(nets)
-    centres, radii = np.zeros((n, 3)), np.zeros(n)
-    for k in range(n):
-        for i in range(4):
-            for j in range(4):
-                for c in range(3):
-                    centres[k, c] += nets[k, i, j, c] / 16.0
-        for i in range(4):
-            for j in range(4):
-                away = 0.0
-                for c in range(3):
-                    away += (nets[k, i, j, c] - centres[k, c]) ** 2
-                radii[k] = max(radii[k], np.sqrt(away))
-    return centres, radii
+    points = nets.reshape(-1, 16, 3)
+    centres = sum((points[:, k] / 16.0 for k in range(16)), np.zeros((len(points), 3)))
+    x, y, z = np.moveaxis(points - centres[:, None], -1, 0)
+    return centres, np.sqrt((x * x + y * y + z * z).max(axis=1))
 
 
 @numba.njit(cache=True)
