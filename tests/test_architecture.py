@@ -10,6 +10,7 @@ import pneumorph
 PACKAGES = [
     "units",
     "numerics",
+    "threads",
     "problem",
     "geometry",
     "make",

@@ -6,7 +6,7 @@
   solver that spin while waiting occupy the cores and make the kernels that run in between twice as slow (measured);
 - switches jax to double precision, because equilibria are solved to nine digits and gradients are checked to eight;
 - lets jax cache compiled kernels in `cache_folder()`, unless it has a cache folder already: compiling takes about
-  twenty seconds, reading the kernels back one.
+  ten seconds, reading the kernels back one.
 """
 
 import os
@@ -40,7 +40,7 @@ def _keep_compiled(folder: Path) -> None:
         return
     if os.access(folder, os.W_OK):
         jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 
 
 jax.config.update("jax_enable_x64", True)

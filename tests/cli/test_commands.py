@@ -11,7 +11,7 @@ from pneumorph.cli import design
 from pneumorph.drive import single
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, sweep
-from pneumorph.output import Pictures
+from pneumorph.output.pictures import Pictures
 
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 BY_NAME = {"type": "object", "additionalProperties": {"type": "number"}}

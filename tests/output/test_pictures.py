@@ -14,8 +14,9 @@ from tiny import tiny
 from pneumorph.analysis import analyse, discretise, fields_of, nodal_stretch
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mesh import mesh_body
-from pneumorph.output import history, pictures, render, run_pictures
+from pneumorph.output import history, pictures, render
 from pneumorph.output.format import format_duration, format_pressures, motion_of
+from pneumorph.output.pictures import run_pictures
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
 from pneumorph.output.shape import achieved_centre_line, target_centre_line

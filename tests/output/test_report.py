@@ -20,9 +20,8 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.geometry.tube import cap_points
 from pneumorph.mesh import mesh_body
-from pneumorph.output import write_report
 from pneumorph.output.packed import Steps, in_parts, in_steps, pack, unpack
-from pneumorph.output.report import facts_and_shapes, page_of
+from pneumorph.output.report import facts_and_shapes, page_of, write_report
 from pneumorph.problem import load, loads
 from pneumorph.run import StoredDesign, create, open_run
 

@@ -8,7 +8,7 @@ from runs import analysed, ended, waving_run
 from tiny import tiny
 
 from pneumorph.analysis import Fields
-from pneumorph.output import write_report
+from pneumorph.output.report import write_report
 from pneumorph.problem import loads
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")

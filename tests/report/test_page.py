@@ -11,7 +11,7 @@ import pytest
 from runs import analysed, waving_run
 from tiny import tiny
 
-from pneumorph.output import write_report
+from pneumorph.output.report import write_report
 from pneumorph.problem import loads
 
 

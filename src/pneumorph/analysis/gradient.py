@@ -105,7 +105,8 @@ def gradient_check(at: AnalysedBody) -> GradientCheck:
         return _analysed(problem, space, disc, phi, at.analysis).value
 
     tests = {
-        name: taylor_test(value, space.start, slope, direction, FIRST_STEP) for name, direction in directions.items()
+        name: taylor_test(value, space.start, slope, direction, FIRST_STEP, start=at.analysis.value)
+        for name, direction in directions.items()
     }
     return GradientCheck(tests, NOISE * max(float(np.abs(found.u).max()) for found in at.analysis.equilibria.values()))
 

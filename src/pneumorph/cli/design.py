@@ -12,8 +12,8 @@ from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.mechanics import rubber_of
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.output import run_pictures
 from pneumorph.output.format import format_duration, motion_of, validity_warning
+from pneumorph.output.pictures import run_pictures
 from pneumorph.problem import load
 
 

@@ -42,7 +42,10 @@ def descend(a, b, here, box_a, box_b, size, neighbourhood):
         if fresh:
             _derivatives(a, here[0], here[1], x)
             _derivatives(b, here[2], here[3], y)
-            slope[:], H[:] = 0.0, 0.0
+            for m in range(4):
+                slope[m] = 0.0
+                for n in range(4):
+                    H[m, n] = 0.0
             for c in range(3):
                 away = x[0, c] - y[0, c]
                 for m in range(2):
@@ -58,7 +61,8 @@ def descend(a, b, here, box_a, box_b, size, neighbourhood):
             for m in range(4):
                 if (here[m] <= 0.0 and slope[m] > 0.0) or (here[m] >= 1.0 and slope[m] < 0.0):
                     slope[m] = 0.0
-                    H[m, :], H[:, m] = 0.0, 0.0
+                    for n in range(4):
+                        H[m, n], H[n, m] = 0.0, 0.0
                     H[m, m] = 1.0
         scale = max(H[0, 0], H[1, 1], H[2, 2], H[3, 3], 1e-12)
         if not _solve(H, damping * scale, slope, trial):
@@ -73,7 +77,8 @@ def descend(a, b, here, box_a, box_b, size, neighbourhood):
             fresh = True
             converged = best - away < 1e-7 * best
             best = away
-            here[:] = trial
+            for m in range(4):
+                here[m] = trial[m]
             damping *= 0.1
             if converged:
                 break
@@ -98,7 +103,7 @@ def between(a, b, here, way):
 def _point(net, u, v, out):
     """Position of a point of a patch."""
     s, t = 1.0 - u, 1.0 - v
-    out[:] = 0.0
+    out[0], out[1], out[2] = 0.0, 0.0, 0.0
     for i in range(4):
         wv = t * t * t if i == 0 else 3 * t * t * v if i == 1 else 3 * t * v * v if i == 2 else v * v * v
         for j in range(4):
@@ -113,7 +118,9 @@ def _derivatives(net, u, v, out):
     by_u, by_v = np.empty((3, 4)), np.empty((3, 4))
     _weights(u, by_u)
     _weights(v, by_v)
-    out[:] = 0.0
+    for m in range(6):
+        for c in range(3):
+            out[m, c] = 0.0
     for i in range(4):
         for j in range(4):
             w0, w1, w2 = by_v[0, i] * by_u[0, j], by_v[0, i] * by_u[1, j], by_v[1, i] * by_u[0, j]

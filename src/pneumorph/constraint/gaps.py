@@ -186,8 +186,7 @@ def _bounded(
         some = np.flatnonzero(lower < np.minimum(sufficient, known - accuracy.gap * np.maximum(1.0, known / bound)))
         if not len(some) or seen.min() < _BROKEN * bound:
             break
-        near, where = np.empty(len(some)), np.empty((len(some), 4))
-        found = least_distances(
+        found, near, where = least_distances(
             pairs[some],
             first.nets,
             second.nets,
@@ -199,8 +198,6 @@ def _bounded(
             accuracy.gap,
             bound,
             int(min(most, max(work / len(some), 4))),
-            near,
-            where,
         )
         lower[some] = np.maximum(lower[some], found)
         closer = near < seen[some]

@@ -9,30 +9,25 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from pneumorph.constraint.closest import apart, between, descend, distance
 from pneumorph.constraint.slabs import farthest, linked, slab
+from pneumorph.threads import each
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
 
 _DEPTH = 40  # largest number of successive halvings, of both patches together
+_SHARE = 64  # pairs that a thread takes at once
 
 
-@numba.njit(cache=True)
-def spheres(nets):
+def spheres(nets: Floats) -> tuple[Floats, Floats]:
     """Centres (n, 3) and radii (n,) of balls around control nets (n, 4, 4, 3)."""
-    n = len(nets)
-    centres, radii = np.zeros((n, 3)), np.zeros(n)
-    for k in range(n):
-        for i in range(4):
-            for j in range(4):
-                for c in range(3):
-                    centres[k, c] += nets[k, i, j, c] / 16.0
-        for i in range(4):
-            for j in range(4):
-                away = 0.0
-                for c in range(3):
-                    away += (nets[k, i, j, c] - centres[k, c]) ** 2
-                radii[k] = max(radii[k], np.sqrt(away))
-    return centres, radii
+    points = nets.reshape(-1, 16, 3)
+    centres = sum((points[:, k] / 16.0 for k in range(16)), np.zeros((len(points), 3)))
+    x, y, z = np.moveaxis(points - centres[:, None], -1, 0)
+    return centres, np.sqrt((x * x + y * y + z * z).max(axis=1))
 
 
 @numba.njit(cache=True)
@@ -73,9 +68,20 @@ def candidates(centres, radii, others, other_radii, reach, same):
     return found, away
 
 
-@numba.njit(cache=True, parallel=True)
-def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, gap, bound, most, seen, at):
-    """Bound the smallest distance of every pair of patches; returns lower bounds (m,) in mm.
+def least_distances(
+    pairs: Ints,
+    nets: Floats,
+    others: Floats,
+    boxes: Floats,
+    other_boxes: Floats,
+    size: Floats,
+    neighbourhood: float,
+    asked: float,
+    gap: float,
+    bound: float,
+    most: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Bound the smallest distance of every pair of patches.
 
     Parameters
     ----------
@@ -84,7 +90,7 @@ def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood
         Control nets of the patches on either side.
     boxes, other_boxes : (n, 8) arrays
         Start and width in q and in r, and the coefficients of S(v), for distances on the starting tube.
-    size : (float, float)
+    size : (2,) array
         Circumference and length of that tube.
     neighbourhood : float
         Only points at least this far apart on the starting tube count; all points if it is zero.
@@ -94,112 +100,134 @@ def least_distances(pairs, nets, others, boxes, other_boxes, size, neighbourhood
         For nearer pairs, the largest difference of both bounds; it grows in proportion beyond the distance `bound`.
     most : int
         Largest number of subdivisions of one pair; the remaining ones then contribute their present lower bounds.
-    seen, at : (m,) and (m, 4) arrays
-        Output: distances of actual points, and their u, v on both patches.
+
+    Returns
+    -------
+    lower : (m,) array
+        Lower bounds.
+    seen : (m,) array
+        Distances of actual points.
+    at : (m, 4) array
+        Their u, v on both patches.
     """
-    lower = np.empty(len(pairs))
-    for k in numba.prange(len(pairs)):
-        i, j = pairs[k]
-        lower[k] = _one(
-            nets[i],
-            others[j],
-            boxes[i],
-            other_boxes[j],
-            size,
-            neighbourhood,
-            asked,
-            gap,
-            bound,
-            most,
-            seen,
-            at,
-            k,
-        )
-    return lower
+    lower, seen, at = np.empty(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
+
+    def work(some: slice) -> None:
+        sides = nets, others, boxes, other_boxes, size
+        _bound(pairs[some], *sides, neighbourhood, asked, gap, bound, most, lower[some], seen[some], at[some])
+
+    each(work, [slice(first, first + _SHARE) for first in range(0, len(pairs), _SHARE)])
+    return lower, seen, at
+
+
+@numba.njit(cache=True, nogil=True)
+def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, gap, bound, most, lower, seen, at):
+    """The bounds of some pairs, see `least_distances`; fills `lower`, `seen` and `at`."""
+    way, here, whole = np.empty(3), np.empty(4), np.empty(8)
+    for c in range(8):
+        whole[c] = c % 2
+    parts, halves, extents, span = np.empty((2, 4, 4, 3)), np.empty((2, 4, 4, 3)), np.empty((2, 2)), np.empty(8)
+    # Pairs of parts still to look at: nets, ranges of u and v, bounds so far and halvings.
+    stack, ranges = np.empty((_DEPTH + 2, 2, 4, 4, 3)), np.empty((_DEPTH + 2, 8))
+    bounds, depths = np.empty(_DEPTH + 2), np.empty(_DEPTH + 2, dtype=np.int64)
+    for k in range(len(pairs)):
+        a, b, box_a, box_b = nets[pairs[k, 0]], others[pairs[k, 1]], boxes[pairs[k, 0]], other_boxes[pairs[k, 1]]
+        place = at[k]
+        if neighbourhood > 0.0 and farthest(box_a, box_b, whole, size) < neighbourhood:
+            lower[k] = np.inf
+            continue
+        for c in range(3):
+            way[c] = 0.0
+        least = slab(a, b, way)
+        if neighbourhood > 0.0 and least < asked:
+            least = max(least, linked(a, b, box_a, box_b, whole, size, neighbourhood))
+        lower[k] = least
+        if least >= asked:
+            continue
+
+        # Where points of the whole patches come nearest; a start at the corners and the middles of both.
+        best = np.inf
+        for start in range(25):
+            one, other = start // 5, start % 5
+            here[0], here[1] = (one % 2, one // 2) if one < 4 else (0.5, 0.5)
+            here[2], here[3] = (other % 2, other // 2) if other < 4 else (0.5, 0.5)
+            away = distance(a, b, here, box_a, box_b, size, neighbourhood)
+            if away < best:
+                best = away
+                for c in range(4):
+                    place[c] = here[c]
+        if best < np.inf:
+            # Where points come nowhere near what is asked, it does not matter how near exactly.
+            if best < 1.3 * asked:
+                best = descend(a, b, place, box_a, box_b, size, neighbourhood)
+            between(a, b, place, way)
+
+        certified = np.inf
+        _copy(a, stack[0, 0])
+        _copy(b, stack[0, 1])
+        for c in range(8):
+            ranges[0, c] = whole[c]
+        bounds[0], depths[0] = least, 0
+        height, looked = 1, 0
+        while height:
+            height -= 1
+            enough = asked
+            if best < np.inf:
+                enough = min(asked, best - gap * max(1.0, best / bound))
+            looked += 1
+            if bounds[height] >= enough or depths[height] >= _DEPTH or looked > most:
+                certified = min(certified, bounds[height])
+                continue
+            least, depth = bounds[height], depths[height]
+            for side in range(2):
+                _copy(stack[height, side], parts[side])
+                for axis in range(2):
+                    extents[side, axis] = _extent(parts[side], axis)
+            for c in range(8):
+                span[c] = ranges[height, c]
+            side = 0 if max(extents[0, 0], extents[0, 1]) >= max(extents[1, 0], extents[1, 1]) else 1
+            axis = 0 if extents[side, 0] > extents[side, 1] else 1
+            _halve(parts[side], axis, halves[0], halves[1])
+            entry = 4 * side + (2 if axis == 0 else 0)
+            middle = 0.5 * (span[entry] + span[entry + 1])
+            for half in range(2):
+                for c in range(8):
+                    ranges[height, c] = span[c]
+                ranges[height, entry + 1 - half] = middle
+                if neighbourhood > 0.0 and farthest(box_a, box_b, ranges[height], size) < neighbourhood:
+                    continue
+                child_a, child_b = stack[height, 0], stack[height, 1]
+                _copy(halves[half], stack[height, side])
+                _copy(parts[1 - side], stack[height, 1 - side])
+                bounds[height] = max(least, slab(child_a, child_b, way))
+                if neighbourhood > 0.0 and bounds[height] < enough:
+                    link = linked(child_a, child_b, box_a, box_b, ranges[height], size, neighbourhood)
+                    bounds[height] = max(bounds[height], link)
+                if bounds[height] >= enough:
+                    certified = min(certified, bounds[height])
+                    continue
+                for c in range(4):
+                    here[c] = 0.5 * (ranges[height, 2 * c] + ranges[height, 2 * c + 1])
+                away = distance(a, b, here, box_a, box_b, size, neighbourhood)
+                if away < best:
+                    if away < 1.1 * asked:
+                        away = descend(a, b, here, box_a, box_b, size, neighbourhood)
+                    best = away
+                    for c in range(4):
+                        place[c] = here[c]
+                    between(a, b, here, way)
+                depths[height] = depth + 1
+                height += 1
+        lower[k], seen[k] = max(certified, 0.0), best
 
 
 @numba.njit(cache=True)
-def _one(a, b, box_a, box_b, size, neighbourhood, asked, gap, bound, most, seen, at, k):
-    """Lower bound for one pair; writes to seen[k] and at[k]."""
-    here, way = np.full(4, 0.5), np.zeros(3)
-    seen[k], at[k] = np.inf, 0.5
-    whole = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0])
-    if neighbourhood > 0.0 and farthest(box_a, box_b, whole, size) < neighbourhood:
-        return np.inf
-    least = slab(a, b, way)
-    if neighbourhood > 0.0 and least < asked:
-        least = max(least, linked(a, b, box_a, box_b, whole, size, neighbourhood))
-    if least >= asked:
-        return least
-
-    # Closest points of the whole patches, searched from the best of all corners and centres.
-    best = np.inf
-    for p in range(5):
-        for r in range(5):
-            trial = np.array([0.5, 0.5, 0.5, 0.5])
-            if p < 4:
-                trial[0], trial[1] = p % 2, p // 2
-            if r < 4:
-                trial[2], trial[3] = r % 2, r // 2
-            away = distance(a, b, trial, box_a, box_b, size, neighbourhood)
-            if away < best:
-                best, here = away, trial
-    if best < np.inf:
-        # Far above the required distance the exact minimum does not matter.
-        seen[k] = descend(a, b, here, box_a, box_b, size, neighbourhood) if best < 1.3 * asked else best
-        at[k] = here
-        between(a, b, here, way)
-
-    certified = np.inf
-    stack_a, stack_b = np.empty((_DEPTH + 2, 4, 4, 3)), np.empty((_DEPTH + 2, 4, 4, 3))
-    ranges, bounds, depths = np.empty((_DEPTH + 2, 8)), np.empty(_DEPTH + 2), np.empty(_DEPTH + 2, dtype=np.int64)
-    stack_a[0], stack_b[0], ranges[0], bounds[0], depths[0] = a, b, whole, least, 0
-    height, looked = 1, 0
-    first, second = np.empty((4, 4, 3)), np.empty((4, 4, 3))
-    while height:
-        height -= 1
-        enough = asked
-        if seen[k] < np.inf:
-            enough = min(asked, seen[k] - gap * max(1.0, seen[k] / bound))
-        looked += 1
-        if bounds[height] >= enough or depths[height] >= _DEPTH or looked > most:
-            certified = min(certified, bounds[height])
-            continue
-        part_a, part_b, span = stack_a[height].copy(), stack_b[height].copy(), ranges[height].copy()
-        least, depth = bounds[height], depths[height]
-        along_a, along_b = _extent(part_a, 0), _extent(part_b, 0)
-        around_a, around_b = _extent(part_a, 1), _extent(part_b, 1)
-        on_a = max(along_a, around_a) >= max(along_b, around_b)
-        axis = (0 if along_a > around_a else 1) if on_a else (0 if along_b > around_b else 1)
-        _halve(part_a if on_a else part_b, axis, first, second)
-        entry = (0 if on_a else 4) + (2 if axis == 0 else 0)
-        middle = 0.5 * (span[entry] + span[entry + 1])
-        for half in range(2):
-            child = first if half == 0 else second
-            child_a, child_b = (child, part_b) if on_a else (part_a, child)
-            ranges[height] = span
-            ranges[height, entry + 1 - half] = middle
-            if neighbourhood > 0.0 and farthest(box_a, box_b, ranges[height], size) < neighbourhood:
-                continue
-            bounds[height] = max(least, slab(child_a, child_b, way))
-            if neighbourhood > 0.0 and bounds[height] < enough:
-                link = linked(child_a, child_b, box_a, box_b, ranges[height], size, neighbourhood)
-                bounds[height] = max(bounds[height], link)
-            if bounds[height] >= enough:
-                certified = min(certified, bounds[height])
-                continue
-            for c in range(4):
-                here[c] = 0.5 * (ranges[height, 2 * c] + ranges[height, 2 * c + 1])
-            away = distance(a, b, here, box_a, box_b, size, neighbourhood)
-            if away < seen[k]:
-                if away < 1.1 * asked:
-                    away = descend(a, b, here, box_a, box_b, size, neighbourhood)
-                seen[k] = away
-                at[k] = here
-                between(a, b, here, way)
-            stack_a[height], stack_b[height], depths[height] = child_a, child_b, depth + 1
-            height += 1
-    return max(certified, 0.0)
+def _copy(source, target):
+    """Copy a net."""
+    for i in range(4):
+        for j in range(4):
+            for c in range(3):
+                target[i, j, c] = source[i, j, c]
 
 
 @numba.njit(cache=True)

@@ -31,7 +31,7 @@ def slab(a, b, way):
     _normal(b, directions[3])
     best = 0.0
     for d in range(_DIRECTIONS):
-        x, y, z = directions[d]
+        x, y, z = directions[d, 0], directions[d, 1], directions[d, 2]
         length = np.sqrt(x * x + y * y + z * z)
         if length == 0.0:
             continue
@@ -86,7 +86,8 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
             arc = diameter * np.arcsin(min(chord / diameter, 1.0))
             scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
         between[k], half_a[k], half_b[k] = scale * between[k], scale * half_a[k], scale * half_b[k]
-    direction = np.zeros(3)
+    direction = np.empty(3)
+    direction[0], direction[1], direction[2] = 0.0, 0.0, 0.0
     for i in range(4):
         for j in range(4):
             weight = (1.0 if i % 3 == 0 else 3.0) * (1.0 if j % 3 == 0 else 3.0)
@@ -95,7 +96,8 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     length = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
     if length == 0.0:
         return 0.0
-    direction /= length
+    for c in range(3):
+        direction[c] /= length
     middle_a, q_a, r_a, _, above = _linear(a, direction)
     middle_b, q_b, r_b, below, _ = _linear(b, direction)
     q_a, r_a, q_b, r_b = q_a / half_a[0], r_a / half_a[1], q_b / half_b[0], r_b / half_b[1]

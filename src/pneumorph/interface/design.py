@@ -1,4 +1,7 @@
-"""One design: its shape, its pressures, its results, and its export to other programs."""
+"""One design: its shape, its pressures, its results, and its export to other programs.
+
+Libraries that draw are loaded when something is drawn: loading them takes half as long as everything else.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +33,6 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body, build_design_space, starting_body
 from pneumorph.interface.sweep import Sweep
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.output.export import FORMATS, export
-from pneumorph.output.grid import deformed, grid
-from pneumorph.output.pictures import design_figure
 from pneumorph.problem import Problem
 
 if TYPE_CHECKING:
@@ -113,10 +113,14 @@ class Design:
     @property
     def mesh(self) -> pyvista.UnstructuredGrid:
         """The body at rest with "<task> displacement" (mm), "<task> stretch" and "<task> stress" (von Mises, MPa)."""
+        from pneumorph.output.grid import grid
+
         return grid(self.problem, self.fields)
 
     def deformed(self, task: str | None = None) -> pyvista.UnstructuredGrid:
         """The body as a task deforms it, with "displacement", "stretch" and "stress"; by default the first task."""
+        from pneumorph.output.grid import deformed
+
         return deformed(self.problem, self.fields, self._task(task))
 
     def simulate(
@@ -189,6 +193,8 @@ class Design:
         >>> import pneumorph as pm
         >>> pm.open_run("runs/small").best.export("small.vtu")
         """
+        from pneumorph.output.export import FORMATS, export
+
         chosen = Path(path).suffix.removeprefix(".") if format is None else format
         if chosen not in FORMATS:
             raise ProblemError(f'format: "{chosen}" is not a known format; use one of {", ".join(FORMATS)}')
@@ -207,6 +213,8 @@ class Design:
         NoPicture
             If this machine cannot draw off-screen.
         """
+        from pneumorph.output.pictures import design_figure
+
         figure = design_figure(self.problem, self.fields, self.results)
         if path is not None:
             figure.savefig(path, dpi=160)

@@ -13,7 +13,6 @@ from pneumorph.interface.design import Design
 from pneumorph.objective import objectives
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
-from pneumorph.output import write_report
 from pneumorph.problem import Problem, load
 
 
@@ -117,6 +116,9 @@ class Run:
         >>> pm.open_run("runs/small").report().name
         'report.html'
         """
+        # Loads the libraries that draw.
+        from pneumorph.output.report import write_report
+
         return write_report(self.directory, None if path is None else Path(path))
 
     def complete(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:

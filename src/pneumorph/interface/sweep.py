@@ -12,7 +12,6 @@ import numpy as np
 from pneumorph.analysis import Curve, Simulation, SweepStep, to_json
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import COMPONENTS
-from pneumorph.output.curves import curves_figure
 from pneumorph.output.sweeps import csv_text, table
 
 if TYPE_CHECKING:
@@ -93,6 +92,8 @@ class Sweep:
         ProblemError
             If nothing was swept or no step has an equilibrium.
         """
+        from pneumorph.output.curves import curves_figure
+
         if not any(curve.found and curve.swept for curve in self.curves):
             raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
         blocked = [name.replace("_", " about ") for name in np.array(COMPONENTS)[self.simulation.blocked]]

@@ -41,10 +41,14 @@ def taylor_test(
     direction: np.ndarray,
     step: float,
     count: int = 4,
+    start: float | None = None,
 ) -> TaylorTest:
-    """Test the gradient (n,) of `value` at the point `at` (n,) along a direction (n,), with steps h, h/2, …"""
+    """Test the gradient (n,) of `value` at the point `at` (n,) along a direction (n,), with steps h, h/2, …
+
+    `start` is the value at `at`, if it is known.
+    """
     steps = step * 0.5 ** np.arange(count)
-    start, slope = value(at), float(gradient @ direction)
+    start, slope = value(at) if start is None else start, float(gradient @ direction)
     remainders = np.array([abs(value(at + h * direction) - start - h * slope) for h in steps])
     rates = np.log2(np.maximum(remainders[:-1], 1e-300) / np.maximum(remainders[1:], 1e-300))
     return TaylorTest(steps, remainders, rates)

@@ -13,7 +13,8 @@ from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
-from pneumorph.output import run_pictures, write_report
+from pneumorph.output.pictures import run_pictures
+from pneumorph.output.report import write_report
 from pneumorph.problem import Problem
 from pneumorph.run import first_difference, open_run, resume
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import sys
 import weakref
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -43,6 +45,7 @@ class Pardiso:
     """LDLᵀ by MKL PARDISO; the symbolic analysis is done once per pattern."""
 
     def __init__(self, indptr: np.ndarray, indices: np.ndarray):
+        _find_mkl()
         # Imported here because machines without MKL raise ImportError, some of them only when the solver is made.
         import pypardiso
 
@@ -75,6 +78,13 @@ class Pardiso:
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         return self._call(33, np.asfortranarray(rhs.reshape(len(rhs), -1), dtype=float)).reshape(rhs.shape)
+
+
+def _find_mkl() -> None:
+    """Tell pypardiso where packages put MKL: else it searches the whole environment, which takes seconds."""
+    places = [*Path(sys.prefix, "lib").glob("libmkl_rt.so*"), *Path(sys.prefix, "Library", "bin").glob("mkl_rt*.dll")]
+    if places:
+        os.environ.setdefault("PYPARDISO_MKL_RT", str(min(places)))
 
 
 class SuperLU:

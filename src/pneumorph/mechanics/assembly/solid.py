@@ -7,14 +7,11 @@ what is compiled depends on the kind of rubber alone. A test compares all of it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from typing import NamedTuple, TypeVar
+from collections.abc import Callable
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numba
 import numpy as np
 from jax import Array
 
@@ -23,6 +20,7 @@ from pneumorph.mechanics.assembly.element import TET_CORNER_N, TET_DN, TET_WEIGH
 from pneumorph.mechanics.assembly.stiffness import coupling_blocks, element_blocks, invariant_blocks
 from pneumorph.mechanics.assembly.terms import Connectivity, Local, Solid, Values
 from pneumorph.mechanics.material.energies import Invariants, OfInvariants, invariants
+from pneumorph.threads import each
 
 
 class Points(NamedTuple):
@@ -53,13 +51,13 @@ def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarr
 
     def work(chunk: slice) -> float:
         here = strained(seen, at, chunk)
-        psi, stress, slope = map(np.asarray, _stress(solid, here.F, here.hydrostatic))
+        psi, stress, slope = map(np.array, _stress(solid, here.F, here.hydrostatic))
         points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
         if seen.hydrostatics.shape[1]:
             hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
         return float(np.sum(here.measure * psi))
 
-    return sum(_each(seen, work)), u, hydrostatic
+    return sum(each(work, seen.chunks())), u, hydrostatic
 
 
 def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[np.ndarray, np.ndarray]:
@@ -79,7 +77,7 @@ def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[n
         if seen.hydrostatics.shape[1]:
             hydrostatic[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
 
-    _each(seen, work)
+    each(work, seen.chunks())
     return u, hydrostatic
 
 
@@ -96,13 +94,13 @@ def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull
         here = strained(seen, at, chunk)
         return chunk, here, _along(solid, here, several)
 
-    prepared = _each(seen, linearised)
+    prepared = each(linearised, seen.chunks())
 
     def pull(w: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         X, u, own = (np.empty(at.u.shape) for _ in range(3))
 
-        def work(number: int) -> None:
-            (chunk, here, along), (slope, dA, growth) = prepared[number], _room(seen)
+        def work(part: tuple[slice, Points, Along]) -> None:
+            (chunk, here, along), (slope, dA, growth) = part, _room(seen)
             points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
             dhydrostatic = _at_points(by_hydrostatic[chunk], seen.chunk)
             stress, dilation, dstress, _ = along(slope, dhydrostatic)
@@ -111,7 +109,7 @@ def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull
             points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
             points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
 
-        _each_of(range(len(prepared)), work)
+        each(work, prepared)
         return X, u, own
 
     return pull
@@ -127,17 +125,17 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
         here = strained(seen, at, chunk)
         if isinstance(solid.energy_density, OfInvariants):
             # Nine derivatives instead of eighty-one: half the time of the whole assembly.
-            by_invariants, _ = _invariant_derivatives(solid, here.F, here.hydrostatic)
+            by_invariants = np.array(_invariant_derivatives(solid, here.F, here.hydrostatic)[0])
             invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
         else:
-            moduli = np.asarray(_moduli(solid, here.F, here.hydrostatic, here.measure))
+            moduli = np.array(_moduli(solid, here.F, here.hydrostatic, here.measure))
             element_blocks(moduli, here.A, TET_DN, motion[chunk])
         if corners:
-            slopes, among = map(np.asarray, _couplings(solid, here.F, here.hydrostatic, here.measure))
+            slopes, among = map(np.array, _couplings(solid, here.F, here.hydrostatic, here.measure))
             coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
             compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
-    _each(seen, work)
+    each(work, seen.chunks())
     return motion[: seen.count], coupling[: seen.count], compression[: seen.count]
 
 
@@ -149,9 +147,10 @@ def _along(solid: Solid, here: Points, several: bool = False) -> Along:
 
     Without invariants all second derivatives are the dearer way to one direction, and the cheaper one to several.
     """
+    # Copies, here as elsewhere: JAX's arrays are read-only, for which Numba would compile its kernels once more.
     F, hydrostatic = here.F, here.hydrostatic
     if isinstance(solid.energy_density, OfInvariants):
-        by_invariants, slope = map(np.asarray, _invariant_derivatives(solid, F, hydrostatic))
+        by_invariants, slope = map(np.array, _invariant_derivatives(solid, F, hydrostatic))
 
         def by_kernel(dF: np.ndarray, dhydrostatic: np.ndarray):
             stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dhydrostatic.shape)
@@ -162,14 +161,14 @@ def _along(solid: Solid, here: Points, several: bool = False) -> Along:
     if not several:
 
         def by_jax(dF: np.ndarray, dhydrostatic: np.ndarray):
-            stress, slope, dstress, dslope = map(np.asarray, _stress_along(solid, F, hydrostatic, dF, dhydrostatic))
+            stress, slope, dstress, dslope = map(np.array, _stress_along(solid, F, hydrostatic, dF, dhydrostatic))
             return stress, slope, dstress, dslope
 
         return by_jax
-    _, stress, slope = map(np.asarray, _stress(solid, F, hydrostatic))
+    _, stress, slope = map(np.array, _stress(solid, F, hydrostatic))
     one = np.ones(hydrostatic.shape)
-    moduli = np.asarray(_moduli(solid, F, hydrostatic, one))
-    mixed, among = map(np.asarray, _couplings(solid, F, hydrostatic, one))
+    moduli = np.array(_moduli(solid, F, hydrostatic, one))
+    mixed, among = map(np.array, _couplings(solid, F, hydrostatic, one))
 
     def by_moduli(dF: np.ndarray, dhydrostatic: np.ndarray):
         flat = dF.reshape(9, *hydrostatic.shape)
@@ -182,26 +181,6 @@ def _along(solid: Solid, here: Points, several: bool = False) -> Along:
 def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Empty arrays for δF, δA and tr(A δJ) of a chunk."""
     return np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk)), np.empty((4, seen.chunk))
-
-
-T = TypeVar("T")
-P = TypeVar("P")
-
-
-def _each(seen: Connectivity, work: Callable[[slice], T]) -> list[T]:
-    """Apply `work` to every chunk, on as many threads as Numba has: its kernels and JAX release the Python lock."""
-    return _each_of(seen.chunks(), work)
-
-
-def _each_of(parts: Sequence[P], work: Callable[[P], T]) -> list[T]:
-    if len(parts) == 1 or numba.get_num_threads() == 1:
-        return [work(part) for part in parts]
-    return list(_workers().map(work, parts))
-
-
-@cache
-def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(numba.get_num_threads())
 
 
 @jax.jit

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy import sparse
 
@@ -106,9 +105,7 @@ def build_sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, h
         beside[nodes[near]] = True
         corners_beside[rank[places[near]]] = True
     beside &= ~on_tip
-    indptr, indices = _expand(
-        _arrays(motion), _arrays(coupling), _arrays(compression), (beside[~on_tip], corners_beside)
-    )
+    indptr, indices = _expand(motion, coupling, compression, (beside[~on_tip], corners_beside))
     return Sparsity(
         number=number,
         corners=corners,
@@ -179,11 +176,6 @@ def _couples(pairs, diagonal: np.ndarray, shape: tuple[int, int]) -> sparse.csr_
     return couples
 
 
-def _arrays(couples: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-    """Row starts and columns, of the type that the Numba kernels expect."""
-    return couples.indptr.astype(np.int64), couples.indices.astype(np.int64)
-
-
 def _slots(couples: sparse.csr_array, i: np.ndarray, j: np.ndarray, used: np.ndarray) -> np.ndarray:
     """The rank of every pair (i, j) in its row; −1 for pairs that are not used."""
     slot = np.full(used.shape, -1, dtype=np.int32)
@@ -199,50 +191,23 @@ def _slots(couples: sparse.csr_array, i: np.ndarray, j: np.ndarray, used: np.nda
     return slot
 
 
-@numba.njit(cache=True)
-def _expand(blocks, coupling, compression, with_plate):
+def _expand(
+    motion: sparse.csr_array,
+    coupling: sparse.csr_array,
+    compression: sparse.csr_array,
+    by_plate: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
     """Scalar CSR (upper triangle) of 3×3 blocks of u, rows of u with π, rows of π; six plate columns where asked."""
-    block_start, block_columns = blocks
-    coupling_start, coupling_columns = coupling
-    compression_start, compression_columns = compression
-    plate_u, plate_p = with_plate
-    n, m = len(block_start) - 1, len(compression_start) - 1
-    indptr = np.zeros(3 * n + m + 7, np.int32)
-    for row in range(n):
-        width = 3 * (block_start[row + 1] - block_start[row]) + coupling_start[row + 1] - coupling_start[row]
-        if plate_u[row]:
-            width += 6
-        for i in range(3):
-            indptr[3 * row + i + 1] = indptr[3 * row + i] + width - i
-    for row in range(m):
-        width = compression_start[row + 1] - compression_start[row] + (6 if plate_p[row] else 0)
-        indptr[3 * n + row + 1] = indptr[3 * n + row] + width
-    for i in range(6):
-        indptr[3 * n + m + i + 1] = indptr[3 * n + m + i] + 6 - i
-    indices = np.empty(indptr[-1], np.int32)
-    for row in range(n):
-        for i in range(3):
-            at = indptr[3 * row + i]
-            for block in range(block_start[row], block_start[row + 1]):
-                first = i if block == block_start[row] else 0
-                for k in range(first, 3):
-                    indices[at] = 3 * block_columns[block] + k
-                    at += 1
-            for entry in range(coupling_start[row], coupling_start[row + 1]):
-                indices[at] = 3 * n + coupling_columns[entry]
-                at += 1
-            if plate_u[row]:
-                for k in range(6):
-                    indices[at + k] = 3 * n + m + k
-    for row in range(m):
-        at = indptr[3 * n + row]
-        for entry in range(compression_start[row], compression_start[row + 1]):
-            indices[at] = 3 * n + compression_columns[entry]
-            at += 1
-        if plate_p[row]:
-            for k in range(6):
-                indices[at + k] = 3 * n + m + k
-    for i in range(6):
-        for k in range(i, 6):
-            indices[indptr[3 * n + m + i] + k - i] = 3 * n + m + k
-    return indptr, indices
+    u_plate, p_plate = (sparse.csr_array(np.repeat(beside[:, None], 6, axis=1)) for beside in by_plate)
+
+    def threefold(blocks, columns: int):
+        return sparse.kron(sparse.coo_array(blocks), np.ones((3, columns), np.int8))
+
+    rows = [
+        [sparse.triu(threefold(motion, 3)), threefold(coupling, 1), threefold(u_plate, 1)],
+        [None, compression, p_plate],
+        [None, None, sparse.triu(np.ones((6, 6), np.int8))],
+    ]
+    whole = sparse.csr_array(sparse.block_array(rows))
+    whole.sort_indices()
+    return whole.indptr.astype(np.int32), whole.indices.astype(np.int32)

@@ -5,6 +5,11 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from pneumorph.threads import each
+
+ROWS = 2000
+"""Block rows that a thread takes at once."""
+
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def element_blocks(moduli, inverse_jacobian, derivative, blocks):
@@ -12,16 +17,16 @@ def element_blocks(moduli, inverse_jacobian, derivative, blocks):
 
     From the moduli A (9, 9, 4, M), ∂ξ/∂X (3, 3, 4, M) and ∂N/∂ξ (4, 10, 3).
     """
+    half, A, G = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3))
     for e in range(blocks.shape[0]):
-        local = np.zeros((55, 9))
-        half, A, G = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3))
+        local = blocks[e]
+        local[:, :] = 0.0
         for point in range(4):
             for i in range(9):
                 for j in range(9):
                     A[i, j] = moduli[i, j, point, e]
             _gradients(derivative[point], inverse_jacobian[:, :, point, e], G)
             _add(A, G, half, local)
-        blocks[e] = local
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
@@ -30,15 +35,14 @@ def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
 
     From w's `derivatives` (9, 4, M): w₁, w₂, w₃ by I₁, I₂, J, and w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃.
     """
+    half, A, G, slopes = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3)), np.empty((3, 9))
     for e in range(blocks.shape[0]):
-        local = np.zeros((55, 9))
-        half, A, G = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3))
-        slopes = np.empty((3, 9))
+        local = blocks[e]
+        local[:, :] = 0.0
         for point in range(4):
             moduli_by_invariants(derivatives[:, point, e], F[:, :, point, e], slopes, A)
             _gradients(derivative[point], inverse_jacobian[:, :, point, e], G)
             _add(A, G, half, local)
-        blocks[e] = local
 
 
 @numba.njit(cache=True, fastmath=True)
@@ -120,11 +124,28 @@ def _add(A, G, half, local):
                     local[row, 3 * i + k] += G[a, 0] * half[0, i, k] + G[a, 1] * half[1, i, k] + G[a, 2] * half[2, i, k]
 
 
-@numba.njit(cache=True, parallel=True)
-def gather(blocks, visits, visit_start, slot, indptr, data):
+def gather(
+    blocks: np.ndarray,
+    visits: np.ndarray,
+    visit_start: np.ndarray,
+    slot: np.ndarray,
+    indptr: np.ndarray,
+    data: np.ndarray,
+) -> None:
     """Add blocks (E, pairs of nodes a ≤ b, 9) to the CSR values `data`; each block row is filled by one thread."""
+
+    def work(rows: range) -> None:
+        _gather(blocks, visits, visit_start, slot, indptr, data, rows.start, rows.stop)
+
+    count = len(visit_start) - 1
+    each(work, [range(first, min(first + ROWS, count)) for first in range(0, count, ROWS)])
+
+
+@numba.njit(cache=True, nogil=True)
+def _gather(blocks, visits, visit_start, slot, indptr, data, first, last):
+    """Add what belongs to some block rows."""
     count = slot.shape[1]
-    for row in numba.prange(len(visit_start) - 1):
+    for row in range(first, last):
         for visit in range(visit_start[row], visit_start[row + 1]):
             e, a = visits[visit] // count, visits[visit] % count
             for b in range(count):
@@ -146,7 +167,8 @@ def coupling_blocks(slopes, inverse_jacobian, derivative, corner_shape, blocks):
     From the slopes (9, 4, M), ∂ξ/∂X (3, 3, 4, M), ∂N/∂ξ (4, 10, 3) and the corners' linear shape functions (4, 4).
     """
     for e in range(blocks.shape[0]):
-        local = np.zeros((10, 4, 3))
+        local = blocks[e]
+        local[:, :, :] = 0.0
         for point in range(4):
             for a in range(10):
                 for i in range(3):
@@ -160,12 +182,9 @@ def coupling_blocks(slopes, inverse_jacobian, derivative, corner_shape, blocks):
                         value += gradient * slopes[3 * i + j, point, e]
                     for c in range(4):
                         local[a, c, i] += value * corner_shape[point, c]
-        blocks[e] = local
 
 
-@numba.njit(cache=True)
-def scatter(values, places, data):
+def scatter(values: np.ndarray, places: np.ndarray, data: np.ndarray) -> None:
     """Add values to `data` at the given places; negative places are skipped."""
-    for k in range(len(places)):
-        if places[k] >= 0:
-            data[places[k]] += values[k]
+    used = places >= 0
+    np.add.at(data, places[used], values[used])

@@ -42,7 +42,7 @@ def pulled_back(
     for chunk in seen.chunks():
         arguments = at[chunk], moved[chunk], seen.data[chunk], seen.weight[chunk], given
         for parts, out in zip(_back(measure, *arguments, cotangents), (by_X, by_u), strict=True):
-            for part, one in zip(np.asarray(parts), out, strict=True):
+            for part, one in zip(np.array(parts), out, strict=True):
                 add_rows(part, seen.nodes[chunk], one)
     return by_X, by_u
 

@@ -99,9 +99,10 @@ class Connectivity:
         return [slice(first, first + self.chunk) for first in range(0, len(self.nodes), self.chunk)]
 
 
-CHUNKS = (1, 16, 128, 1024)
-"""Chunk sizes that kernels are compiled for: the smallest that holds all elements, or several chunks of the largest. So
-another mesh needs no new kernels. 1,024 tetrahedra fit into the cache of a core."""
+CHUNKS = (1, 256)
+"""Chunk sizes that kernels are compiled for: a single element, or as many chunks of several as hold all elements. So
+another mesh needs no new kernels, and the few elements beside the tip none of their own. 256 tetrahedra fit into the
+cache of a core."""
 
 
 def connect(
