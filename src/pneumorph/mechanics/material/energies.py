@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from pneumorph.mechanics.material.spectral import spectrum, trace_of_power
+from pneumorph.mechanics.material.spectral import Spectrum, spectrum, trace_of_power
 
 
 def determinant(F: Array) -> Array:
@@ -153,9 +153,8 @@ def ogden(F: Array, parameters: Array) -> Array:
     C = jnp.sum(F[:, :, None] * F[:, None, :], axis=0)
     at = spectrum(C)
     isochoric = log_ratio(determinant(F)) / 3.0
-    value = jnp.zeros_like(isochoric)
-    for i in range(0, len(parameters) - 1, 2):
-        modulus, exponent = parameters[i], parameters[i + 1]
-        powers = trace_of_power(C, 0.5 * exponent, at) * jnp.exp(-exponent * isochoric)
-        value += 2.0 * modulus / exponent**2 * (powers - 3.0)
-    return value
+    # All terms at once, on an axis before the points: one after the other, each would be compiled for itself.
+    modulus, exponent = parameters[:-1].reshape(-1, 2, *[1] * isochoric.ndim).swapaxes(0, 1)
+    logs, Q = at
+    powers = trace_of_power(C[:, :, None], 0.5 * exponent, Spectrum(logs[:, None], Q[:, :, None]))
+    return jnp.sum(2.0 * modulus / exponent**2 * (powers * jnp.exp(-exponent * isochoric) - 3.0), axis=0)

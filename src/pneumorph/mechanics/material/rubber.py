@@ -80,7 +80,8 @@ def _initial_shear_modulus(isochoric: Energy, parameters: tuple[float, ...]) -> 
     return float(_shear_curvature(isochoric, jnp.asarray(parameters, dtype=float)))
 
 
-@partial(jax.jit, static_argnums=0)
+# Run once, so compiled without optimisation.
+@partial(jax.jit, static_argnums=0, compiler_options={"xla_backend_optimization_level": 0})
 def _shear_curvature(isochoric: Energy, parameters: Array) -> Array:
     """∂²ψ/∂γ² of a simple shear γ at rest."""
     shear = jnp.zeros((3, 3)).at[0, 1].set(1.0)

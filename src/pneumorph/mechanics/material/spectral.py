@@ -35,8 +35,8 @@ def spectrum(C: Array) -> Spectrum:
     """
     C = jax.lax.stop_gradient(C)
     start = jnp.broadcast_to(jnp.eye(3).reshape(3, 3, *[1] * (C.ndim - 2)), C.shape)
-    # As a loop: unrolled, the compiler would compute the rotations again wherever they are used.
-    C, Q = jax.lax.fori_loop(0, SWEEPS, lambda _, state: _sweep(*state), (C, start))
+    # As a loop: unrolled, the compiler would compute the rotations again wherever they are used, and take long for it.
+    C, Q = jax.lax.fori_loop(0, 3 * SWEEPS, lambda _, state: _turn(*state), (C, start))
     values = jnp.stack([C[i, i] for i in range(3)])
     return Spectrum(jnp.log(jnp.maximum(values, SMALLEST)), Q)
 
@@ -77,24 +77,19 @@ def _power_along(primals, tangents):
     return power(C, p, at), change
 
 
-def _sweep(C: Array, Q: Array) -> tuple[Array, Array]:
-    """One rotation for each pair of axes, so that C's element off the diagonal vanishes."""
-    c = {(i, j): C[i, j] for i in range(3) for j in range(i, 3)}
-    q = [[Q[i, j] for j in range(3)] for i in range(3)]
-    for i, j, k in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
-        gap, off = c[j, j] - c[i, i], 2.0 * c[i, j]
-        span = jnp.abs(gap) + jnp.sqrt(gap * gap + off * off)
-        tangent = jnp.where(gap < 0, -off, off) / jnp.where(span > 0, span, 1.0)
-        cosine = 1.0 / jnp.sqrt(1.0 + tangent * tangent)
-        sine = tangent * cosine
-        c[i, i], c[j, j] = c[i, i] - tangent * c[i, j], c[j, j] + tangent * c[i, j]
-        c[i, j] = jnp.zeros_like(off)
-        ik, jk = (min(i, k), max(i, k)), (min(j, k), max(j, k))
-        c[ik], c[jk] = cosine * c[ik] - sine * c[jk], sine * c[ik] + cosine * c[jk]
-        for row in q:
-            row[i], row[j] = cosine * row[i] - sine * row[j], sine * row[i] + cosine * row[j]
-    whole = [[c[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
-    return jnp.stack([jnp.stack(row) for row in whole]), jnp.stack([jnp.stack(row) for row in q])
+def _turn(C: Array, Q: Array) -> tuple[Array, Array]:
+    """A rotation of the first two axes, so that C's element between them vanishes; then all axes move on by one."""
+    gap, off = C[1, 1] - C[0, 0], 2.0 * C[0, 1]
+    span = jnp.abs(gap) + jnp.sqrt(gap * gap + off * off)
+    tangent = jnp.where(gap < 0, -off, off) / jnp.where(span > 0, span, 1.0)
+    cosine = 1.0 / jnp.sqrt(1.0 + tangent * tangent)
+    sine = tangent * cosine
+    first, second = C[0, 0] - tangent * C[0, 1], C[1, 1] + tangent * C[0, 1]
+    beside_first, beside_second = cosine * C[0, 2] - sine * C[1, 2], sine * C[0, 2] + cosine * C[1, 2]
+    zero = jnp.zeros_like(off)
+    turned = [[second, beside_second, zero], [beside_second, C[2, 2], beside_first], [zero, beside_first, first]]
+    columns = [sine * Q[:, 0] + cosine * Q[:, 1], Q[:, 2], cosine * Q[:, 0] - sine * Q[:, 1]]
+    return jnp.stack([jnp.stack(row) for row in turned]), jnp.stack(columns, axis=1)
 
 
 def _sinhc(x: Array) -> Array:
