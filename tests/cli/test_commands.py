@@ -148,7 +148,7 @@ def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
     assert [line["iteration"] for line in lines][:3] == [0, 1, 2]
     assert str(out / "report.html") in again.output.replace("\n", "") and (out / "report.html").exists()
     reported = run("report", out, "--out", tmp_path / "page.html")
-    assert reported.exit_code == 0 and reported.output == f"in {tmp_path / 'page.html'}\n"
+    assert reported.exit_code == 0 and reported.output == f"written to {tmp_path / 'page.html'}\n"
     exported = run("export", out, "--out", tmp_path / "body.vtu")
     assert exported.exit_code == 0, exported.output
     assert (tmp_path / "body.vtu").stat().st_size > 10_000

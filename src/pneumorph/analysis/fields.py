@@ -16,15 +16,15 @@ from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
 
 MAX_FACTORISATIONS = 20
-"""Most factorisations for one of these states, which are for looking at alone."""
+"""Most factorisations for a partly inflated state; these states are only shown, so a missing one does no harm."""
 
 PARTS = tuple(part / 6 for part in range(1, 6))
-"""Of the pressures of a task, at which a design is stored on its way to the whole of them."""
+"""Fractions of the pressures of a task at which the last design is stored, to show how it inflates."""
 
 
 @dataclass(frozen=True, eq=False)
 class Inflation:
-    """The surfaces of a design at parts of a task's pressures; single precision, as they are for looking at.
+    """The surfaces of a design at fractions of a task's pressures, in single precision because they are only shown.
 
     Attributes
     ----------
@@ -81,8 +81,8 @@ class Fields:
             {name: stretch[image.source] for name, stretch in self.stretch.items()},
             None if self.sag is None else image.vectors(self.sag),
             {
-                name: Inflation(way.parts, sign * way.u[:, source], way.stretch[:, source])
-                for name, way in self.inflation.items()
+                name: Inflation(each.parts, sign * each.u[:, source], each.stretch[:, source])
+                for name, each in self.inflation.items()
             },
         )
 
@@ -92,9 +92,9 @@ class Fields:
         arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
         arrays |= {f"u {name}": u for name, u in self.u.items()}
         arrays |= {f"stretch {name}": stretch for name, stretch in self.stretch.items()}
-        for name, way in self.inflation.items():
-            arrays |= {f"inflation parts {name}": way.parts, f"inflation u {name}": way.u}
-            arrays |= {f"inflation stretch {name}": way.stretch}
+        for name, each in self.inflation.items():
+            arrays |= {f"inflation parts {name}": each.parts, f"inflation u {name}": each.u}
+            arrays |= {f"inflation stretch {name}": each.stretch}
         return arrays if self.sag is None else arrays | {"sag": self.sag}
 
 
@@ -105,9 +105,9 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
         return {key.removeprefix(f"{kind} "): each for key, each in arrays.items() if key.startswith(f"{kind} ")}
 
     mesh = TetMesh(arrays["points"], arrays["tets"], named("face"))
-    ways, stretches = named("inflation u"), named("inflation stretch")
+    displacements, stretches = named("inflation u"), named("inflation stretch")
     inflation = {
-        name: Inflation(parts, ways[name], stretches[name]) for name, parts in named("inflation parts").items()
+        name: Inflation(parts, displacements[name], stretches[name]) for name, parts in named("inflation parts").items()
     }
     return Fields(mesh, named("u"), named("stretch"), arrays.get("sag"), inflation)
 
@@ -136,7 +136,7 @@ def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.nda
 
 
 def inflation_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
-    """A design's surfaces at `PARTS` of every task's pressures; a task without pressures has no entry.
+    """The surfaces of a design at the fractions `PARTS` of every task's pressures; none for a task without pressures.
 
     The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
     reported, also where the body has several. If the path is lost, the states found so far are kept.
@@ -147,7 +147,7 @@ def inflation_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> 
     tangent, found = Tangent(disc.model), {}
     for task, pressures in analysis.pressures.items():
         at, state = analysis.configurations[task], analysis.equilibria[task].state
-        ways: list[tuple[float, np.ndarray, np.ndarray]] = []
+        states: list[tuple[float, np.ndarray, np.ndarray]] = []
         for part in reversed(PARTS) if any(pressures.values()) else ():
             since = at.loads, state
             loads = loads_of(problem, disc.model, {name: part * value for name, value in pressures.items()})
@@ -156,9 +156,9 @@ def inflation_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> 
             if not isinstance(answer, Equilibrium):
                 break
             state = answer.state
-            ways.append((part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]))
-        if ways:
-            parts, u, stretch = (np.array(each) for each in zip(*reversed(ways), strict=True))
+            states.append((part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]))
+        if states:
+            parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
             found[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
     return found
 

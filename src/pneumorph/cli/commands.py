@@ -88,7 +88,7 @@ def report(
     """Write the page of a run: one file for any browser, with its shapes, history, limits and problem."""
     from pneumorph.interface.runs import open_run
 
-    print(f"in {open_run(run).report(out)}")
+    print(f"written to {open_run(run).report(out)}")
 
 
 def make(

@@ -92,7 +92,7 @@ class Finished:
 
     The last design is the best: each is better than the one before, compared on one mesh. `held` says whether it keeps
     every limit; `stable`, by task, whether its state is stable, as a whole body even where half was analysed. `fields`
-    are those of the last design, with its sag under weight alone and its way to the pressures.
+    are those of the last design, with its sag under weight alone and its inflation.
     """
 
     iteration: int

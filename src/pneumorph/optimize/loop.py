@@ -75,7 +75,8 @@ PATIENCE, PROGRESS = 5, 0.005
 next one promises less than its share of that."""
 
 MOST_FACTORISATIONS = 40
-"""A step is taken back if a task's equilibrium is not found in so many: nearer ones are a tenth of the work."""
+"""A step is taken back if the equilibrium of a task takes more factorisations than this: that of a smaller step is
+usually found in a tenth of them."""
 
 BEARABLE = 0.002
 """A mesh is kept if no new one can be made and its worst element is better than this."""

@@ -19,25 +19,7 @@ PAGE = "page/report.html"
 
 
 def write_report(run: RunDirectory, path: Path | None = None) -> Path:
-    """Write the page of a run; nothing is solved for it.
-
-    Parameters
-    ----------
-    run : RunDirectory
-        With at least one design; it may still go on, or have failed.
-    path : Path, by default ``report.html`` in the run directory
-        Where to; a file of this name is replaced.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    ProblemError
-        When the run has no design yet, a file of it is damaged, or the page cannot be written.
-    """
+    """Write the page of a run with at least one design, which may still go on or have failed; see `Run.report`."""
     path = run.path / "report.html" if path is None else Path(path)
     latest = run.latest()
     if latest is None:

@@ -53,8 +53,8 @@ class Tangent:
     ----------
     factorisations : int
         Number of numerical factorisations so far.
-    most : float
-        Number at which no more are made: `TooCostly` is raised instead.
+    max_factorisations : float
+        Value of `factorisations` at which no more are made, and `TooCostly` is raised instead.
     solves : int
         Number of back-solves so far.
     negative_pivots : int
@@ -70,7 +70,7 @@ class Tangent:
         self._factor = build_factorisation(model.sparsity.indptr, model.sparsity.indices)
         self.origin: Origin | None = None
         self.factorisations = 0
-        self.most = math.inf
+        self.max_factorisations = math.inf
         self.solves = 0
         self.unit_seconds = 0.0
 
@@ -131,7 +131,7 @@ class Tangent:
 
     def refactorise(self, data: np.ndarray, origin: Origin) -> None:
         """Factorise these values of the tangent, which belong to `origin`."""
-        if self.factorisations >= self.most:
+        if self.factorisations >= self.max_factorisations:
             raise TooCostly
         self.origin = None
         self._factor.refactorise(data)

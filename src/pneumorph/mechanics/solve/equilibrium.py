@@ -132,7 +132,7 @@ def solve(
     norm of the applied forces. The search ends after `most` factorisations.
     """
     before = tangent.factorisations, tangent.solves
-    tangent.most = tangent.factorisations + most
+    tangent.max_factorisations = tangent.factorisations + most
     try:
         if start is not None:
             found = _find(at, tangent, start, tolerance)
@@ -146,7 +146,7 @@ def solve(
     except TooCostly:
         return NoEquilibrium(f"no equilibrium found in {most:g} factorisations", 0.0, None)
     finally:
-        tangent.most = math.inf
+        tangent.max_factorisations = math.inf
 
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
