@@ -64,15 +64,26 @@ def _worst_places(
     c (kinds, rows, columns) are the values on the samples of a surface; `at_places` evaluates them at any points of it.
     """
     samples = limits.fine[number]
+    expected, aside, up = _peaks(c)
+    # The worst sample, and the one with the highest expected peak: at a kink on a knot line expectations are too high.
     picked = [worst_samples(values, FINE, limits.spans[number], least) for values in c]
-    kind = np.repeat(np.arange(len(c)), [len(cell) for _, _, cell in picked])
+    picked += [worst_samples(values, FINE, limits.spans[number], max(least, CLOSE)) for values in expected]
+    kind = np.repeat(np.tile(np.arange(len(c)), 2), [len(cell) for _, _, cell in picked])
     row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
-    q, r, close = samples.q[column], samples.r[row], np.flatnonzero(c[kind, row, column] > CLOSE)
-    aside, up = _peaks(c, kind[close], row[close], column[close])
-    peak_q, peak_r = (q[close] + aside / len(samples.q)) % 1.0, r[close] + up / (len(samples.r) - 1)
-    worse = at_places(kind[close], peak_q, peak_r) > c[kind[close], row[close], column[close]] + 10.0**-DIGITS
-    q[close[worse]], r[close[worse]] = peak_q[worse], peak_r[worse]
-    return kind, cell, q, r
+    at = kind, row, column
+    value, q, r = c[at], samples.q[column], samples.r[row]
+    close = np.flatnonzero(expected[at] > CLOSE)
+    peak_q, peak_r = (
+        (q[close] + aside[at][close] / len(samples.q)) % 1.0,
+        r[close] + up[at][close] / (len(samples.r) - 1),
+    )
+    peak = at_places(kind[close], peak_q, peak_r)
+    worse = peak > value[close] + 10.0**-DIGITS
+    moved = close[worse]
+    value[moved], q[moved], r[moved] = peak[worse], peak_q[worse], peak_r[worse]
+    # Worst first: of places close together the first is kept.
+    order = np.argsort(-np.round(value, DIGITS), kind="stable")
+    return kind[order], cell[order], q[order], r[order]
 
 
 def _distinct(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tuple[Ints, Ints, Floats, Floats]:
@@ -98,20 +109,30 @@ def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | Non
     return kind, cell, q, r
 
 
-def _peaks(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Floats]:
-    """Offsets (m,) along q and r, in sample distances, from samples of c to the peaks of parabolas around them."""
-    rows, columns = c.shape[1:]
-    inside = np.clip(row, 1, rows - 2)
-    around = [c[kind, row, (column + k) % columns] for k in (-1, 0, 1)]
-    along = [c[kind, inside + k, column] for k in (-1, 0, 1)]
-    aside, up = _peak(*around), _peak(*along) + inside - row
-    return np.clip(aside, -0.5, 0.5), np.clip(up, np.where(row == 0, 0.0, -0.5), np.where(row == rows - 1, 0.0, 0.5))
+def _peaks(c: Floats) -> tuple[Floats, Floats, Floats]:
+    """Values near samples c (kinds, rows, columns) at the peaks of parabolas, and the peaks' offsets along q and r.
+
+    The parabolas pass through a sample and its two neighbours in either direction. Offsets are in sample distances, at
+    most half of one. A peak between two samples may be several per cent above both.
+    """
+    aside, rise_q = _peak(np.roll(c, 1, axis=2), c, np.roll(c, -1, axis=2), 0.0)
+    # The first and last rows belong to the parabolas of their inner neighbours.
+    inside = np.clip(np.arange(c.shape[1]), 1, c.shape[1] - 2)
+    shift = (np.arange(c.shape[1]) - inside)[:, None].astype(float)
+    up, rise_r = _peak(c[:, inside - 1], c[:, inside], c[:, inside + 1], shift)
+    return c + rise_q + rise_r, aside, up
 
 
-def _peak(before: Floats, here: Floats, after: Floats) -> Floats:
-    """Offset of the peak of a parabola through three equidistant values; ±1 towards the higher side if none."""
-    bend, rise = np.round(2.0 * here - before - after, DIGITS), np.round(after - before, DIGITS)
-    return np.where(bend > 0.0, 0.5 * rise / np.where(bend > 0.0, bend, 1.0), np.sign(rise))
+def _peak(before: Floats, here: Floats, after: Floats, start: Floats | float) -> tuple[Floats, Floats]:
+    """Offset from `start` to the peak of a parabola through values at -1, 0, 1, and its rise from there.
+
+    The peak is sought within half a step of `start`, but not beyond the three values.
+    """
+    bend, slope = np.round(2.0 * here - before - after, DIGITS), np.round(after - before, DIGITS)
+    summit = np.where(bend > 0.0, 0.5 * slope / np.where(bend > 0.0, bend, 1.0), np.sign(slope))
+    place = np.clip(summit, np.maximum(start - 0.5, -1.0), np.minimum(start + 0.5, 1.0))
+    rise = 0.5 * (slope * (place - start) - bend * (place**2 - start**2))
+    return place - start, np.maximum(rise, 0.0)
 
 
 _ORDERS = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))

@@ -27,7 +27,7 @@ MARGIN = 0.4
 """How far within their bounds limits are brought, in tolerances; the rest of the tolerance is for the gap of the
 certificate."""
 
-ACCURACY = 0.1
+ACCURACY = 0.3
 """Fraction of the tolerances to which limits are met on samples."""
 
 PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 16, 5, 200
