@@ -43,6 +43,12 @@ def test_concentric_cylinders(make_body):
     assert 0.997 * 4.0 - 0.002 <= certified <= seen == pytest.approx(4.0, abs=2e-3)
 
 
+def test_walls_much_thicker_than_patches_are_certified_as_accurately(make_body):
+    body = make_body(radius=17.0, chambers=((9.9, (0.0, 0.0), (7.5, 16.5), "flat"),), density=0.9)
+    certified, seen = wall(body, bound=7.0)
+    assert 0.997 * 7.0 - 0.005 <= certified <= seen == pytest.approx(7.1, abs=5e-3)
+
+
 def test_discs_of_chambers_count(make_body):
     body = make_body(chambers=((4.0, (0.0, 0.0), (3.0, 11.0), "flat"), (4.0, (0.0, 0.0), (13.5, 21.0), "flat")))
     first, second = (patches(surface, knot_spans(surface)) for surface in body.chambers)

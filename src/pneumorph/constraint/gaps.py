@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 _FIRST = 256  # pairs that are bounded first, to learn how near surfaces come
-_MAX_PAIRS = 16  # per patch: more pairs are near each other only where surfaces cross
+_MAX_PAIRS = 256  # per patch: more pairs are near each other only where surfaces cross
 # Passes: most subdivisions of each pair, and whether only the needed bound is to be certified, not the full accuracy.
 _PASSES = ((60, False), (240, False), (960, False), (4000, True), (100_000, True))
 _WORK = 700  # subdivisions of all pairs in each pass, per patch
