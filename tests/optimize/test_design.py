@@ -11,7 +11,7 @@ from pneumorph.analysis import to_json
 from pneumorph.constraint import certify
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.optimize import DesignAccepted, Finished, MeshKept, Started, design
-from pneumorph.problem import loads
+from pneumorph.problem import load, loads
 
 REST = """
 [limits]
@@ -102,3 +102,18 @@ def test_the_papers_method_designs_too(three):
     _, events = run(2, "dfp")
     designs = accepted(events)
     assert extension(designs[-1]) > 1.2 * extension(designs[0])
+
+
+@pytest.mark.slow
+def test_a_first_step_that_is_too_long_for_tight_limits_costs_nothing():
+    """Beyond a few tenths of a millimetre linearised limits are wrong: the step in that region moves next to nothing."""
+
+    def gained(step):
+        changes = {"mesh.size": "6 mm", "limits.curvature": "0.02 /mm^2", "limits.stretch.limit": "0.02 /mm^2"}
+        problem = load("examples/small.toml").with_changes(
+            {**changes, "optimizer.step": step, "optimizer.iterations": 8}
+        )
+        designs = accepted(design(problem))
+        return extension(designs[-1]) - extension(designs[0])
+
+    assert gained("1 mm") > 0.9 * gained("0.4 mm")

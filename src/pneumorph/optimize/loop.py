@@ -50,7 +50,7 @@ from pneumorph.optimize.history import Clock, StepRecord, history_entry
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing
-from pneumorph.optimize.step import Stepper
+from pneumorph.optimize.step import Step, Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
@@ -59,6 +59,14 @@ GROW, SHRINK = 2.0, 0.5
 GOOD, FAIR, POOR = 0.7, 0.4, 0.05
 """Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the
 third a step is taken back."""
+
+KEPT, LOST = 0.5, 0.25
+"""Shares of a step's promised gain that are left when it has been brought within the limits: the trust region grows
+only above the first, and below the second it shrinks, for the limits are then too far from linear."""
+
+INSIDE = 0.3
+"""Of the trust region: where a step is shorter than this, the linearised limits end it. In a smaller region they are
+closer to the true ones, and the step may be thirty times longer."""
 
 LARGEST, SMALLEST = 3.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
@@ -245,8 +253,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     while radius >= SMALLEST:
         proxy = Proxy(now.slopes.total, np.concatenate([now.slopes.factors, memory.factors()]))
         with clock.phase("subproblem"):
-            step = now.stepper.step(now.analysis.phi, proxy, radius * reference)
-            target = loop.within(now.analysis.phi + step.change)
+            step, target, radius = _proposal(loop, now, proxy, radius)
         if not isinstance(target, Within):
             radius *= SHRINK
             broken = "; ".join(map(str, target.violated()))
@@ -259,7 +266,12 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             continue
         share = expected / max(abs(now.analysis.value), 1e-300)
         if radius >= AFRESH and share < PROGRESS / PATIENCE:
+            if radius * SHRINK >= AFRESH:
+                radius *= SHRINK
+                continue
             return f"a step of {radius * reference:.2g} mm promises no more than {100 * share:.1g} % of the objective"
+        kept = expected / max(-proxy.change(step.change)[0], expected)
+        filled = float(np.abs(step.change).max()) >= 2.0 * INSIDE * radius * reference
         gained = True
         trial = yield from _try(loop, now, target.phi, clock)
         spent += trial.factorisations
@@ -276,10 +288,10 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
                 there = design_slopes(loop.problem, loop.space, trial.disc, trial.analysis)
             memory = memory.with_pair(change, there.rest - now.slopes.rest)
             continue
-        if ratio > GOOD:
-            radius *= GROW
-        elif ratio < FAIR:
+        if ratio < FAIR or kept < LOST:
             radius *= SHRINK
+        elif ratio > GOOD and kept > KEPT and filled:
+            radius *= GROW
         following = _standing(
             loop,
             now.iteration + 1,
@@ -298,6 +310,23 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     if not gained:
         return "no step within the limits improves the design"
     return "the trust region has shrunk to nothing: no step that was tried improved the design"
+
+
+def _proposal(
+    loop: _Loop, now: _Standing, proxy: Proxy, radius: float
+) -> tuple[Step, Within | LimitReport, float]:
+    """The step within the limits that promises most, in trust regions from `radius` down to one that it fills."""
+    reference, phi = loop.problem.optimizer.step, now.analysis.phi
+    best, most = None, -np.inf
+    while True:
+        step = now.stepper.step(phi, proxy, radius * reference)
+        target = loop.within(phi + step.change)
+        promised = -proxy.change(target.phi - phi)[0] if isinstance(target, Within) else -np.inf
+        if best is None or promised > most:
+            best, most = (step, target, radius), promised
+        if float(np.abs(step.change).max()) >= INSIDE * radius * reference or radius * SHRINK < AFRESH:
+            return best
+        radius *= SHRINK
 
 
 @dataclass(frozen=True, eq=False)
