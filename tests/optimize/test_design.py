@@ -106,7 +106,7 @@ def test_the_papers_method_designs_too(three):
 
 @pytest.mark.slow
 def test_a_first_step_that_is_too_long_for_tight_limits_costs_nothing():
-    """Beyond a few tenths of a millimetre linearised limits are wrong: the step in that region moves next to nothing."""
+    """Beyond some tenths of a millimetre linearised limits are wrong, and steps in such a region are tiny."""
 
     def gained(step):
         changes = {"mesh.size": "6 mm", "limits.curvature": "0.02 /mm^2", "limits.stretch.limit": "0.02 /mm^2"}

@@ -99,7 +99,7 @@ def make(
         "0.02 mm"
     ),
 ) -> None:
-    """Write a design as exact CAD (STEP) and as triangles (3MF, STL), and check the files."""
+    """Write a design as exact CAD (STEP) and as triangles (3MF, STL), make its mould, and check the files."""
     from pneumorph.cli.make import make
 
     make(run, design, out, chord)

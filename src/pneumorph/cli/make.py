@@ -1,4 +1,4 @@
-"""`pneumorph make`: write a design of a run as files for fabrication."""
+"""`pneumorph make`: write a design of a run, and its mould, as files for fabrication."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     """Write the files of a design and print the results of their checks."""
     began = time.perf_counter()
     allowed = _chord(chord)
-    body = open_run(run).design(design).body
+    chosen = open_run(run).design(design)
     folder = out or run / "make"
     try:
         # Imported here, because the libraries belong to an optional extra and take a second to load.
@@ -26,12 +26,12 @@ def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     except ModuleNotFoundError as error:
         raise ProblemError(str(error)) from None
     try:
-        made = made_of(body, folder, allowed)
+        made = made_of(chosen.body, folder, allowed, chosen.problem)
     except OSError as error:
         raise ProblemError(f"--out {folder}: cannot be written ({error.strerror or error}); name another") from None
     console = Console()
     console.print(_table(made.checks))
-    names = ", ".join(path.name for path in made.files)
+    names = ", ".join(str(path.relative_to(folder)) for path in made.files)
     print(f"written to {folder}: {names}; {time.perf_counter() - began:.1f} s")
     if made.failed:
         failed = "; ".join(f"{check.what} of {check.file}" for check in made.failed)

@@ -121,8 +121,7 @@ def mesh_checks(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> It
     name = path.name
     part = read_stl(path) if path.suffix == ".stl" else next(iter(read_3mf(path).values()))
     solid = manifold3d.Manifold(manifold3d.Mesh64(part.points, part.corners.astype(np.uint64)))
-    open_edges = _open_edges(part)
-    wrong = open_edges or int(solid.status() != manifold3d.Error.NoError)
+    wrong = open_edges(part) or int(solid.status() != manifold3d.Error.NoError)
     yield Check(name, "open or inconsistently oriented edges", wrong, 0)
     if wrong:
         return
@@ -144,7 +143,7 @@ def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
     )
 
 
-def _open_edges(part: Triangles) -> int:
+def open_edges(part: Triangles) -> int:
     """Number of edges that triangles do not use exactly once in each direction."""
     ways = part.corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     one, other = np.sort(ways @ (len(part.points), 1)), np.sort(ways[:, ::-1] @ (len(part.points), 1))

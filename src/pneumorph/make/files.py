@@ -9,10 +9,12 @@ from pathlib import Path
 
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, mesh_checks, step_checks
+from pneumorph.make.mould.files import make_mould
 from pneumorph.make.printing import write_3mf, write_stl
 from pneumorph.make.solid import filled
 from pneumorph.make.step import body_step, chamber_step
 from pneumorph.make.triangles import triangles
+from pneumorph.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class MadeFiles:
         return tuple(check for check in self.checks if not check.passed)
 
 
-def make(body: Body, folder: Path, chord: float = 0.02) -> MadeFiles:
+def make(body: Body, folder: Path, chord: float = 0.02, problem: Problem | None = None) -> MadeFiles:
     """Write a body as STEP, 3MF and STL, every chamber as STEP, and the results of checking them as ``checks.json``.
 
     Parameters
@@ -47,13 +49,16 @@ def make(body: Body, folder: Path, chord: float = 0.02) -> MadeFiles:
         Where to write; created if it does not exist. Existing files of the same names are replaced.
     chord : float
         Largest distance in mm between the surfaces and the triangles of 3MF and STL.
+    problem : Problem, optional
+        The problem that the body was designed for. With it the body's mould is made too, in the folder ``mould``.
 
     Raises
     ------
     OSError
         If the folder or a file cannot be written.
     ComputationError
-        If the chord error needs too many triangles, see `triangles`.
+        If the chord error needs too many triangles, see `triangles`; or if the body cannot be moulded. The files of the
+        body are written first.
     """
     # First, so that a chord error that is too small is refused before anything is written.
     parts = {"body": triangles(body.surfaces, chord)}
@@ -73,7 +78,13 @@ def make(body: Body, folder: Path, chord: float = 0.02) -> MadeFiles:
         checks += mesh_checks(path, body.surfaces, chord)
     report = folder / "checks.json"
     report.write_text(_as_json(checks), encoding="utf-8")
-    return MadeFiles((step, *cores, mesh, plain, report), tuple(checks))
+    files = [step, *cores, mesh, plain]
+    if problem is not None:
+        moulded, proved = make_mould(body, problem, folder / "mould", chord)
+        files += moulded
+        checks += proved
+        report.write_text(_as_json(checks), encoding="utf-8")
+    return MadeFiles((*files, report), tuple(checks))
 
 
 def _as_json(checks: Sequence[Check]) -> str:

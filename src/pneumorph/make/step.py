@@ -1,10 +1,10 @@
-"""STEP files, each with one named solid in millimetres."""
+"""STEP files with named solids in millimetres."""
 
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false
 # OCP has no stubs: neither its names nor its types are known.
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
@@ -43,7 +43,7 @@ def body_step(body: Body, path: Path) -> None:
     OSError
         If the file cannot be written.
     """
-    _write(body.surfaces, "body", path)
+    write_step({"body": solid(body.surfaces)}, path)
 
 
 def chamber_step(chamber: TubeSurface, path: Path) -> None:
@@ -61,7 +61,7 @@ def chamber_step(chamber: TubeSurface, path: Path) -> None:
     OSError
         If the file cannot be written.
     """
-    _write([filled(chamber)], f"chamber {chamber.name}", path)
+    write_step({f"chamber {chamber.name}": solid([filled(chamber)])}, path)
 
 
 def read_step(path: Path) -> TopoDS_Shape:
@@ -78,15 +78,23 @@ def read_step(path: Path) -> TopoDS_Shape:
     return reader.OneShape()
 
 
-def _write(surfaces: Sequence[TubeSurface], name: str, path: Path) -> None:
+def write_step(shapes: Mapping[str, TopoDS_Shape], path: Path) -> None:
+    """Write named shapes at their places, in mm.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
     document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
     XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
-    label = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(solid(surfaces), False)
-    TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    for name, shape in shapes.items():
+        TDataStd_Name.Set_s(tool.AddShape(shape, False), TCollection_ExtendedString(name))
     writer = STEPCAFControl_Writer()
     writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
     header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
-    header.SetName(TCollection_HAsciiString(name))
+    header.SetName(TCollection_HAsciiString(", ".join(shapes)))
     header.SetAuthorValue(1, TCollection_HAsciiString(""))
     header.SetOrganizationValue(1, TCollection_HAsciiString(""))
     header.SetOriginatingSystem(TCollection_HAsciiString(f"pneumorph {__version__}"))

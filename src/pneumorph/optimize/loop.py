@@ -312,9 +312,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     return "the trust region has shrunk to nothing: no step that was tried improved the design"
 
 
-def _proposal(
-    loop: _Loop, now: _Standing, proxy: Proxy, radius: float
-) -> tuple[Step, Within | LimitReport, float]:
+def _proposal(loop: _Loop, now: _Standing, proxy: Proxy, radius: float) -> tuple[Step, Within | LimitReport, float]:
     """The step within the limits that promises most, in trust regions from `radius` down to one that it fills."""
     reference, phi = loop.problem.optimizer.step, now.analysis.phi
     best, most = None, -np.inf

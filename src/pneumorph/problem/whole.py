@@ -11,6 +11,7 @@ from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_va
 from pneumorph.errors import ProblemError
 from pneumorph.problem.changes import change
 from pneumorph.problem.checks import faults
+from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import BodySpec, EndEffector, Gravity, Limits, MeshSpec, OptimizerSpec, Pressure, Task
 from pneumorph.problem.reasons import faults_of, one_line
@@ -53,6 +54,7 @@ class Problem(Table):
     limits: Limits = Limits()
     mesh: MeshSpec = MeshSpec()
     optimizer: OptimizerSpec = OptimizerSpec()
+    make: MakeSpec = MakeSpec()
 
     @model_validator(mode="wrap")
     @classmethod

@@ -1,0 +1,100 @@
+"""The bill of materials: rubber to weigh, parts to print, screws and tubes to buy."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pneumorph.make.mould.pieces import ROD, SCREW
+from pneumorph.make.mould.plan import PLATE, Plan
+from pneumorph.make.mould.proof import Part
+
+MIX = {
+    "Ecoflex 00-30": (1.0, 1.0),
+    "Ecoflex 00-50": (1.0, 1.0),
+    "Dragon Skin 10": (1.0, 1.0),
+    "Dragon Skin 20": (1.0, 1.0),
+    "Dragon Skin 30": (1.0, 1.0),
+    "Elastosil M4601": (9.0, 1.0),
+    "Smooth-Sil 950": (10.0, 1.0),
+}
+"""Parts A and B by weight, from the makers' data sheets. Rubbers of one part or with several mixtures are not here."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One line of the bill.
+
+    Attributes
+    ----------
+    item : str
+    quantity : float
+    unit : str
+    note : str
+    """
+
+    item: str
+    quantity: float
+    unit: str
+    note: str = ""
+
+
+def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list[Item]:
+    """Everything that is needed.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        All pieces, among them the rubber part.
+    rubber : str
+        Its name.
+    density : float
+        Of the rubber, t/mm³.
+    """
+    volume = next(part for part in parts if part.role == "product").solid.volume()
+    poured = volume * (1.0 + plan.spec.waste)
+    grams = poured * density * 1e6
+    items = [
+        Item(f"rubber, {rubber}", poured / 1000.0, "cm³", f"part {volume / 1000.0:.1f} cm³ and waste"),
+        Item(f"rubber, {rubber}", grams, "g"),
+    ]
+    if rubber in MIX:
+        a, b = MIX[rubber]
+        items += [
+            Item(f"{rubber} part {name}", grams * share / (a + b), "g", f"mixed {a:g} : {b:g} by weight")
+            for name, share in (("A", a), ("B", b))
+        ]
+    else:
+        items.append(Item(f"{rubber} components", grams, "g in all", "mixture: see the maker's data sheet"))
+    for part in parts:
+        if part.role == "product":
+            continue
+        note = "soluble filament, or a brittle shell; leaves through the port" if part.role == "core" else ""
+        items.append(Item(f"print {part.name}", part.solid.volume() / 1000.0, "cm³", note))
+    height = plan.length - plan.bottom + 2.0 * PLATE
+    items += [
+        Item("threaded rods M4", 4, "pieces", f"at least {height + 15.0:.0f} mm, holes of {ROD:g} mm"),
+        Item("nuts and washers M4", 8, "pieces"),
+        Item("screws M3", 6, "pieces", f"for the clamp, holes of {SCREW:g} mm, through {PLATE + 4.0:.0f} mm"),
+        Item("tube", sum(not stem.closed for stem in plan.stems), "pieces", f"outer diameter {plan.spec.tube:g} mm"),
+    ]
+    closed = sum(stem.closed for stem in plan.stems)
+    if closed:
+        items.append(Item("plugs of the same rubber", closed, "pieces", "for the holes of supports in the tip"))
+    return items
+
+
+def write_bill(items: Sequence[Item], path: Path) -> None:
+    """Write the bill as a CSV file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["item", "quantity", "unit", "note"])
+        writer.writerows([item.item, f"{item.quantity:.4g}", item.unit, item.note] for item in items)

@@ -1,0 +1,80 @@
+"""All files of a mould, in one folder."""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP has no stubs.
+from __future__ import annotations
+
+from pathlib import Path
+
+from OCP.BRepCheck import BRepCheck_Analyzer
+
+from pneumorph.geometry import Body
+from pneumorph.make.checks import Check
+from pneumorph.make.mould.bill import bill, write_bill
+from pneumorph.make.mould.picture import draw_mould
+from pneumorph.make.mould.pieces import pieces
+from pneumorph.make.mould.plan import plan
+from pneumorph.make.mould.proof import part, proof
+from pneumorph.make.mould.sheet import write_sheet
+from pneumorph.make.mould.tessellation import Tessellation, tessellated
+from pneumorph.make.mould.walls import draw_walls
+from pneumorph.make.printing import read_3mf, write_3mf
+from pneumorph.make.step import read_step, write_step
+from pneumorph.problem import Problem
+
+
+def make_mould(body: Body, problem: Problem, folder: Path, chord: float) -> tuple[tuple[Path, ...], tuple[Check, ...]]:
+    """Write the pieces of a body's mould, their assembly, and how to use them; check what was written.
+
+    Parameters
+    ----------
+    body : Body
+    problem : Problem
+        For its tables [make], [limits] and [material].
+    folder : Path
+        Where to write; created if it does not exist.
+    chord : float
+        Largest distance in mm between the surfaces and the triangles of the 3MF files.
+
+    Returns
+    -------
+    tuple of Path, tuple of Check
+        Without ``mould.png`` where this machine cannot draw.
+
+    Raises
+    ------
+    ComputationError
+        If the body cannot be moulded; says why, and where.
+    OSError
+        If a file cannot be written.
+    """
+    rubber = problem.material
+    planned = plan(body, problem.make, problem.limits.wall, rubber.density)
+    made = pieces(planned)
+    folder.mkdir(parents=True, exist_ok=True)
+    written, parts, checks = [], [], []
+    for piece in made:
+        step, mesh = folder / f"{piece.name}.step", folder / f"{piece.name}.3mf"
+        shape = tessellated(piece.shape, chord)
+        write_step({piece.name: piece.shape}, step)
+        write_3mf(mesh, {piece.name: shape.triangles})
+        written += [step, mesh]
+        checks.append(_valid(step))
+        # What is proved is what is in the file.
+        stored = next(iter(read_3mf(mesh).values()))
+        parts.append(part(piece.name, piece.role, Tessellation(stored, shape.spline)))
+    assembly = folder / "assembly.step"
+    write_step({piece.name: piece.shape for piece in made if piece.role in ("mould", "core")}, assembly)
+    checks += [_valid(assembly), *proof(planned, parts, chord)]
+    items = bill(planned, parts, rubber.name, rubber.density)
+    table, sheet, walls = folder / "bill.csv", folder / "assembly.pdf", folder / "wall.png"
+    write_bill(items, table)
+    write_sheet(planned, parts, items, problem.title or "Mould", sheet)
+    draw_walls(planned, walls)
+    picture = folder / "mould.png"
+    drawn = (picture,) if draw_mould(folder, picture) else ()
+    return (*written, assembly, table, sheet, walls, *drawn), tuple(checks)
+
+
+def _valid(path: Path) -> Check:
+    return Check(path.name, "invalid shapes (BRepCheck)", int(not BRepCheck_Analyzer(read_step(path)).IsValid()), 0)

@@ -1,0 +1,209 @@
+"""The plan of a mould: its stems, partings, vents and dimensions, before anything is built."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from pneumorph.errors import ComputationError
+from pneumorph.geometry import Body, TubeSurface, enclosed_volume
+from pneumorph.make.mould.release import Release, partings
+from pneumorph.make.mould.samples import Samples, sampled
+from pneumorph.make.mould.stems import INTO, Stem, at_the_tip, ports
+from pneumorph.make.mould.tops import tops
+from pneumorph.problem.fabrication import MakeSpec
+
+Array = NDArray[np.float64]
+
+FIT = 0.9
+"""Diameter of a port relative to that of the tube that is pressed into it."""
+
+PLATE, RECESS = 8.0, 6.0
+"""Thickness in mm of the base plate and the lid, and how far their rims embrace the outer mould."""
+
+CORE_MODULUS, CORE_DENSITY = 2000.0, 1.2e-9
+"""Of printed resin and of printed soluble filament (polyvinyl alcohol), MPa and t/mm³: usual values of data sheets."""
+
+TILT = np.radians(5.0)
+"""The mould may stand at this angle to the vertical while it is filled."""
+
+_GRAVITY = 9810.0
+
+
+@dataclass(frozen=True, eq=False)
+class Core:
+    """How a core is held.
+
+    Attributes
+    ----------
+    stems : tuple of Stem
+    sag : float
+        Sideways deflection of its free end, or of its middle if it is held at both ends, mm.
+    """
+
+    chamber: str
+    stems: tuple[Stem, ...]
+    sag: float
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Everything that determines the pieces of a mould, in mm and radians.
+
+    Attributes
+    ----------
+    body : Body
+        The body, enlarged by the shrinkage of the rubber.
+    spec : MakeSpec
+    samples : tuple of Samples
+        Of its surfaces, the exterior first.
+    cores : tuple of Core
+        One for every chamber.
+    stem : float
+        Radius of all stems and ports.
+    angles : tuple of float
+        Of the partings, about z.
+    releases : tuple of Release
+        How the pieces between them come off.
+    length, flange, outer : float
+        Height of the body; radii of the flange and of the outer mould.
+    vents : (n, 3) array
+        Tops of the exterior that get a vent.
+    trapped : {chamber: (n, 3) array}
+        Tops under the cores, which have no vent.
+    """
+
+    body: Body
+    spec: MakeSpec
+    samples: tuple[Samples, ...]
+    cores: tuple[Core, ...]
+    stem: float
+    angles: tuple[float, ...]
+    releases: tuple[Release, ...]
+    length: float
+    flange: float
+    outer: float
+    vents: Array
+    trapped: dict[str, Array]
+
+    @property
+    def stems(self) -> tuple[Stem, ...]:
+        """All stems of all cores."""
+        return tuple(stem for core in self.cores for stem in core.stems)
+
+    @property
+    def bottom(self) -> float:
+        """Height of the underside of the flange."""
+        return -self.spec.flange.thickness
+
+
+def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
+    """Plan the mould of a body.
+
+    Parameters
+    ----------
+    body : Body
+    spec : MakeSpec
+        The table [make] of its problem.
+    wall : float
+        Rubber that must stay between stems and surfaces, mm.
+    density : float
+        Of the rubber, t/mm³.
+
+    Raises
+    ------
+    ComputationError
+        If a chamber cannot get a port, or no split of the outer mould can be pulled off the rubber; with the place.
+    """
+    body = enlarged(body, 1.0 / (1.0 - spec.shrinkage))
+    samples = tuple(sampled(surface) for surface in body.surfaces)
+    radius = FIT * spec.tube / 2.0
+    cores = tuple(
+        _core(number, chamber, stem, samples, radius, wall, spec, density)
+        for number, (chamber, stem) in enumerate(
+            zip(body.chambers, ports(body, samples, radius, wall), strict=True), start=1
+        )
+    )
+    exterior = samples[0]
+    thickness = KDTree(np.concatenate([one.points for one in samples[1:]])).query(exterior.points)[0]
+    given = [stem.angle for core in cores for stem in core.stems if stem.way == "side"]
+    angles, releases = partings(exterior, thickness, given, spec.release_stretch)
+    worst = max(releases, key=lambda each: each.stretch)
+    if worst.stretch > spec.release_stretch:
+        x, y, z = worst.place
+        raise ComputationError(
+            f"no split of the mould comes off: at x = {x:.0f}, y = {y:.0f}, z = {z:.0f} mm the rubber would be "
+            f"stretched by {worst.stretch:.2g}, more than make.release_stretch = {spec.release_stretch:g}; allow more "
+            "if the rubber bears it, or design with a larger limits.fold"
+        )
+    widest = np.hypot(*exterior.points[:, :2].T)
+    low = exterior.points[:, 2] <= spec.flange.thickness + 1.0
+    flange = float(widest[low].max()) + spec.flange.width
+    return Plan(
+        body=body,
+        spec=spec,
+        samples=samples,
+        cores=cores,
+        stem=radius,
+        angles=tuple(angles),
+        releases=tuple(releases),
+        length=float(body.exterior.net[-1, 0, 2]),
+        flange=flange,
+        outer=max(float(widest.max()), flange) + spec.mould_wall,
+        vents=tops(exterior),
+        trapped={chamber.name: tops(one) for chamber, one in zip(body.chambers, samples[1:], strict=True)},
+    )
+
+
+def enlarged(body: Body, scale: float) -> Body:
+    """A body magnified about the origin."""
+
+    def larger(surface: TubeSurface) -> TubeSurface:
+        return replace(surface, net=scale * surface.net, size=(scale * surface.size[0], scale * surface.size[1]))
+
+    return Body(larger(body.exterior), tuple(larger(chamber) for chamber in body.chambers))
+
+
+def _core(
+    number: int,
+    chamber: TubeSurface,
+    port: Stem,
+    samples: Sequence[Samples],
+    radius: float,
+    wall: float,
+    spec: MakeSpec,
+    density: float,
+) -> Core:
+    """A core on its port's stem; with a second stem through the tip where it would sag too far."""
+    sag = _sag(chamber, samples[number], port, radius, density, ends=1)
+    if sag <= spec.core_sag:
+        return Core(chamber.name, (port,), sag)
+    support = at_the_tip(chamber, number, samples, radius, wall)
+    if support is None:
+        return Core(chamber.name, (port,), sag)
+    return Core(chamber.name, (port, support), _sag(chamber, samples[number], port, radius, density, ends=2))
+
+
+def _sag(chamber: TubeSurface, own: Samples, stem: Stem, radius: float, density: float, ends: int) -> float:
+    """Sideways deflection of a core in mm under its weight or its buoyancy in a mould that does not stand upright.
+
+    The core is a bar with the second moment of area of its narrowest section, taken for a circle, with an even load.
+    Held at one end it is a cantilever on the free length of its stem; held at both ends it is simply supported.
+    """
+    length = float(np.ptp(own.points[:, 2]))
+    load = max(CORE_DENSITY, abs(density - CORE_DENSITY)) * _GRAVITY * np.sin(TILT) * enclosed_volume(chamber) / length
+    inner = own.x[len(own.x) // 10 : -len(own.x) // 10 or None]
+    x, y = inner[..., 0], inner[..., 1]
+    areas = np.abs(0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))
+    bending = CORE_MODULUS * float(areas.min()) ** 2 / (4.0 * np.pi)
+    if ends == 2:
+        return 5.0 * load * length**4 / (384.0 * bending)
+    free, stiff = stem.wall + INTO, CORE_MODULUS * np.pi * radius**4 / 4.0
+    moment, force = load * length**2 / 2.0, load * length
+    turn = (moment * free + force * free**2 / 2.0) / stiff
+    shift = (moment * free**2 / 2.0 + force * free**3 / 3.0) / stiff
+    return float(load * length**4 / (8.0 * bending) + shift + turn * length)

@@ -1,0 +1,147 @@
+"""Proof of a mould: checks of the pieces, of the room that they leave, and of how they come apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import manifold3d
+import numpy as np
+import pyvista
+from numpy.typing import NDArray
+
+from pneumorph.make.checks import Check, open_edges
+from pneumorph.make.mould.pieces import Role
+from pneumorph.make.mould.plan import Plan
+from pneumorph.make.mould.tessellation import Tessellation
+from pneumorph.make.triangles import Triangles
+
+Array = NDArray[np.float64]
+
+VOLUME = 1e-3
+"""Largest part of the rubber's room that pieces may take up, and largest overlap of two pieces relative to it."""
+
+_RAYS = 1500  # per piece, to find its thinnest wall
+_OPPOSITE = -0.985  # cosine between the normals of both sides of a wall; those of an edge are farther from parallel
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A piece as triangles.
+
+    Attributes
+    ----------
+    name : str
+    role : Role
+    mesh : Tessellation
+    solid : manifold3d.Manifold
+    """
+
+    name: str
+    role: Role
+    mesh: Tessellation
+    solid: manifold3d.Manifold
+
+
+def part(name: str, role: Role, mesh: Tessellation) -> Part:
+    """Build a part; its solid is empty if the triangles are not closed."""
+    triangles = mesh.triangles
+    solid = manifold3d.Manifold(manifold3d.Mesh64(triangles.points, triangles.corners.astype(np.uint64)))
+    return Part(name, role, mesh, solid)
+
+
+def proof(plan: Plan, parts: Sequence[Part], chord: float) -> Iterator[Check]:
+    """All checks of a mould; those of single pieces first.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        All pieces, among them the rubber part.
+    chord : float
+        Chord error of their triangles, mm.
+    """
+    for each in parts:
+        wrong = open_edges(each.mesh.triangles) or int(each.solid.status() != manifold3d.Error.NoError)
+        yield Check(each.name, "open or inconsistently oriented edges", wrong, 0)
+    yield from _sizes(plan, parts)
+    product = next(each for each in parts if each.role == "product")
+    around = [each for each in parts if each.role in ("mould", "core")]
+    yield from _room(product, around, chord)
+    yield from _overlaps(around, product.solid.volume())
+    most = plan.spec.release_stretch
+    for number, found in enumerate(plan.releases, start=1):
+        yield Check(f"outer-{number}", "stretch of the rubber when pulled off", found.stretch, most)
+    for core in plan.cores:
+        yield Check(f"core-{core.chamber}", "sideways deflection while casting", core.sag, plan.spec.core_sag, "mm")
+        yield Check(f"core-{core.chamber}", "places below it that keep air", len(plan.trapped[core.chamber]), 0)
+    yield from _openings(plan, product)
+
+
+def _sizes(plan: Plan, parts: Sequence[Part]) -> Iterator[Check]:
+    printer = plan.spec.printer
+    for each in parts:
+        if each.role == "product":
+            continue
+        size, room = np.sort(np.ptp(each.mesh.triangles.points, axis=0)), np.sort(printer.volume)
+        yield Check(each.name, "size beyond the printer's", max(float((size - room).max()), 0.0), 0.0, "mm")
+        yield Check(each.name, "walls thinner than the printer's least", _thin(each, printer.wall), 0)
+
+
+def _thin(each: Part, least: float) -> int:
+    """Number of sampled places where opposite sides of a piece are nearer to each other than `least` mm."""
+    points, corners = each.mesh.triangles.points, each.mesh.triangles.corners
+    a, b, c = np.moveaxis(points[corners], 1, 0)
+    normal = np.cross(b - a, c - a)
+    area = np.linalg.norm(normal, axis=1)
+    chosen = np.random.default_rng(0).choice(len(area), size=_RAYS, p=area / area.sum())
+    normal = normal[chosen] / area[chosen, None]
+    start = (a + b + c)[chosen] / 3.0 - 1e-4 * normal
+    count = 0
+    for origin, end, outward in zip(start.tolist(), (start - least * normal).tolist(), normal, strict=True):
+        hits = each.solid.ray_cast(origin, end)
+        count += any(np.dot(hit.normal, outward) < _OPPOSITE for hit in hits)
+    return count
+
+
+def _room(product: Part, around: Sequence[Part], chord: float) -> Iterator[Check]:
+    """The room between pieces and cores is the rubber part: distances in both directions, and volume."""
+    mould = pyvista.merge([_surface(each.mesh.triangles) for each in around])
+    away = _distances(mould, product.mesh.triangles.points)
+    yield Check("mould", "distance of the part's points from the mould's surfaces", float(away.max()), chord, "mm")
+    rubber, farthest = _surface(product.mesh.triangles), 0.0
+    for each in around:
+        own = np.unique(each.mesh.triangles.corners[each.mesh.spline])
+        if len(own):
+            farthest = max(farthest, float(_distances(rubber, each.mesh.triangles.points[own]).max()))
+    yield Check("mould", "distance of the mould's curved surfaces from the part", farthest, chord, "mm")
+    taken = sum((product.solid ^ each.solid).volume() for each in around)
+    yield Check("mould", "room of the rubber that pieces take up", taken / product.solid.volume(), VOLUME)
+
+
+def _overlaps(around: Sequence[Part], volume: float) -> Iterator[Check]:
+    shared = {
+        f"{one.name} and {other.name}": (one.solid ^ other.solid).volume() for one, other in combinations(around, 2)
+    }
+    worst = max(shared, key=lambda names: shared[names])
+    yield Check(worst, "largest overlap of two pieces, relative to the part", shared[worst] / volume, VOLUME)
+
+
+def _openings(plan: Plan, product: Part) -> Iterator[Check]:
+    """Every chamber is connected with the outside by its own holes, and with nothing else.
+
+    A body without holes has as many closed surfaces as it has chambers, and one more. A chamber's first hole joins its
+    surface to the outer one; every further hole, or a connection of two chambers, adds a handle.
+    """
+    yield Check("body", "chambers without a way out", len(product.solid.decompose()) - 1, 0)
+    handles = sum(len(core.stems) - 1 for core in plan.cores)
+    yield Check("body", "connections of chambers with each other", abs(product.solid.genus() - handles), 0)
+
+
+def _surface(part: Triangles) -> pyvista.PolyData:
+    return pyvista.PolyData.from_regular_faces(part.points, part.corners)
+
+
+def _distances(surface: pyvista.PolyData, points: Array) -> Array:
+    _, closest = surface.find_closest_cell(points, return_closest_point=True)  # pyright: ignore[reportGeneralTypeIssues]
+    return np.linalg.norm(closest - points, axis=1)

@@ -1,0 +1,147 @@
+"""The sheet for the workshop: sections with dimensions, numbered pieces, the steps, and the bill."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
+
+from pneumorph.make.mould.bill import Item
+from pneumorph.make.mould.plan import PLATE, Plan
+from pneumorph.make.mould.proof import Part
+
+_COLOURS = {"mould": ("#c7cdd4", "#b3bcc6"), "core": ("#e8b75e", "#e8b75e"), "product": ("#8fc1a9", "#8fc1a9")}
+_PAGE = (8.27, 11.69)  # A4 upright, inches
+
+
+def write_sheet(plan: Plan, parts: Sequence[Part], items: Sequence[Item], title: str, path: Path) -> None:
+    """Write the sheet as PDF.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    with PdfPages(path, metadata={"Title": title, "CreationDate": None}) as pages:
+        pages.savefig(_sections(plan, parts, title))
+        pages.savefig(_text("Steps", [f"{n}. {step}" for n, step in enumerate(steps(plan, items), start=1)]))
+        rows = [f"{item.quantity:10.4g}  {item.unit:9s} {item.item}" + _note(item) for item in items]
+        pages.savefig(_text("Bill of materials", rows))
+
+
+def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
+    """What to do, in order."""
+    side = [stem for stem in plan.stems if stem.way == "side"]
+    closed = [stem for stem in plan.stems if stem.closed]
+    angles = ", ".join(f"{np.degrees(angle):.0f}°" for angle in plan.angles)
+    weighed = [f"{item.quantity:.4g} g of {item.item}" for item in items if item.unit.startswith("g")]
+    lying, plugged, leak = "", [], 20.0
+    if side:
+        lying = f" Cores of chambers {', '.join(stem.chamber for stem in side)} lie with their stems in a parting."
+    if closed:
+        names = ", ".join(stem.chamber for stem in closed)
+        plugged = [f"Close the holes in the tip (of chambers {names}) with plugs of the same rubber."]
+    return [
+        "Print all pieces of the folder mould; the cores in soluble filament (such as PVA) or as brittle shells of one "
+        "perimeter, everything else in any rigid plastic. Seal resin prints: some stop platinum silicone from curing.",
+        "Brush release agent on all faces that rubber touches.",
+        "Put the cores' stems into the base, flats against flats." + lying,
+        f"Close the outer pieces around them (partings at {angles}), put on the lid, and tighten the four rods.",
+        f"Weigh {' and '.join(weighed[1:] or weighed)}; mix, and degas until the foam has collapsed.",
+        "Stand the mould upright, base down. Inject slowly through the gate in the lid until rubber leaves all vents"
+        + (f" ({len(plan.vents)} of them in the outer pieces: close each when it runs)." if len(plan.vents) else "."),
+        "Let it cure as the data sheet says, at a temperature that the cores bear.",
+        "Loosen the rods, lift off the lid, open the outer pieces with a screwdriver in the slots, pull each straight "
+        f"away from the axis; the rubber is stretched by up to {max(each.stretch for each in plan.releases):.2f}.",
+        "Dissolve the cores in warm water, or break them and shake them out through the ports. Trim the gate.",
+        *plugged,
+        f"Press tubes of {plan.spec.tube:g} mm into the ports with silicone adhesive; clamp the flange between the "
+        "mount and the clamp's halves; glue the tip plate to the tip.",
+        f"Test for leaks under water at {leak:g} kPa, then at the largest pressure of the problem file.",
+    ]
+
+
+def _note(item: Item) -> str:
+    return f" ({item.note})" if item.note else ""
+
+
+def _sections(plan: Plan, parts: Sequence[Part], title: str) -> Figure:
+    figure = Figure(figsize=_PAGE, layout="constrained")
+    upright, level = figure.subplots(2, 1, height_ratios=[3, 1.6])
+    angle = plan.angles[0] + np.pi / len(plan.angles)
+    shown = [part for part in parts if part.role in _COLOURS]
+    numbers = {part.name: number for number, part in enumerate(shown, start=1)}
+    for part in shown:
+        # The plane of the section becomes z = 0: turned about z first, then about x.
+        turned = part.solid.rotate((0.0, 0.0, -float(np.degrees(angle)))).rotate((-90.0, 0.0, 0.0))
+        _fill(upright, turned.slice(0.0).to_polygons(), part, (1.0, 1.0), numbers)
+        _fill(level, part.solid.slice(plan.length / 2.0).to_polygons(), part, (1.0, 1.0), numbers)
+    low, high = plan.bottom - PLATE, plan.length + PLATE
+    wide = plan.outer + plan.spec.clearance + plan.spec.mould_wall
+    _dimension(upright, (-wide - 6.0, low), (-wide - 6.0, high), f"{high - low:.1f}")
+    _dimension(upright, (wide + 6.0, 0.0), (wide + 6.0, plan.length), f"{plan.length:.1f}")
+    _dimension(upright, (-plan.outer, low - 6.0), (plan.outer, low - 6.0), f"Ø {2 * plan.outer:.1f}")
+    _dimension(upright, (-plan.flange, low - 13.0), (plan.flange, low - 13.0), f"Ø {2 * plan.flange:.1f} (flange)")
+    upright.set_title(f"section at {np.degrees(angle):.0f}°, mm", fontsize=9)
+    level.set_title(f"section at z = {plan.length / 2.0:.0f} mm", fontsize=9)
+    for axes in (upright, level):
+        axes.set_aspect("equal")
+        axes.autoscale_view()
+        axes.set_axis_off()
+    names = "   ".join(f"{number} {name}" for name, number in numbers.items())
+    figure.suptitle(f"{title}\n{names}", fontsize=10, wrap=True)
+    return figure
+
+
+def _fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers: dict[str, int]) -> None:
+    """Fill the outlines of a section, holes left out, and write the piece's number in the largest one."""
+    if not len(polygons):
+        return
+    loops = [np.asarray(polygon)[:, :2] * sense for polygon in polygons]
+    vertices = np.concatenate([np.concatenate([loop, loop[:1]]) for loop in loops])
+    codes = np.concatenate([[Outline.MOVETO, *[Outline.LINETO] * (len(loop) - 1), Outline.CLOSEPOLY] for loop in loops])
+    colour = _COLOURS[part.role][numbers[part.name] % 2]
+    axes.add_patch(PathPatch(Outline(vertices, codes), facecolor=colour, edgecolor="#2d353d", linewidth=0.5))
+    largest = max(loops, key=lambda loop: np.ptp(loop, axis=0).prod())
+    place = largest[np.argmax(largest[:, 0] + 0.01 * largest[:, 1])]
+    text = (place[0] + 3.0, place[1])
+    axes.annotate(str(numbers[part.name]), place, text, fontsize=8, arrowprops={"arrowstyle": "-", "lw": 0.4})
+
+
+def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float], text: str) -> None:
+    axes.annotate("", start, stop, arrowprops={"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0})
+    middle = (start[0] + stop[0]) / 2.0, (start[1] + stop[1]) / 2.0
+    upright = start[0] == stop[0]
+    axes.text(
+        *middle, text, fontsize=8, rotation=90 if upright else 0, ha="center", va="center",
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
+    )  # fmt: skip
+    axes.update_datalim([start, stop])
+
+
+def _text(title: str, lines: Sequence[str]) -> Figure:
+    figure = Figure(figsize=_PAGE)
+    figure.text(0.08, 0.95, title, fontsize=13, weight="bold")
+    top = 0.92
+    for line in lines:
+        wrapped = _wrapped(line, 96)
+        figure.text(0.08, top, wrapped, fontsize=9, va="top", family="monospace" if title.startswith("Bill") else None)
+        top -= 0.017 * (wrapped.count("\n") + 1) + 0.008
+    return figure
+
+
+def _wrapped(line: str, width: int) -> str:
+    rows, row = [], ""
+    indent = " " * (22 if line.startswith(" ") else 3)
+    for word in line.split(" "):
+        if len(row) + len(word) > width:
+            rows.append(row.rstrip())
+            row = indent
+        row += word + " "
+    return "\n".join([*rows, row.rstrip()])

@@ -1,0 +1,213 @@
+"""Stems: the round bars that hold the cores in the mould. Where one leaves the rubber, a port or a hole to close stays.
+
+A chamber that can be reached from below gets its stem through the base, because the base is clamped and its stiffness
+does not matter there. Otherwise the stem leaves through the side, near the chamber's base.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.errors import ComputationError
+from pneumorph.geometry import Body, TubeSurface
+from pneumorph.make.mould.samples import Samples
+
+Array = NDArray[np.float64]
+Way = Literal["base", "side", "tip"]
+
+INTO = 0.6
+"""Length in mm by which a stem reaches into its chamber."""
+
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Stem:
+    """A round bar from the inside of a chamber to the outside of the mould.
+
+    Attributes
+    ----------
+    chamber : str
+    way : "base", "side" or "tip"
+        Where it leaves the body.
+    start : (3,) array
+        The centre of its end inside the chamber, mm.
+    direction : (3,) array
+        Unit vector out of the body.
+    wall : float
+        Length in mm of rubber that it passes through.
+    closed : bool
+        Whether the hole is closed after casting; otherwise it is the port.
+    """
+
+    chamber: str
+    way: Way
+    start: Array
+    direction: Array
+    wall: float
+    closed: bool
+
+    @property
+    def angle(self) -> float:
+        """Direction of a stem through the side, in radians about z."""
+        return float(np.arctan2(self.direction[1], self.direction[0]))
+
+
+def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) -> list[Stem]:
+    """One port for every chamber.
+
+    Parameters
+    ----------
+    samples : sequence of Samples
+        Of all surfaces, the exterior first.
+    radius : float
+        Of the stems, mm.
+    wall : float
+        Rubber that must remain between a stem and everything else, mm.
+
+    Raises
+    ------
+    ComputationError
+        If a chamber can be reached neither from below nor from the side.
+    """
+    found: list[Stem | None] = [
+        _from_below(number, chamber, samples, radius, wall) for number, chamber in enumerate(body.chambers, start=1)
+    ]
+    rest = [number for number, stem in enumerate(found, start=1) if stem is None]
+    if rest:
+        # One angle for all chambers on the axis, so that few partings are needed.
+        options = {angle: [_sideways(body, n, samples, radius, wall, angle) for n in rest] for angle in _ANGLES}
+        missing = {angle: sum(stem is None for stem in stems) for angle, stems in options.items()}
+        best = min(options, key=lambda angle: (missing[angle], sum(s.wall for s in options[angle] if s is not None)))
+        for number, stem in zip(rest, options[best], strict=True):
+            other = next((s for a in _ANGLES if (s := options[a][rest.index(number)]) is not None), None)
+            found[number - 1] = stem or other
+    for chamber, stem in zip(body.chambers, found, strict=True):
+        if stem is None:
+            height = chamber.net[:, :, 2].min()
+            raise ComputationError(
+                f"chamber {chamber.name} cannot get a port of {2 * radius:.2g} mm: no straight way leads out of it at "
+                f"z = {height:.0f} mm with {wall:.2g} mm of rubber around; take a thinner make.tube"
+            )
+    return [stem for stem in found if stem is not None]
+
+
+def at_the_tip(
+    chamber: TubeSurface, number: int, samples: Sequence[Samples], radius: float, wall: float
+) -> Stem | None:
+    """A second stem of a chamber through the tip, to support its core; None if there is no straight way."""
+    return _upright(number, chamber, samples, radius, wall, tip=True)
+
+
+def _from_below(
+    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float
+) -> Stem | None:
+    return _upright(number, chamber, samples, radius, wall, tip=False)
+
+
+def _upright(
+    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, tip: bool
+) -> Stem | None:
+    """A stem along z through the base or the tip."""
+    own, length = samples[number].points, float(samples[0].points[:, 2].max())
+    sign = 1.0 if tip else -1.0
+    rim = chamber.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [float(tip)])[0]
+    if chamber.ends == "flat":
+        place, room = _roomiest(rim[:, :2])
+        height = float(rim[0, 2])
+    else:
+        place, height = rim[0, :2], float(rim[0, 2])
+        # A stem ends where all of it is inside the dome.
+        near = own[np.hypot(*(own[:, :2] - place).T) <= radius]
+        near = near[sign * (height - near[:, 2]) < (own[:, 2].max() - own[:, 2].min()) / 2.0]
+        room = radius + 1.0
+        height = float(min(near[:, 2]) if tip else max(near[:, 2])) if len(near) else height
+    if room < radius + 0.1:
+        return None
+    end = length if tip else 0.0
+    for other, one in enumerate(samples):
+        if other == number:
+            continue
+        points = one.closed if other else one.points  # the stem passes through the ends of the exterior
+        beyond = points[sign * (points[:, 2] - height) > 0.0]
+        if len(beyond) and np.hypot(*(beyond[:, :2] - place).T).min() < radius + wall:
+            return None
+    start = np.array([*place, height - sign * INTO])
+    return Stem(chamber.name, "tip" if tip else "base", start, np.array([0.0, 0.0, sign]), abs(end - height), tip)
+
+
+def _sideways(
+    body: Body, number: int, samples: Sequence[Samples], radius: float, wall: float, angle: float
+) -> Stem | None:
+    """A stem along a line through the axis at an angle, as near to the chamber's base as there is room for it."""
+    chamber, own = body.chambers[number - 1], samples[number]
+    direction, across = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
+    low, high = own.points[:, 2].min(), own.points[:, 2].max()
+    for height in np.arange(low + radius + INTO, min(high - radius - INTO, low + 0.6 * (high - low)), 0.5):
+        ring = own.points[np.abs(own.points[:, 2] - height) < radius]
+        middle = ring.mean(axis=0)
+        if abs(middle @ across) > 0.2 * radius and np.hypot(*middle[:2]) > 0.5:
+            return None  # a line through the axis at this angle passes beside the chamber
+        along, aside = ring @ direction, ring @ across
+        if min(aside.max(), -aside.min()) < radius + INTO:
+            continue
+        line = np.array([0.0, 0.0, height])
+        outer, inner = _crossing(samples[0], line, direction, radius), along[np.abs(aside) < radius]
+        if outer is None or not len(inner[inner > middle @ direction]):
+            continue
+        start = max(float(middle @ direction), 0.0)
+        inner_end = float(inner[inner > middle @ direction].min())
+        others = [one.closed for other, one in enumerate(samples) if other not in (0, number)]
+        if any(_distance(points, line, direction, start).min() < radius + wall for points in others):
+            continue
+        start_point = line + direction * (inner_end - INTO)
+        return Stem(chamber.name, "side", start_point, direction, outer - inner_end, closed=False)
+    return None
+
+
+def _crossing(exterior: Samples, line: Array, direction: Array, radius: float) -> float | None:
+    """Distance from the axis at which a line leaves the body; None if the body is folded there."""
+    gap = exterior.points - line
+    along = gap @ direction
+    near = np.linalg.norm(gap - along[:, None] * direction, axis=1) < radius
+    near &= along > 0.0
+    if not near.any() or (exterior.normal.reshape(-1, 3)[near] @ direction).min() <= 0.0:
+        return None
+    return float(along[near].max())
+
+
+def _distance(points: Array, line: Array, direction: Array, start: float) -> Array:
+    """Distances (n,) of points from the half line that begins `start` mm from `line`."""
+    gap = points - line
+    along = np.maximum(gap @ direction, start)
+    return np.linalg.norm(gap - along[:, None] * direction, axis=1)
+
+
+def _roomiest(polygon: Array) -> tuple[Array, float]:
+    """Centre and radius of a largest circle inside a closed polygon (n, 2), by a search on finer and finer grids."""
+    centre, step = polygon.mean(axis=0), np.ptp(polygon, axis=0).max() / 2.0
+    best = _depth(centre[None], polygon)[0]
+    while step > 1e-3:
+        offsets = np.linspace(-step, step, 9)
+        tried = centre + np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
+        depth = _depth(tried, polygon)
+        if depth.max() > best:
+            centre, best = tried[int(np.argmax(depth))], float(depth.max())
+        step /= 3.0
+    return centre, float(best)
+
+
+def _depth(points: Array, polygon: Array) -> Array:
+    """Distances (n,) of points from a polygon's edges; negative outside it."""
+    start, way = polygon, np.roll(polygon, -1, axis=0) - polygon
+    gap = points[:, None] - start
+    share = np.clip(np.einsum("nec,ec->ne", gap, way) / np.maximum((way**2).sum(axis=1), 1e-300), 0.0, 1.0)
+    away = np.linalg.norm(gap - share[..., None] * way, axis=2).min(axis=1)
+    angle = np.arctan2(*np.moveaxis(start - points[:, None], -1, 0)[::-1])
+    turns = (np.diff(angle, axis=1, append=angle[:, :1]) + np.pi) % (2.0 * np.pi) - np.pi
+    return np.where(np.abs(turns.sum(axis=1)) > np.pi, away, -away)

@@ -1,0 +1,48 @@
+"""The map of the wall thickness: unrolled, and on the body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from scipy.spatial import KDTree
+
+from pneumorph.make.mould.plan import Plan
+
+
+def draw_walls(plan: Plan, path: Path) -> None:
+    """Draw the distance of every point of the exterior from the nearest chamber.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    exterior = plan.samples[0]
+    inside = KDTree(np.concatenate([one.closed for one in plan.samples[1:]]))
+    rows, columns = exterior.x.shape[:2]
+    thickness = inside.query(exterior.points)[0].reshape(rows, columns)
+    around, along = np.linspace(0.0, 360.0, columns + 1), np.linspace(0.0, plan.length, rows)
+    # Above the largest thickness beside the chambers everything looks the same: the ends are thick.
+    span = Normalize(float(thickness.min()), float(np.quantile(thickness, 0.98)))
+
+    figure = Figure(figsize=(9.0, 5.0), layout="constrained")
+    flat = figure.add_subplot(1, 2, 1)
+    closed = np.concatenate([thickness, thickness[:, :1]], axis=1)
+    drawn = flat.pcolormesh(around, along, closed, norm=span, cmap="viridis", shading="gouraud")
+    flat.set(xlabel="position around the body, ° (360 q)", ylabel="position along the body, mm (length × r)")
+    flat.set_title(f"unrolled; least {thickness.min():.2f} mm", fontsize=10)
+    figure.colorbar(drawn, ax=flat, label="wall thickness, mm")
+    solid = figure.add_subplot(1, 2, 2, projection="3d")
+    x, y, z = np.moveaxis(np.concatenate([exterior.x, exterior.x[:, :1]], axis=1), -1, 0)
+    solid.plot_surface(  # pyright: ignore[reportAttributeAccessIssue]
+        x, y, z, facecolors=colormaps["viridis"](span(closed)), rcount=160, ccount=90, shade=False
+    )
+    solid.set_box_aspect([float(np.ptp(each)) for each in (x, y, z)])  # pyright: ignore[reportArgumentType]
+    solid.set_axis_off()
+    FigureCanvasAgg(figure)
+    figure.savefig(path, dpi=160)

@@ -1,0 +1,47 @@
+"""The table [make] of a problem file: what a mould and the parts around the body are made with."""
+
+from typing import Annotated
+
+from pydantic import Field, Strict
+
+from pneumorph import units
+from pneumorph.problem.table import Quantity, Table
+
+PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
+Clearance = Annotated[float, Quantity(units.LENGTH, "not negative")]
+Number = Annotated[float, Strict()]
+
+
+class FlangeSpec(Table):
+    """The rubber flange at the base, which is clamped: its width beyond the body, and its thickness."""
+
+    width: PositiveLength = 5.0
+    thickness: PositiveLength = 3.0
+
+
+class PrinterSpec(Table):
+    """The printer: the size of the largest part that it prints, and its thinnest wall."""
+
+    volume: tuple[PositiveLength, PositiveLength, PositiveLength] = (220.0, 220.0, 250.0)
+    wall: PositiveLength = 0.8
+
+
+class MakeSpec(Table):
+    """How the body is made: a split mould with one core for every chamber, and a clamped flange at the base.
+
+    `tube` is the outer diameter of the supply tubes; ports are 10 % narrower, so that tubes fit tightly. `mould_wall`
+    is the least thickness of the mould, `clearance` the gap between parts that slide on each other. `shrinkage` is the
+    relative shrinkage of the rubber as it cures. When a piece of the mould is pulled off, the rubber may be stretched
+    up to `release_stretch`. `core_sag` is the largest sideways deflection of a core while the rubber is poured.
+    `waste` is the fraction of rubber that stays in cups and channels.
+    """
+
+    tube: PositiveLength = 4.0
+    flange: FlangeSpec = FlangeSpec()
+    mould_wall: Annotated[float, Quantity(units.LENGTH, "positive")] = 6.0
+    clearance: Clearance = 0.15
+    shrinkage: Annotated[Number, Field(ge=0, lt=0.2)] = 0.0
+    release_stretch: Annotated[Number, Field(gt=1)] = 1.5
+    core_sag: PositiveLength = 0.1
+    waste: Annotated[Number, Field(ge=0, lt=5)] = 0.2
+    printer: PrinterSpec = PrinterSpec()
