@@ -30,7 +30,7 @@ def test_the_last_design_is_made(run, designs):
     result = run("make", designs)
     assert result.exit_code == 0, result.output
     assert "FAILED" not in result.output and "volume error" in result.output
-    names = {"body.step", "chamber_A.step", "body.3mf", "body.stl", "checks.json"}
+    names = {"body.step", "chamber_A.step", "body.3mf", "body.stl", "checks.json", "mould"}
     assert {path.name for path in (designs / "make").iterdir()} == names
 
 

@@ -22,7 +22,7 @@ from pneumorph.problem import BodySpec, load
 from pneumorph.problem.fabrication import MakeSpec
 
 DENSITY = 1.1e-9
-CHORD = 0.05
+CHORD = 0.03
 THIN = MakeSpec.model_validate({"tube": "2 mm"})
 
 
