@@ -96,7 +96,8 @@ def _meshed(shape: TopoDS_Shape, chord: float) -> list[_Face]:
 
 def _refined(face: _Face, most: float) -> _Face:
     """The face with edges split in their middles until these are within `most` mm of its spline."""
-    if face.spline is None:
+    spline = face.spline
+    if spline is None:
         return face
     known: dict[tuple[int, int], bool] = {}
     for _ in range(_MOST):
@@ -105,7 +106,7 @@ def _refined(face: _Face, most: float) -> _Face:
         # Edges that belong to one triangle are shared with another face, which has the same points on them.
         new = [k for k, pair in enumerate(edges.tolist()) if count[k] == 2 and tuple(pair) not in known]
         middle = face.parameters[edges[new]].mean(axis=1)
-        exact = np.array([(p.X(), p.Y(), p.Z()) for p in (face.spline.Value(u, v) for u, v in middle.tolist())])
+        exact = np.array([(p.X(), p.Y(), p.Z()) for p in (spline.Value(u, v) for u, v in middle.tolist())])
         ends = face.points[edges[new]]
         away = np.linalg.norm(exact.reshape(-1, 3) - ends.mean(axis=1), axis=1)
         # Next to a pole the mean of two parameters may be anywhere around it.
@@ -119,7 +120,7 @@ def _refined(face: _Face, most: float) -> _Face:
             np.concatenate([face.points, exact[split]]),
             np.concatenate([face.parameters, middle[split]]),
             _divided(face.corners, inserted[each.reshape(-1, 3)]),
-            face.spline,
+            spline,
         )
     return face
 
