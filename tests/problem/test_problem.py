@@ -63,6 +63,13 @@ def test_gravity_direction_is_a_unit_vector():
     assert gravity.direction == pytest.approx((0.6, 0.0, -0.8), abs=1e-15)
 
 
+@pytest.mark.parametrize("length", [5e-324, 1e-200, 1e308])
+def test_directions_of_any_length_are_normalised(length):
+    gravity = loads(LEAST + f"[gravity]\ndirection = [0, {length!r}, {length!r}]\n").gravity
+    assert gravity is not None
+    assert gravity.direction == pytest.approx((0.0, 0.5**0.5, 0.5**0.5), abs=1e-15)
+
+
 def test_stretch_as_printed():
     text = LEAST + '[limits]\nstretch = { limit = "0.2 /mm^2", form = "printed" }\n'
     assert loads(text).limits.stretch.form == "printed"

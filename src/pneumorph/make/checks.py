@@ -93,7 +93,7 @@ def step_checks(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
     yield Check(name, "open, missing or surplus shells", wrong, 0)
     if wrong:
         return
-    yield Check(name, "invalid shapes (BRepCheck)", int(not BRepCheck_Analyzer(shape).IsValid()), 0)
+    yield validity(name, shape)
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties, _QUADRATURE)
     yield Check(name, "relative volume error", abs(properties.Mass() / volume_inside(surfaces) - 1.0), VOLUME)
@@ -120,10 +120,10 @@ def mesh_checks(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> It
     """
     name = path.name
     part = read_stl(path) if path.suffix == ".stl" else next(iter(read_3mf(path).values()))
-    solid = manifold3d.Manifold(manifold3d.Mesh64(part.points, part.corners.astype(np.uint64)))
-    wrong = open_edges(part) or int(solid.status() != manifold3d.Error.NoError)
-    yield Check(name, "open or inconsistently oriented edges", wrong, 0)
-    if wrong:
+    solid = manifold(part)
+    closed = closure(name, part, solid)
+    yield closed
+    if not closed.passed:
         return
     yield Check(name, "edges that pass through triangles", crossings(part, solid), 0)
     yield Check(name, "chord error", _chord_error(part, surfaces), chord, "mm")
@@ -143,7 +143,30 @@ def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
     )
 
 
-def open_edges(part: Triangles) -> int:
+def validity(name: str, shape: TopoDS_Shape) -> Check:
+    """Whether OpenCASCADE finds a shape from a file valid."""
+    return Check(name, "invalid shapes (BRepCheck)", int(not BRepCheck_Analyzer(shape).IsValid()), 0)
+
+
+def manifold(part: Triangles) -> manifold3d.Manifold:
+    """The triangles in manifold3d; empty if they are not closed."""
+    return manifold3d.Manifold(manifold3d.Mesh64(part.points, part.corners.astype(np.uint64)))
+
+
+def closure(name: str, part: Triangles, solid: manifold3d.Manifold) -> Check:
+    """Whether triangles are closed and consistently oriented, and manifold3d accepts them."""
+    wrong = _open_edges(part) or int(solid.status() != manifold3d.Error.NoError)
+    return Check(name, "open or inconsistently oriented edges", wrong, 0)
+
+
+def distances(part: Triangles, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distances (n,) in mm of points (n, 3) from the nearest triangle."""
+    mesh = pyvista.PolyData.from_regular_faces(part.points, part.corners)
+    _, closest = mesh.find_closest_cell(points, return_closest_point=True)  # pyright: ignore[reportGeneralTypeIssues]
+    return np.linalg.norm(closest - points, axis=1)
+
+
+def _open_edges(part: Triangles) -> int:
     """Number of edges that triangles do not use exactly once in each direction."""
     ways = part.corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     one, other = np.sort(ways @ (len(part.points), 1)), np.sort(ways[:, ::-1] @ (len(part.points), 1))
@@ -194,7 +217,5 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
 
 def _chord_error(part: Triangles, surfaces: Sequence[TubeSurface]) -> float:
     """Largest distance in mm of sample points of the surfaces from the triangles."""
-    mesh = pyvista.PolyData.from_regular_faces(part.points, part.corners)
     points = np.concatenate([surface.sample(*_samples(surface)).reshape(-1, 3) for surface in surfaces])
-    _, closest = mesh.find_closest_cell(points, return_closest_point=True)  # pyright: ignore[reportGeneralTypeIssues]
-    return float(np.linalg.norm(closest - points, axis=1).max())
+    return float(distances(part, points).max())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import manifold3d
@@ -55,7 +55,11 @@ def triangles(surfaces: Iterable[TubeSurface], chord: float) -> Triangles:
     ComputationError
         If a surface needs more than `MAX_TRIANGLES`.
     """
-    parts = [_tube(surface, chord) for surface in surfaces]
+    return together([_tube(surface, chord) for surface in surfaces])
+
+
+def together(parts: Sequence[Triangles]) -> Triangles:
+    """The triangles of several parts as one; equal points are not merged."""
     first = np.cumsum([0, *(len(part.points) for part in parts)])
     corners = [part.corners + offset for part, offset in zip(parts, first, strict=False)]
     return Triangles(np.concatenate([part.points for part in parts]), np.concatenate(corners))

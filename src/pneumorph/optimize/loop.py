@@ -266,12 +266,9 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             continue
         share = expected / max(abs(now.analysis.value), 1e-300)
         if radius >= AFRESH and share < PROGRESS / PATIENCE:
-            if radius * SHRINK >= AFRESH:
-                radius *= SHRINK
-                continue
             return f"a step of {radius * reference:.2g} mm promises no more than {100 * share:.1g} % of the objective"
         kept = expected / max(-proxy.change(step.change)[0], expected)
-        filled = float(np.abs(step.change).max()) >= 2.0 * INSIDE * radius * reference
+        filled = step.length >= 2.0 * INSIDE * radius * reference
         gained = True
         trial = yield from _try(loop, now, target.phi, clock)
         spent += trial.factorisations
@@ -313,8 +310,12 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
 
 
 def _proposal(loop: _Loop, now: _Standing, proxy: Proxy, radius: float) -> tuple[Step, Within | LimitReport, float]:
-    """The step within the limits that promises most, in trust regions from `radius` down to one that it fills."""
+    """The step within the limits that promises most, in trust regions from `radius` down to one that it fills.
+
+    A region is also too large if the promise would end the run.
+    """
     reference, phi = loop.problem.optimizer.step, now.analysis.phi
+    worthwhile = PROGRESS / PATIENCE * abs(now.analysis.value)
     best, most = None, -np.inf
     while True:
         step = now.stepper.step(phi, proxy, radius * reference)
@@ -322,7 +323,8 @@ def _proposal(loop: _Loop, now: _Standing, proxy: Proxy, radius: float) -> tuple
         promised = -proxy.change(target.phi - phi)[0] if isinstance(target, Within) else -np.inf
         if best is None or promised > most:
             best, most = (step, target, radius), promised
-        if float(np.abs(step.change).max()) >= INSIDE * radius * reference or radius * SHRINK < AFRESH:
+        fits = step.length >= INSIDE * radius * reference and not -np.inf < promised < worthwhile
+        if fits or radius * SHRINK < AFRESH:
             return best
         radius *= SHRINK
 

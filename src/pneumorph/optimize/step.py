@@ -25,6 +25,11 @@ class Step:
     evaluations: int
     learnt: Any
 
+    @property
+    def length(self) -> float:
+        """Largest change of a variable, mm."""
+        return float(np.abs(self.change).max())
+
 
 class Stepper(Protocol):
     """Finds steps. It is immutable: what it learns is returned as a new stepper."""

@@ -1,5 +1,6 @@
 """The design problem: body, material, tasks and limits, read from a file or built in Python, and validated."""
 
+from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
@@ -31,6 +32,7 @@ __all__ = [
     "Fold",
     "Gravity",
     "Limits",
+    "MakeSpec",
     "MatchCurve",
     "MatchSections",
     "Material",

@@ -38,7 +38,7 @@ class MakeSpec(Table):
 
     tube: PositiveLength = 4.0
     flange: FlangeSpec = FlangeSpec()
-    mould_wall: Annotated[float, Quantity(units.LENGTH, "positive")] = 6.0
+    mould_wall: PositiveLength = 6.0
     clearance: Clearance = 0.15
     shrinkage: Annotated[Number, Field(ge=0, lt=0.2)] = 0.0
     release_stretch: Annotated[Number, Field(gt=1)] = 1.5

@@ -141,11 +141,14 @@ class Gravity(Table):
 
     @model_validator(mode="after")
     def _unit_direction(self) -> "Gravity":
-        length = math.hypot(*self.direction)
-        if length == 0:
+        largest = max(abs(part) for part in self.direction)
+        if largest == 0:
             raise InvalidKey("direction", "has length zero; write e.g. direction = [0, 0, -1]")
-        if not math.isclose(length, 1.0, rel_tol=1e-12):
-            object.__setattr__(self, "direction", tuple(part / length for part in self.direction))
+        if not math.isclose(math.hypot(*self.direction), 1.0, rel_tol=1e-12):
+            # By the largest part first: squares of very small or large numbers leave the range of floats.
+            scaled = [part / largest for part in self.direction]
+            length = math.hypot(*scaled)
+            object.__setattr__(self, "direction", tuple(part / length for part in scaled))
         return self
 
 

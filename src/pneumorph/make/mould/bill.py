@@ -58,7 +58,7 @@ def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list
     grams = poured * density * 1e6
     items = [
         Item(f"rubber, {rubber}", poured / 1000.0, "cm³", f"part {volume / 1000.0:.1f} cm³ and waste"),
-        Item(f"rubber, {rubber}", grams, "g"),
+        Item(f"rubber, {rubber}", grams, "g", "" if rubber in MIX else "its mixture: see the maker's data sheet"),
     ]
     if rubber in MIX:
         a, b = MIX[rubber]
@@ -66,8 +66,6 @@ def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list
             Item(f"{rubber} part {name}", grams * share / (a + b), "g", f"mixed {a:g} : {b:g} by weight")
             for name, share in (("A", a), ("B", b))
         ]
-    else:
-        items.append(Item(f"{rubber} components", grams, "g in all", "mixture: see the maker's data sheet"))
     for part in parts:
         if part.role == "product":
             continue

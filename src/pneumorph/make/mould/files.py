@@ -1,15 +1,11 @@
 """All files of a mould, in one folder."""
 
-# pyright: reportAttributeAccessIssue=false
-# OCP has no stubs.
 from __future__ import annotations
 
 from pathlib import Path
 
-from OCP.BRepCheck import BRepCheck_Analyzer
-
 from pneumorph.geometry import Body
-from pneumorph.make.checks import Check
+from pneumorph.make.checks import Check, validity
 from pneumorph.make.mould.bill import bill, write_bill
 from pneumorph.make.mould.picture import draw_mould
 from pneumorph.make.mould.pieces import pieces
@@ -59,13 +55,13 @@ def make_mould(body: Body, problem: Problem, folder: Path, chord: float) -> tupl
         write_step({piece.name: piece.shape}, step)
         write_3mf(mesh, {piece.name: shape.triangles})
         written += [step, mesh]
-        checks.append(_valid(step))
+        checks.append(validity(step.name, read_step(step)))
         # What is proved is what is in the file.
         stored = next(iter(read_3mf(mesh).values()))
         parts.append(part(piece.name, piece.role, Tessellation(stored, shape.spline)))
     assembly = folder / "assembly.step"
     write_step({piece.name: piece.shape for piece in made if piece.role in ("mould", "core")}, assembly)
-    checks += [_valid(assembly), *proof(planned, parts, chord)]
+    checks += [validity(assembly.name, read_step(assembly)), *proof(planned, parts, chord)]
     items = bill(planned, parts, rubber.name, rubber.density)
     table, sheet, walls = folder / "bill.csv", folder / "assembly.pdf", folder / "wall.png"
     write_bill(items, table)
@@ -74,7 +70,3 @@ def make_mould(body: Body, problem: Problem, folder: Path, chord: float) -> tupl
     picture = folder / "mould.png"
     drawn = (picture,) if draw_mould(folder, picture) else ()
     return (*written, assembly, table, sheet, walls, *drawn), tuple(checks)
-
-
-def _valid(path: Path) -> Check:
-    return Check(path.name, "invalid shapes (BRepCheck)", int(not BRepCheck_Analyzer(read_step(path)).IsValid()), 0)

@@ -72,7 +72,3 @@ def main() -> None:
     plotter.reset_camera_clipping_range()
     plotter.enable_anti_aliasing("ssaa")
     plotter.screenshot(str(path))
-
-
-if __name__ == "__main__":
-    main()

@@ -13,9 +13,9 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body, TubeSurface, enclosed_volume
 from pneumorph.make.mould.release import Release, partings
 from pneumorph.make.mould.samples import Samples, sampled
-from pneumorph.make.mould.stems import INTO, Stem, at_the_tip, ports
+from pneumorph.make.mould.stems import INTO, Stem, ports, upright
 from pneumorph.make.mould.tops import tops
-from pneumorph.problem.fabrication import MakeSpec
+from pneumorph.problem import MakeSpec
 
 Array = NDArray[np.float64]
 
@@ -61,6 +61,8 @@ class Plan:
     spec : MakeSpec
     samples : tuple of Samples
         Of its surfaces, the exterior first.
+    thickness : (n,) array
+        Of the rubber between the points of the exterior and the nearest chamber, mm.
     cores : tuple of Core
         One for every chamber.
     stem : float
@@ -80,6 +82,7 @@ class Plan:
     body: Body
     spec: MakeSpec
     samples: tuple[Samples, ...]
+    thickness: Array
     cores: tuple[Core, ...]
     stem: float
     angles: tuple[float, ...]
@@ -129,7 +132,7 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
         )
     )
     exterior = samples[0]
-    thickness = KDTree(np.concatenate([one.points for one in samples[1:]])).query(exterior.points)[0]
+    thickness = KDTree(np.concatenate([one.closed for one in samples[1:]])).query(exterior.points)[0]
     given = [stem.angle for core in cores for stem in core.stems if stem.way == "side"]
     angles, releases = partings(exterior, thickness, given, spec.release_stretch)
     worst = max(releases, key=lambda each: each.stretch)
@@ -147,6 +150,7 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
         body=body,
         spec=spec,
         samples=samples,
+        thickness=thickness,
         cores=cores,
         stem=radius,
         angles=tuple(angles),
@@ -182,7 +186,7 @@ def _core(
     sag = _sag(chamber, samples[number], port, radius, density, ends=1)
     if sag <= spec.core_sag:
         return Core(chamber.name, (port,), sag)
-    support = at_the_tip(chamber, number, samples, radius, wall)
+    support = upright(number, chamber, samples, radius, wall, tip=True)
     if support is None:
         return Core(chamber.name, (port,), sag)
     return Core(chamber.name, (port, support), _sag(chamber, samples[number], port, radius, density, ends=2))

@@ -8,14 +8,13 @@ from itertools import combinations
 
 import manifold3d
 import numpy as np
-import pyvista
 from numpy.typing import NDArray
 
-from pneumorph.make.checks import Check, open_edges
+from pneumorph.make.checks import Check, closure, distances, manifold
 from pneumorph.make.mould.pieces import Role
 from pneumorph.make.mould.plan import Plan
 from pneumorph.make.mould.tessellation import Tessellation
-from pneumorph.make.triangles import Triangles
+from pneumorph.make.triangles import together
 
 Array = NDArray[np.float64]
 
@@ -46,9 +45,7 @@ class Part:
 
 def part(name: str, role: Role, mesh: Tessellation) -> Part:
     """Build a part; its solid is empty if the triangles are not closed."""
-    triangles = mesh.triangles
-    solid = manifold3d.Manifold(manifold3d.Mesh64(triangles.points, triangles.corners.astype(np.uint64)))
-    return Part(name, role, mesh, solid)
+    return Part(name, role, mesh, manifold(mesh.triangles))
 
 
 def proof(plan: Plan, parts: Sequence[Part], chord: float) -> Iterator[Check]:
@@ -62,8 +59,7 @@ def proof(plan: Plan, parts: Sequence[Part], chord: float) -> Iterator[Check]:
         Chord error of their triangles, mm.
     """
     for each in parts:
-        wrong = open_edges(each.mesh.triangles) or int(each.solid.status() != manifold3d.Error.NoError)
-        yield Check(each.name, "open or inconsistently oriented edges", wrong, 0)
+        yield closure(each.name, each.mesh.triangles, each.solid)
     yield from _sizes(plan, parts)
     product = next(each for each in parts if each.role == "product")
     around = [each for each in parts if each.role in ("mould", "core")]
@@ -106,15 +102,11 @@ def _thin(each: Part, least: float) -> int:
 
 def _room(product: Part, around: Sequence[Part], chord: float) -> Iterator[Check]:
     """The room between pieces and cores is the rubber part: distances in both directions, and volume."""
-    mould = pyvista.merge([_surface(each.mesh.triangles) for each in around])
-    away = _distances(mould, product.mesh.triangles.points)
+    away = distances(together([each.mesh.triangles for each in around]), product.mesh.triangles.points)
     yield Check("mould", "distance of the part's points from the mould's surfaces", float(away.max()), chord, "mm")
-    rubber, farthest = _surface(product.mesh.triangles), 0.0
-    for each in around:
-        own = np.unique(each.mesh.triangles.corners[each.mesh.spline])
-        if len(own):
-            farthest = max(farthest, float(_distances(rubber, each.mesh.triangles.points[own]).max()))
-    yield Check("mould", "distance of the mould's curved surfaces from the part", farthest, chord, "mm")
+    curved = [each.mesh.triangles.points[np.unique(each.mesh.triangles.corners[each.mesh.spline])] for each in around]
+    away = distances(product.mesh.triangles, np.concatenate(curved))
+    yield Check("mould", "distance of the mould's curved surfaces from the part", float(away.max()), chord, "mm")
     taken = sum((product.solid ^ each.solid).volume() for each in around)
     yield Check("mould", "room of the rubber that pieces take up", taken / product.solid.volume(), VOLUME)
 
@@ -136,12 +128,3 @@ def _openings(plan: Plan, product: Part) -> Iterator[Check]:
     yield Check("body", "chambers without a way out", len(product.solid.decompose()) - 1, 0)
     handles = sum(len(core.stems) - 1 for core in plan.cores)
     yield Check("body", "connections of chambers with each other", abs(product.solid.genus() - handles), 0)
-
-
-def _surface(part: Triangles) -> pyvista.PolyData:
-    return pyvista.PolyData.from_regular_faces(part.points, part.corners)
-
-
-def _distances(surface: pyvista.PolyData, points: Array) -> Array:
-    _, closest = surface.find_closest_cell(points, return_closest_point=True)  # pyright: ignore[reportGeneralTypeIssues]
-    return np.linalg.norm(closest - points, axis=1)

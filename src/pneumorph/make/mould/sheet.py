@@ -17,6 +17,9 @@ from pneumorph.make.mould.plan import PLATE, Plan
 from pneumorph.make.mould.proof import Part
 
 _COLOURS = {"mould": ("#c7cdd4", "#b3bcc6"), "core": ("#e8b75e", "#e8b75e"), "product": ("#8fc1a9", "#8fc1a9")}
+LEAK = 20.0
+"""Pressure in kPa of the first test for leaks: below what designs are made for."""
+
 _PAGE = (8.27, 11.69)  # A4 upright, inches
 
 
@@ -40,8 +43,9 @@ def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
     side = [stem for stem in plan.stems if stem.way == "side"]
     closed = [stem for stem in plan.stems if stem.closed]
     angles = ", ".join(f"{np.degrees(angle):.0f}°" for angle in plan.angles)
-    weighed = [f"{item.quantity:.4g} g of {item.item}" for item in items if item.unit.startswith("g")]
-    lying, plugged, leak = "", [], 20.0
+    # The whole first, then its parts if it is mixed.
+    whole, *mixed = [f"{item.quantity:.4g} g of {item.item}" for item in items if item.unit == "g"]
+    lying, plugged = "", []
     if side:
         lying = f" Cores of chambers {', '.join(stem.chamber for stem in side)} lie with their stems in a parting."
     if closed:
@@ -53,7 +57,7 @@ def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
         "Brush release agent on all faces that rubber touches.",
         "Put the cores' stems into the base, flats against flats." + lying,
         f"Close the outer pieces around them (partings at {angles}), put on the lid, and tighten the four rods.",
-        f"Weigh {' and '.join(weighed[1:] or weighed)}; mix, and degas until the foam has collapsed.",
+        f"Weigh {' and '.join(mixed or [whole])}; mix, and degas until the foam has collapsed.",
         "Stand the mould upright, base down. Inject slowly through the gate in the lid until rubber leaves all vents"
         + (f" ({len(plan.vents)} of them in the outer pieces: close each when it runs)." if len(plan.vents) else "."),
         "Let it cure as the data sheet says, at a temperature that the cores bear.",
@@ -63,7 +67,7 @@ def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
         *plugged,
         f"Press tubes of {plan.spec.tube:g} mm into the ports with silicone adhesive; clamp the flange between the "
         "mount and the clamp's halves; glue the tip plate to the tip.",
-        f"Test for leaks under water at {leak:g} kPa, then at the largest pressure of the problem file.",
+        f"Test for leaks under water at {LEAK:g} kPa, then at the largest pressure of the problem file.",
     ]
 
 

@@ -76,7 +76,8 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
         If a chamber can be reached neither from below nor from the side.
     """
     found: list[Stem | None] = [
-        _from_below(number, chamber, samples, radius, wall) for number, chamber in enumerate(body.chambers, start=1)
+        upright(number, chamber, samples, radius, wall, tip=False)
+        for number, chamber in enumerate(body.chambers, start=1)
     ]
     rest = [number for number, stem in enumerate(found, start=1) if stem is None]
     if rest:
@@ -97,23 +98,13 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
     return [stem for stem in found if stem is not None]
 
 
-def at_the_tip(
-    chamber: TubeSurface, number: int, samples: Sequence[Samples], radius: float, wall: float
-) -> Stem | None:
-    """A second stem of a chamber through the tip, to support its core; None if there is no straight way."""
-    return _upright(number, chamber, samples, radius, wall, tip=True)
-
-
-def _from_below(
-    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float
-) -> Stem | None:
-    return _upright(number, chamber, samples, radius, wall, tip=False)
-
-
-def _upright(
+def upright(
     number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, tip: bool
 ) -> Stem | None:
-    """A stem along z through the base or the tip."""
+    """The stem of the chamber with this number along z, through the base or the tip; None if no straight way is free.
+
+    That through the tip only supports the core, and its hole is closed after casting.
+    """
     own, length = samples[number].points, float(samples[0].points[:, 2].max())
     sign = 1.0 if tip else -1.0
     rim = chamber.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [float(tip)])[0]

@@ -22,7 +22,7 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Shape
 
-from pneumorph.make.triangles import Triangles
+from pneumorph.make.triangles import Triangles, together
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -61,14 +61,12 @@ class _Face(NamedTuple):
 def tessellated(shape: TopoDS_Shape, chord: float) -> Tessellation:
     """Triangulate a solid with a chord error in mm."""
     faces = [_refined(face, _SPLIT * chord) for face in _meshed(shape, _EDGES * chord)]
-    first = np.cumsum([0, *(len(face.points) for face in faces)])
-    points = np.concatenate([face.points for face in faces])
-    corners = np.concatenate([face.corners + start for face, start in zip(faces, first, strict=False)])
+    whole = together([Triangles(face.points, face.corners) for face in faces])
     spline = np.concatenate([np.full(len(face.corners), face.spline is not None) for face in faces])
-    _, kept, merged = np.unique(np.round(points, _DECIMALS) + 0.0, axis=0, return_index=True, return_inverse=True)
-    joined = merged.reshape(-1)[corners]
+    _, kept, merged = np.unique(np.round(whole.points, _DECIMALS) + 0.0, axis=0, return_index=True, return_inverse=True)
+    joined = merged.reshape(-1)[whole.corners]
     proper = (joined != np.roll(joined, 1, axis=1)).all(axis=1)
-    return Tessellation(Triangles(points[kept], joined[proper]), spline[proper])
+    return Tessellation(Triangles(whole.points[kept], joined[proper]), spline[proper])
 
 
 def _meshed(shape: TopoDS_Shape, chord: float) -> list[_Face]:
@@ -99,7 +97,7 @@ def _refined(face: _Face, most: float) -> _Face:
     spline = face.spline
     if spline is None:
         return face
-    known: dict[tuple[int, int], bool] = {}
+    known: set[tuple[int, ...]] = set()
     for _ in range(_MOST):
         sides = np.sort(face.corners[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
         edges, each, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
@@ -111,7 +109,7 @@ def _refined(face: _Face, most: float) -> _Face:
         away = np.linalg.norm(exact.reshape(-1, 3) - ends.mean(axis=1), axis=1)
         # Next to a pole the mean of two parameters may be anywhere around it.
         split = (away > most) & (away < 0.5 * np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1))
-        known |= {tuple(edges[k].tolist()): False for k in new}
+        known.update(map(tuple, edges[new].tolist()))
         if not split.any():
             break
         inserted = np.full(len(edges), -1)

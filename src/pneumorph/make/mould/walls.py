@@ -9,7 +9,6 @@ from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from scipy.spatial import KDTree
 
 from pneumorph.make.mould.plan import Plan
 
@@ -23,9 +22,8 @@ def draw_walls(plan: Plan, path: Path) -> None:
         If the file cannot be written.
     """
     exterior = plan.samples[0]
-    inside = KDTree(np.concatenate([one.closed for one in plan.samples[1:]]))
     rows, columns = exterior.x.shape[:2]
-    thickness = inside.query(exterior.points)[0].reshape(rows, columns)
+    thickness = plan.thickness.reshape(rows, columns)
     around, along = np.linspace(0.0, 360.0, columns + 1), np.linspace(0.0, plan.length, rows)
     # Above the largest thickness beside the chambers everything looks the same: the ends are thick.
     span = Normalize(float(thickness.min()), float(np.quantile(thickness, 0.98)))
