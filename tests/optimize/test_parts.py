@@ -20,7 +20,7 @@ from pneumorph.optimize.events import BroughtWithin
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import build_smoothing
-from pneumorph.optimize.subproblem import build_sequential_quadratic, limits_by_variables
+from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, least_motion, within
 from pneumorph.problem import loads
 
@@ -219,8 +219,8 @@ def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage)
     assert optimality(space, smooth, limits, space.start, inward) == 1.0
     # Walls exactly at their limit: an objective that wants them thinner everywhere has nothing to gain.
     thick = sample_limits(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
-    rows = linearised(thick, body, 0.01, -0.01)
-    price = np.where(rows.kind == KINDS.index("wall"), 1.0, 0.0)
-    resisted = -limits_by_variables(space, rows.jacobian).T @ price
+    active = linear_limits(space, thick, space.start, 0.01, -0.01)
+    price = np.where(active.rows.kind == KINDS.index("wall"), 1.0, 0.0)
+    resisted = -active.jacobian.T @ price
     assert optimality(space, smooth, thick, space.start, resisted) < 0.02
     assert optimality(space, smooth, thick, space.start, -resisted) > 0.5

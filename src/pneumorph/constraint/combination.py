@@ -8,22 +8,22 @@ import numpy as np
 
 @numba.njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
 def combined(net, support_r, functions_r, support_q, functions_q, orders):
-    """Fields (m, 3, rows, columns) of a control net (3, n_r, n_q).
+    """Fields (m, d, rows, columns) of a control net (d, n_r, n_q), d coordinates of each control point.
 
     Parameters
     ----------
     support_r, support_q : (rows, 4) and (columns, 4) int arrays
         Indices of the rows and columns of the net on which each sample depends.
-    functions_r : (k, 3, rows, 4) array
+    functions_r : (k, d, rows, 4) array
     functions_q : (l, columns, 4) array
     orders : (m, 2) int array
         Indices of the functions of r and of q whose product gives each field.
     """
     rows, columns = len(support_r), len(support_q)
-    fields = np.empty((len(orders), 3, rows, columns))
+    fields = np.empty((len(orders), len(net), rows, columns))
     for m in range(len(orders)):
         by_r, by_q = functions_r[orders[m, 0]], functions_q[orders[m, 1]]
-        for c in range(3):
+        for c in range(len(net)):
             for row in range(rows):
                 line = np.zeros(net.shape[2])
                 for i in range(4):

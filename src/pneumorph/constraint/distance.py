@@ -17,12 +17,14 @@ from functools import cached_property
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numba
 import numpy as np
 from jax import Array
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
+from pneumorph.constraint import expansion
 from pneumorph.constraint.sampling import Fields, Grid, every_second, with_discs
+from pneumorph.constraint.search import facing_samples, nearest_samples
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -90,15 +92,15 @@ class SampledSurface:
         return self.grid.step[0]
 
     @property
+    def steps(self) -> tuple[float, Floats, Floats]:
+        """`across`, `ahead` and `behind`."""
+        return self.across, self.ahead, self.behind
+
+    @property
     def tube(self) -> slice:
         """The samples that lie on the tube."""
         first = self.rings * self.columns
         return slice(first, first + len(self.grid.r) * self.columns)
-
-    @cached_property
-    def tree(self) -> KDTree:
-        """Search tree of the samples."""
-        return _tree(self.x)
 
     def normals(self) -> Floats:
         """Unit normals, (n, 3)."""
@@ -121,36 +123,15 @@ class SampledSurface:
         offset : (n, 2) array
             From the sample to the closest point, in mm along q and r; zero if the sample itself is closest.
         """
-        x, q, r, qq, qr, rr = (field[near] for field in self.fields)
-        row = near // self.columns
-        # Beyond half a cell the neighbouring sample is closer, so steps of three quarters of a cell are enough.
-        low, high = -0.75 * self.behind[row], 0.75 * self.ahead[row]
-        a, b = np.zeros(len(near)), np.zeros(len(near))
-        gap = x - points
-        for _ in range(4):
-            to_q, to_r = q + a[:, None] * qq + b[:, None] * qr, r + a[:, None] * qr + b[:, None] * rr
-            away = (
-                gap
-                + a[:, None] * (q + 0.5 * a[:, None] * qq + b[:, None] * qr)
-                + b[:, None] * (r + 0.5 * b[:, None] * rr)
-            )
-            slope_a, slope_b = _dot(away, to_q), _dot(away, to_r)
-            aa = _dot(to_q, to_q) + _dot(away, qq)
-            ab = _dot(to_q, to_r) + _dot(away, qr)
-            bb = _dot(to_r, to_r) + _dot(away, rr)
-            lowest = 0.5 * (aa + bb) - np.hypot(0.5 * (aa - bb), ab)
-            shift = np.maximum(0.05 - lowest, 0.0)
-            aa, bb = aa + shift, bb + shift
-            determinant = aa * bb - ab**2
-            a = np.clip(a - (bb * slope_a - ab * slope_b) / determinant, -0.75 * self.across, 0.75 * self.across)
-            b = np.clip(b - (aa * slope_b - ab * slope_a) / determinant, low, high)
-        closest = (
-            x + a[:, None] * (q + 0.5 * a[:, None] * qq + b[:, None] * qr) + b[:, None] * (r + 0.5 * b[:, None] * rr)
-        )
-        distance, at_sample = np.linalg.norm(closest - points, axis=1), np.linalg.norm(gap, axis=1)
-        keep = ~(distance < at_sample)
-        closest[keep], a[keep], b[keep] = x[keep], 0.0, 0.0
-        return np.minimum(distance, at_sample), closest, np.stack([a, b], axis=1)
+        distance, offset = np.empty(len(near)), np.empty((len(near), 2))
+        expansion.closest(points, near, tuple(self.fields), self.columns, self.steps, distance, offset)
+        return distance, self.positions(near, offset), offset
+
+    def positions(self, near: Ints, offset: Floats) -> Floats:
+        """Positions (n, 3) at offsets (n, 2) in mm from samples (n,), by the expansions."""
+        x = np.empty((len(near), 3))
+        expansion.positions(near, offset, tuple(self.fields), x)
+        return x
 
     def corners(self, near: Ints, offset: Floats) -> tuple[Ints, Floats]:
         """Indices and weights (n, 4) of the four samples around points given by a sample and an offset (n, 2) in mm."""
@@ -194,9 +175,8 @@ def sampled_surface(fields: Fields, grid: Grid, discs: bool) -> SampledSurface:
 
 def nearest(points: Floats, surface: SampledSurface, bound: float) -> tuple[NDArray[np.bool_], Ints]:
     """For each point whether a sample of the surface is within `bound` mm, and the index of the nearest (0 if not)."""
-    distance, near = surface.tree.query(points, distance_upper_bound=bound, workers=-1)
-    within = np.isfinite(distance)
-    return within, np.where(within, near, 0)
+    distance, near = nearest_samples(points, surface.x, bound)
+    return np.isfinite(distance), near
 
 
 def wall_closest(points: Floats, surface: SampledSurface, bound: float, first: int) -> ClosestPoints:
@@ -276,12 +256,10 @@ def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, sourc
     edge_offset = np.zeros((len(source), 2))
     small = np.flatnonzero(neighbourhood * _AS_SHORT * _least_stretch(tube)[source] < bound)
     edge_distance[small], edge_near[small], edge_offset[small] = _edge(tube, neighbourhood, source[small])
-    normals = tube.normals()
+    normals = _FACING * tube.normals()
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
-    tree = _tree(np.hstack([tube.x, _FACING * normals]))
     x = tube.x[source]
-    found, near = tree.query(np.hstack([x, -_FACING * normals[source]]), distance_upper_bound=reach, workers=-1)
-    near = np.where(np.isfinite(found), near, 0)
+    found, near = facing_samples(x, -normals[source], tube.x, normals, reach)
     counts = np.isfinite(found) & (_apart(tube.grid, source, near) >= neighbourhood)
     distance = np.where(counts, np.linalg.norm(x - tube.x[near], axis=1), np.inf)
 
@@ -308,42 +286,51 @@ def _least_stretch(tube: SampledSurface) -> Floats:
 def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Floats, Ints, Floats]:
     """Distance, nearest sample and offset of the nearest point on the edge of each source's neighbourhood."""
     step_q, step_r = tube.grid.step
-    rows, columns = tube.grid.shape
-    shrink = tube.grid.frame.shrink[:, 0]
-    x = np.moveaxis(tube.x.reshape(rows, columns, 3), -1, 0)
-    row, column = np.divmod(source, columns)
-    here = x[:, row, column]
-    best = np.full(len(source), np.inf)
-    near = np.zeros(len(source), dtype=np.int64)
-    offset = np.zeros((len(source), 2))
     diameter = tube.grid.size[0] / np.pi
-    for chord, along in _ring(neighbourhood, step_r):
-        if abs(chord) > diameter:
-            continue  # the neighbourhood extends around the whole tube
-        around = diameter * np.arcsin(chord / diameter)
-        aside, up = round(around / step_q), round(along / step_r)
-        rest = np.array([around - aside * step_q, along - up * step_r])
-
-        def at(up: int, aside: int) -> Floats:
-            return x[:, np.clip(row + up, 0, rows - 1), (column + aside) % columns]
-
-        place = at(up, aside)
-        gap = place - here
-        if rest[0]:
-            gap += abs(rest[0]) / step_q * (at(up, aside + int(np.sign(rest[0]))) - place)
-        if rest[1]:
-            gap += abs(rest[1]) / step_r * (at(up + int(np.sign(rest[1])), aside) - place)
-        distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
-        there = np.clip(row + up, 0, rows - 1)
-        # Near a pole steps around are shorter, and the point may still be within the neighbourhood.
-        apart = np.hypot(chord * np.minimum(shrink[row], shrink[there]), along)
-        exists = (row + along / step_r >= 0.0) & (row + along / step_r <= rows - 1)
-        distance[~exists | (apart < neighbourhood - 1e-6)] = np.inf
-        closer = distance < best
-        best[closer] = distance[closer]
-        near[closer] = (there * columns + (column + aside) % columns)[closer]
-        offset[closer] = rest
+    ring = np.array([place for place in _ring(neighbourhood, step_r) if abs(place[0]) <= diameter]).reshape(-1, 2)
+    around = diameter * np.arcsin(ring[:, 0] / diameter)
+    whole = np.rint(np.stack([around / step_q, ring[:, 1] / step_r], axis=1))
+    rest = np.stack([around, ring[:, 1]], axis=1) - whole * [step_q, step_r]
+    best, near = np.full(len(source), np.inf), np.zeros(len(source), dtype=np.int64)
+    offset = np.zeros((len(source), 2))
+    shrink = np.ascontiguousarray(tube.grid.frame.shrink[:, 0])
+    found = ring, whole.astype(np.int64), rest
+    _least_on_ring(tube.x, shrink, source, tube.columns, (step_q, step_r), found, neighbourhood, best, near, offset)
     return best, near, offset
+
+
+@numba.njit(cache=True, nogil=True)
+def _least_on_ring(x, shrink, source, columns, step, places, neighbourhood, best, near, offset):
+    """Fill `best`, `near` and `offset` with the nearest of some places around each source.
+
+    `places` are chords and lengths along r (m, 2), whole grid steps (m, 2), and what is left beyond these in mm (m, 2).
+    """
+    ring, whole, rest = places
+    rows = len(shrink)
+    for k in range(len(source)):
+        here, row, column = source[k], source[k] // columns, source[k] % columns
+        for m in range(len(ring)):
+            up = ring[m, 1] / step[1]
+            if row + up < 0.0 or row + up > rows - 1:
+                continue
+            there = min(max(row + whole[m, 1], 0), rows - 1)
+            # Near a pole steps around are shorter, and the point may still be within the neighbourhood.
+            if np.hypot(ring[m, 0] * min(shrink[row], shrink[there]), ring[m, 1]) < neighbourhood - 1e-6:
+                continue
+            at = there * columns + (column + whole[m, 0]) % columns
+            beside = there * columns + (column + whole[m, 0] + int(np.sign(rest[m, 0]))) % columns
+            beyond = min(max(row + whole[m, 1] + int(np.sign(rest[m, 1])), 0), rows - 1) * columns
+            beyond += (column + whole[m, 0]) % columns
+            part_q, part_r = abs(rest[m, 0]) / step[0], abs(rest[m, 1]) / step[1]
+            square = 0.0
+            for c in range(3):
+                gap = x[at, c] - x[here, c]
+                gap += part_q * (x[beside, c] - x[at, c]) + part_r * (x[beyond, c] - x[at, c])
+                square += gap * gap
+            distance = np.sqrt(square)
+            if distance < best[k]:
+                best[k], near[k] = distance, at
+                offset[k, 0], offset[k, 1] = rest[m, 0], rest[m, 1]
 
 
 def _ring(radius: float, step: float) -> list[tuple[float, float]]:
@@ -352,11 +339,6 @@ def _ring(radius: float, step: float) -> list[tuple[float, float]]:
     quarter = [(float(np.sqrt(radius**2 - (up * step) ** 2)), up * step) for up in sorted(ups) if up * step < radius]
     quarter.append((0.0, radius))
     return sorted({(i * around, j * along) for around, along in quarter for i in (1, -1) for j in (1, -1)})
-
-
-def _tree(points: Floats) -> KDTree:
-    # Samples of surfaces are so unevenly distributed that trees split at midpoints, not compacted, are twice as fast.
-    return KDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def _apart(grid: Grid, i: Ints, j: Ints) -> Floats:

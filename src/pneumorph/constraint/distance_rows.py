@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.constraint import expansion
+from pneumorph.constraint.combination import combined
 from pneumorph.constraint.distance import SampledSurface, nearest, nearest_fold, sampled_surface
 from pneumorph.constraint.report import Pairs
 from pneumorph.constraint.sampled import (
@@ -24,7 +26,7 @@ from pneumorph.constraint.sampled import (
 )
 from pneumorph.constraint.sampling import Fields, Grid
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.geometry.local import point_weights
+from pneumorph.geometry.local import nonzero_functions, point_weights
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -83,29 +85,10 @@ def _closest_nearby(
     here: SampledSurface, some: Ints, there: SampledSurface, near: Ints, offset: Floats
 ) -> tuple[Floats, Floats]:
     """Offsets (m, 2) from samples, on both surfaces, of the closest pair near each sample and its closest point."""
-    row = some // here.columns
-    best = np.linalg.norm(here.x[some] - _expanded(there, near, offset), axis=1)
-    # All points around all samples at once.
-    steps = [(0.0, 0.0), *((across, along) for across in NEARBY for along in NEARBY)]
-    away = [
-        np.stack([np.full(len(some), across * here.across), along * (here.behind if along < 0 else here.ahead)[row]], 1)
-        for across, along in steps
-    ]
-    around, everywhere = np.concatenate(away), np.tile(near, len(steps))
-    distance, _, place = there.closest(_expanded(here, np.tile(some, len(steps)), around), everywhere)
-    distance, place = distance.reshape(len(steps), -1), place.reshape(len(steps), -1, 2)
-    distance[0], place[0] = best, offset
-    # Of distances that are equal up to rounding the first is taken.
-    pick, each = np.argmin(np.round(distance, DIGITS), axis=0), np.arange(len(some))
-    aside, closest = np.stack(away)[pick, each], place[pick, each]
+    aside, closest = np.zeros((len(some), 2)), offset.copy()
+    one, other = ((tuple(side.fields), side.columns, side.steps) for side in (here, there))
+    expansion.closest_around(some, near, one, other, np.array(NEARBY), DIGITS, aside, closest)
     return aside, closest
-
-
-def _expanded(surface: SampledSurface, sample: Ints, offset: Floats) -> Floats:
-    """Positions (m, 3) at offsets from samples, by the second-order expansion."""
-    x, q, r, qq, qr, rr = (field[sample] for field in surface.fields)
-    a, b = offset[:, :1], offset[:, 1:]
-    return x + a * (q + 0.5 * a * qq + b * qr) + b * (r + 0.5 * b * rr)
 
 
 def _folds(limits: LimitSamples, body: Body, number: int, tube: SampledSurface, reach: float) -> RowBlock:
@@ -277,7 +260,9 @@ def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterat
     samples, spec, surface = limits.fine[number], limits.spec.fold, body.surfaces[number]
     edge = EDGE / limits.spans[number][1]
     r = np.clip(samples.r, edge, 1.0 - edge)
-    z = surface.sample(samples.q, r)[..., 2]
+    support, functions = nonzero_functions(surface.basis_r, r)
+    net = np.ascontiguousarray(np.moveaxis(surface.net[..., 2:], 2, 0))
+    z = combined(net, support, functions[None, None], samples.support_q, samples.local_q, np.zeros((1, 2), int))[0, 0]
     for tip, sign in ((0, 1.0), (1, -1.0)):
         along = (1.0 - r if tip else r)[:, None] * surface.size[1]
         slope = -sign / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.smoothing import Smoothing
-from pneumorph.optimize.within import least_motion, limits_by_variables
+from pneumorph.optimize.within import least_motion
 
 ACTIVE = 0.01
 """Limits this close to their bounds, as fractions of these, count as active."""
@@ -28,8 +28,8 @@ def optimality(
     whole = float(np.abs(smooth.transpose(slope)).sum())
     if whole == 0.0:
         return 0.0
-    rows = linearised(limits, space.body(phi), ACTIVE * limits.spec.wall, -ACTIVE)
-    if not len(rows.value):
+    active = linear_limits(space, limits, phi, ACTIVE * limits.spec.wall, -ACTIVE)
+    if not len(active.rows.value):
         return 1.0
-    left = least_motion(smooth, limits_by_variables(space, rows.jacobian), np.zeros(len(rows.value)), slope / whole)
+    left = least_motion(smooth, active.jacobian, np.zeros(len(active.rows.value)), slope / whole)
     return min(float(np.abs(left.raw).sum()), 1.0)

@@ -15,17 +15,12 @@ from scipy import sparse
 
 from pneumorph.constraint import LimitReport, certify
 from pneumorph.constraint.report import Pairs, Points, joined
-from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.accelerated import minimise, tightened
+from pneumorph.optimize.linear_limits import MARGIN, TOLERANCES, linear_limits
 from pneumorph.optimize.smoothing import Smoothing
-from pneumorph.optimize.subproblem import limits_by_variables
-
-MARGIN = 0.4
-"""How far within their bounds limits are brought, in tolerances; the rest of the tolerance is for the gap of the
-certificate."""
 
 ACCURACY = 0.3
 """Fraction of the tolerances to which limits are met on samples."""
@@ -49,9 +44,6 @@ REACH, LEAST = 0.1, -0.05
 during motions."""
 
 
-TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
-
-
 @dataclass(frozen=True, eq=False)
 class Within:
     """A design that keeps every limit: its variables, and its certified report."""
@@ -66,7 +58,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.
     Places between samples where the certificate finds a limit broken become samples; where that is not enough, margins
     grow.
     """
-    margins, places, pairs = MARGIN * TOLERANCES, None, None
+    margins, places, pairs = MARGIN.copy(), None, None
     phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
     found = certify(space.body(phi), limits.spec)
     for attempt in range(1, CERTIFICATES):
@@ -99,15 +91,14 @@ def _projected(
     best, least = phi, np.inf
     resisting: Mapping[str, Points] = {}
     for _ in range(PROJECTIONS):
-        rows = linearised(limits, space.body(phi), REACH, LEAST, places, pairs)
-        places = rows.places
-        excess = rows.value + margins[rows.kind]
-        worst = float((excess - ACCURACY * TOLERANCES[rows.kind]).max(initial=0.0))
+        linear = linear_limits(space, limits, phi, REACH, LEAST, places, pairs)
+        places, excess = linear.rows.places, linear.excess(margins)
+        worst = float((excess - ACCURACY * TOLERANCES[linear.rows.kind]).max(initial=0.0))
         if worst < least:
             best, least, resisting = phi, worst, places
         if worst == 0.0 or worst > HOPELESS:
             break
-        motion = least_motion(smooth, limits_by_variables(space, rows.jacobian), excess, np.zeros(space.n))
+        motion = least_motion(smooth, linear.jacobian, excess, np.zeros(space.n))
         phi = np.clip(phi + motion.smooth, space.lower, space.upper)
     return best, resisting
 

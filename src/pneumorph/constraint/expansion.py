@@ -1,0 +1,116 @@
+"""Closest points of a sampled surface by Newton's method on second-order expansions at its samples.
+
+`fields` are position and derivatives x, q, r, qq, qr, rr, each (n, 3), per mm of both parameters. Offsets are in mm
+along q and r. `steps` are the distances to the next column, and by row those to the next and the previous row.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+ROOM = 0.75
+"""Largest offset in cells. Beyond half a cell the neighbouring sample is closer."""
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _place(fields, sample, a, b, c):
+    """Coordinate c of the expansion at a sample."""
+    x, q, r, qq, qr, rr = fields
+    rise = b * (r[sample, c] + 0.5 * b * rr[sample, c])
+    return x[sample, c] + a * (q[sample, c] + 0.5 * a * qq[sample, c] + b * qr[sample, c]) + rise
+
+
+@numba.njit(cache=True, nogil=True)
+def _nearest(px, py, pz, fields, sample, across, ahead, behind):
+    """Distance and offset of the point closest to p; zero offset if the sample itself is closest."""
+    x, q, r, qq, qr, rr = fields
+    point = (px, py, pz)
+    a, b = 0.0, 0.0
+    for _ in range(4):
+        slope_a, slope_b, aa, ab, bb = 0.0, 0.0, 0.0, 0.0, 0.0
+        for c in range(3):
+            to_q = q[sample, c] + a * qq[sample, c] + b * qr[sample, c]
+            to_r = r[sample, c] + a * qr[sample, c] + b * rr[sample, c]
+            away = _place(fields, sample, a, b, c) - point[c]
+            slope_a += away * to_q
+            slope_b += away * to_r
+            aa += to_q * to_q + away * qq[sample, c]
+            ab += to_q * to_r + away * qr[sample, c]
+            bb += to_r * to_r + away * rr[sample, c]
+        lowest = 0.5 * (aa + bb) - np.hypot(0.5 * (aa - bb), ab)
+        shift = max(0.05 - lowest, 0.0)
+        aa, bb = aa + shift, bb + shift
+        determinant = aa * bb - ab * ab
+        step_a, step_b = (bb * slope_a - ab * slope_b) / determinant, (aa * slope_b - ab * slope_a) / determinant
+        a = min(max(a - step_a, -ROOM * across), ROOM * across)
+        b = min(max(b - step_b, -ROOM * behind), ROOM * ahead)
+    found, at_sample = 0.0, 0.0
+    for c in range(3):
+        found += (_place(fields, sample, a, b, c) - point[c]) ** 2
+        at_sample += (x[sample, c] - point[c]) ** 2
+    if not found < at_sample:
+        return np.sqrt(at_sample), 0.0, 0.0
+    return np.sqrt(found), a, b
+
+
+@numba.njit(cache=True, nogil=True)
+def closest(points, near, fields, columns, steps, distance, offset):
+    """Fill distance (n,) and offset (n, 2) of the points closest to `points` (n, 3), near the samples `near` (n,)."""
+    across, ahead, behind = steps
+    for k in range(len(points)):
+        row = near[k] // columns
+        distance[k], offset[k, 0], offset[k, 1] = _nearest(
+            points[k, 0], points[k, 1], points[k, 2], fields, near[k], across, ahead[row], behind[row]
+        )
+
+
+@numba.njit(cache=True, nogil=True)
+def positions(sample, offset, fields, x):
+    """Fill the positions (n, 3) at offsets (n, 2) from samples (n,)."""
+    for k in range(len(sample)):
+        for c in range(3):
+            x[k, c] = _place(fields, sample[k], offset[k, 0], offset[k, 1], c)
+
+
+@numba.njit(cache=True, nogil=True)
+def closest_around(sample, near, here, there, around, digits, aside, offset):
+    """Move pairs of points on two surfaces to the closest pair around them.
+
+    Parameters
+    ----------
+    sample, near : (n,) int arrays
+        Samples of the first and of the second surface.
+    here, there : tuples (fields, columns, steps)
+    around : (m,) array
+        Places tried around each sample of the first surface along q and along r, in units of the sample distance.
+    digits : int
+        Of distances that are equal when rounded to these decimals the first is taken.
+    aside, offset : (n, 2) arrays
+        Offsets on both surfaces, overwritten where a closer pair is found; initially zero, and the closest point's.
+    """
+    fields, columns, (across, ahead, behind) = here
+    others, other_columns, (other_across, other_ahead, other_behind) = there
+    unit = 10.0**digits
+    for k in range(len(sample)):
+        row, other_row = sample[k] // columns, near[k] // other_columns
+        room = other_ahead[other_row], other_behind[other_row]
+        square = 0.0
+        for c in range(3):
+            gap = fields[0][sample[k], c] - _place(others, near[k], offset[k, 0], offset[k, 1], c)
+            square += gap * gap
+        best = np.rint(np.sqrt(square) * unit)
+        for i in range(len(around)):
+            a = around[i] * across
+            for j in range(len(around)):
+                b = around[j] * (behind[row] if around[j] < 0.0 else ahead[row])
+                px, py, pz = (
+                    _place(fields, sample[k], a, b, 0),
+                    _place(fields, sample[k], a, b, 1),
+                    _place(fields, sample[k], a, b, 2),
+                )
+                away, to_q, to_r = _nearest(px, py, pz, others, near[k], other_across, room[0], room[1])
+                rounded = np.rint(away * unit)
+                if rounded < best:
+                    best = rounded
+                    aside[k, 0], aside[k, 1], offset[k, 0], offset[k, 1] = a, b, to_q, to_r

@@ -1,0 +1,49 @@
+"""Linearised limits in terms of the design variables, with the margin that accepted designs keep."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.constraint.report import Pairs, Points
+from pneumorph.constraint.rows import Rows, linearised
+from pneumorph.constraint.sampled import KINDS, LimitSamples
+from pneumorph.constraint.table import BY_NAME
+from pneumorph.geometry.design_space import DesignSpace
+
+TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
+
+MARGIN = 0.4 * TOLERANCES
+"""How far within their bounds limits are brought, by kind; the rest of the tolerance is for the gap of the certificate.
+Programs keep the same margin: repairing one that they had left out would cost half of their gain."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLimits:
+    """c + J dΦ ≤ 0 near a design: the rows, and J (m, n) by the design variables; pressures have no derivatives."""
+
+    rows: Rows
+    jacobian: sparse.csr_array
+
+    def excess(self, margins: np.ndarray = MARGIN) -> np.ndarray:
+        """c (m,) with the margins (kinds,) that are to be kept."""
+        return self.rows.value + margins[self.rows.kind]
+
+
+def linear_limits(
+    space: DesignSpace,
+    limits: LimitSamples,
+    phi: np.ndarray,
+    reach: float,
+    least: float,
+    places: Mapping[str, Points] | None = None,
+    pairs: Mapping[str, Pairs] | None = None,
+) -> LinearLimits:
+    """The limits linearised at the variables Φ (n,); see `constraint.rows.linearised` for the other parameters."""
+    rows = linearised(limits, space.body(phi), reach, least, places, pairs)
+    by_shape = sparse.csr_array(rows.jacobian @ space.L)
+    shape = len(rows.value), space.n
+    return LinearLimits(rows, sparse.csr_array((by_shape.data, by_shape.indices, by_shape.indptr), shape=shape))
