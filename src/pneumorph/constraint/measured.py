@@ -67,9 +67,7 @@ def measured(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form: Form)
     return value
 
 
-def differentiated(
-    surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form: Form
-) -> tuple[Floats, Floats, Ints]:
+def differentiated(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form: Form) -> tuple[Floats, Floats, Ints]:
     """One measure (m,) at each point, and its derivatives (m, 48) with respect to coordinates of the net.
 
     The third result is the numbers (m, 48) of these coordinates.

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.constraint.measured import differentiated, measured, measured_samples
-from pneumorph.constraint.peaks import worst
+from pneumorph.constraint.peaks import expected_peaks, peaks_at
 from pneumorph.constraint.report import Points
-from pneumorph.constraint.sampled import CLOSE, DIGITS, SHAPE, LimitSamples, RowBlock, cell_of
+from pneumorph.constraint.sampled import CLOSE, DIGITS, FINE, SHAPE, LimitSamples, RowBlock, cell_of, worst_samples
 from pneumorph.constraint.sampling import Grid
 from pneumorph.constraint.surface import MIN_AREA
 from pneumorph.geometry import Body, TubeSurface
+from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -30,7 +31,8 @@ def shapes(
     for number, surface in enumerate(body.surfaces):
         given = _added(limits, number, places)
         found = _worst_places(limits, number, surface, scale, shift, least)
-        kind, cell, q, r = (np.concatenate(pair) for pair in zip(given, found, strict=True))
+        kind, cell = (np.concatenate(pair) for pair in zip(given[:2], found[:2], strict=True))
+        q, r = (np.concatenate(pair) for pair in zip(given[2:], found[2:], strict=True))
         kind, cell, q, r = _distinct(limits.fine[number], kind, cell, q, r)
         value, entry, column = differentiated(surface, kind, q, r, spec.stretch.form)
         excess = scale[kind] * value + shift[kind]
@@ -52,8 +54,14 @@ def _worst_places(
     c = measured_samples(surface, samples, form)
     for kind in range(len(c)):
         c[kind] = scale[kind] * c[kind] + shift[kind]
-    kind, row, column, cell, value, expected, aside, up = worst(c, limits.spans[number], least)
-    q, r = samples.q[column], samples.r[row]
+    # The worst sample, and the one with the highest expected peak: at a kink on a knot line expectations are too high.
+    near = max(least, CLOSE)
+    fields = [(values, least) for values in c] + [(values, near) for values in expected_peaks(c, near)]
+    picked = each(lambda field: worst_samples(field[0], FINE, limits.spans[number], field[1]), fields)
+    kind = np.repeat(np.tile(np.arange(len(c)), 2), [len(cell) for _, _, cell in picked])
+    row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
+    value, q, r = c[kind, row, column], samples.q[column], samples.r[row]
+    expected, aside, up = peaks_at(c, kind, row, column)
     close = np.flatnonzero(expected > CLOSE)
     peak_q, peak_r = (q[close] + aside[close] / len(samples.q)) % 1.0, r[close] + up[close] / (len(samples.r) - 1)
     peak = scale[kind[close]] * measured(surface, kind[close], peak_q, peak_r, form) + shift[kind[close]]

@@ -87,7 +87,9 @@ def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S
 
 
 @register_jitable
-def quantities(f: Forms, aspect: float, per_mm: bool, over_area2: Any, over_E: Any, over_G: Any) -> tuple[Any, Any, Any]:
+def quantities(
+    f: Forms, aspect: float, per_mm: bool, over_area2: Any, over_E: Any, over_G: Any
+) -> tuple[Any, Any, Any]:
     """Curvature, skew and stretch for any kind of numbers, from the forms and the inverses of their denominators."""
     curvature = over_area2 * over_area2 * (f.twice_H * f.twice_H * over_area2 * 0.5 - f.gauss)
     skew = f.F * f.F * (over_E * over_G)
