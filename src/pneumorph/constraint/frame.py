@@ -90,9 +90,9 @@ def local_frame(meridian, r, functions):
     span = min(int(r * spans), spans - 1)
     rate = spans / meridian.length
     if meridian.poles:
-        if r > 0.5:
-            return _polar(meridian, spans - 1 - span, (1.0 - r) * spans, rate, True, functions)
-        return _polar(meridian, span, r * spans, rate, False, functions)
+        tip = r > 0.5
+        nearer = spans - 1 - span if tip else span
+        return _polar(meridian, nearer, (1.0 - r if tip else r) * spans - nearer, rate, tip, functions)
     u = r * spans - span
     for i in range(4):
         a = meridian.pieces[span, i]
@@ -105,13 +105,13 @@ def local_frame(meridian, r, functions):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _polar(meridian, span, distance, rate, flipped, functions):
-    """The same with poles, at a distance in spans from the nearer one, which is the tip if `flipped`.
+def _polar(meridian, span, u, rate, flipped, functions):
+    """The same with poles, at the place u (0 to 1) on a span.
 
-    Spans and rows of the net are numbered from that pole. Basis functions are symmetric about the middle.
+    Spans and rows of the net are numbered from the nearer pole, which is the tip if `flipped`. Basis functions are
+    symmetric about the middle.
     """
-    count, u = len(meridian.parallels), distance - span
-    way = -1.0 if flipped else 1.0
+    count, way = len(meridian.parallels), -1.0 if flipped else 1.0
     s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
     for i in range(4):
         j, a = span + i, meridian.pieces[span, i]
