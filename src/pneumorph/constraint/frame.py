@@ -77,7 +77,8 @@ def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
     for row, place in enumerate(r):
         first, shrink[row], slope[row] = local_frame(around, place, local)
         functions[:, :, row, first : first + 4] = local
-    return Frame(*functions, shrink, slope)
+    across, along, across_r, along_r = functions
+    return Frame(across, along, across_r, along_r, shrink, slope)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
