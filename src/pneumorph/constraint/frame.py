@@ -3,18 +3,23 @@
 At a pole the derivative r_q vanishes although the surface has a tangent plane there. Let S(r) be the circumference of
 the starting capsule relative to τ_q. Since S has the same simple zero, U = r_q / S does not vanish, and all limited
 quantities are written in U and r_r. The row of control points next to a pole has the pole's z (see `DesignSpace`), so
-the tangent plane is horizontal, and the z of U, U_q and r_r has another factor S. It is divided out as well, with the
-limits of the basis functions at the pole itself, because the coefficient L of the second fundamental form needs it.
+the tangent plane is horizontal, and the z of U, U_q and r_r has another factor S. It is divided out as well, because
+the coefficient L of the second fundamental form needs it.
+
+On the knot span at a pole, S and the basis functions are polynomials with a zero at the pole. There the zeros are
+divided out before anything is evaluated, so nothing is lost by cancellation, however near the pole.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.geometry import TubeSurface
+from pneumorph.geometry.local import pieces
 
 Floats = NDArray[np.float64]
 
@@ -38,41 +43,114 @@ class Frame(NamedTuple):
     slope: Floats
 
 
+class Meridian(NamedTuple):
+    """What `local_frame` needs of a surface.
+
+    Attributes
+    ----------
+    pieces : (spans, 4, 4) array
+        Coefficients of the basis functions in r, see `geometry.local.pieces`.
+    parallels : (n_r,) array
+        Control values of S.
+    poles : bool
+    length : float
+        mm.
+    """
+
+    pieces: Floats
+    parallels: Floats
+    poles: bool
+    length: float
+
+
+def meridian(surface: TubeSurface) -> Meridian:
+    """The functions of r of a surface."""
+    return Meridian(pieces(surface.basis_r), surface.parallels, surface.ends == "pole", surface.size[1])
+
+
 def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
     """The frame at parameters r (rows,), which may include the poles."""
     r = np.atleast_1d(np.asarray(r, dtype=float))
-    B, B_r, B_rr = (surface.basis_r.matrix(r, order) / surface.size[1] ** order for order in range(3))
-    if surface.ends == "flat":
-        one = np.ones((len(r), 1))
-        across, along, along_r = (np.stack([part] * 3) for part in (B, B_r, B_rr))
-        return Frame(across, along, along, along_r, one, 0.0 * one)
+    functions = np.zeros((4, 3, len(r), surface.basis_r.count))
+    shrink, slope = np.empty((len(r), 1)), np.empty((len(r), 1))
+    around, local = meridian(surface), np.empty((4, 3, 4))
+    for row, place in enumerate(r):
+        first, shrink[row], slope[row] = local_frame(around, place, local)
+        functions[:, :, row, first : first + 4] = local
+    across, along, across_r, along_r = functions
+    return Frame(across, along, across_r, along_r, shrink, slope)
 
-    S, S_r, S_rr = (part @ surface.parallels[:, None] for part in (B, B_r, B_rr))
-    pole = (r[:, None] == 0.0) | (r[:, None] == 1.0)
-    S = np.where(pole, 0.0, S)
-    away, steep = np.where(pole, 1.0, S), np.where(pole, S_r, 1.0)
 
-    def limit(regular: Floats, at_pole: Floats) -> Floats:
-        return np.where(pole, at_pole, regular)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def local_frame(meridian, r, functions):
+    """Write the parts (4, 3, 4) of the frame at r that are nonzero; returns their first row of the net, S and dS/dr.
 
-    across = limit(B / away, B_r / steep)
-    across_r = limit((B_r - across * S_r) / away, 0.5 * (B_rr - across * S_rr) / steep)
-    # The row of the pole itself does not depend on q.
-    across[:, [0, -1]] = across_r[:, [0, -1]] = 0.0
-    level, level_r = limit(B / away**2, 0.5 * B_rr / steep**2), across_r.copy()
-    level[:, [0, 1, -2, -1]] = level_r[:, [0, 1, -2, -1]] = 0.0
-    rise = limit(B_r / away, B_rr / steep)
-    # Pole and ring (the row next to it) have the same z, so the sum of their functions counts, which has a double zero
-    # that neither has alone. It is assigned to the ring, whose function is nonzero on the second span too.
-    for end, ring in ((0, 1), (-1, -2)):
-        together = B_r[:, [end]] + B_r[:, [ring]]
-        rise[:, [ring]] = limit(together / away, (B_rr[:, [end]] + B_rr[:, [ring]]) / steep)
-        rise[:, end] = 0.0
-    return Frame(
-        across=np.stack([across, across, level]),
-        along=np.stack([B_r, B_r, rise]),
-        across_r=np.stack([across_r, across_r, level_r]),
-        along_r=np.stack([B_rr, B_rr, B_rr]),
-        shrink=S,
-        slope=S_r,
-    )
+    `functions` has, for U, r_r, U_r and r_rr and each component, the factors of four successive rows of the net.
+    """
+    spans, r = len(meridian.pieces), min(max(r, 0.0), 1.0)
+    span = min(int(r * spans), spans - 1)
+    rate = spans / meridian.length
+    if meridian.poles:
+        tip = r > 0.5
+        nearer = spans - 1 - span if tip else span
+        return _polar(meridian, nearer, (1.0 - r if tip else r) * spans - nearer, rate, tip, functions)
+    u = r * spans - span
+    for i in range(4):
+        a = meridian.pieces[span, i]
+        B = a[0] + u * (a[1] + u * (a[2] + u * a[3]))
+        B_r = rate * (a[1] + u * (2.0 * a[2] + u * 3.0 * a[3]))
+        B_rr = rate * rate * (2.0 * a[2] + u * 6.0 * a[3])
+        for c in range(3):
+            functions[0, c, i], functions[1, c, i], functions[2, c, i], functions[3, c, i] = B, B_r, B_r, B_rr
+    return span, 1.0, 0.0
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _polar(meridian, span, u, rate, flipped, functions):
+    """The same with poles, at the place u (0 to 1) on a span.
+
+    Spans and rows of the net are numbered from the nearer pole, which is the tip if `flipped`. Basis functions are
+    symmetric about the middle.
+    """
+    count, way = len(meridian.parallels), -1.0 if flipped else 1.0
+    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+    for i in range(4):
+        j, a = span + i, meridian.pieces[span, i]
+        weight = meridian.parallels[count - 1 - j if flipped else j]
+        s0, s1, s2, s3 = s0 + weight * a[0], s1 + weight * a[1], s2 + weight * a[2], s3 + weight * a[3]
+    S, S_u = s0 + u * (s1 + u * (s2 + u * s3)), s1 + u * (2.0 * s2 + u * 3.0 * s3)
+    # On the first span everything divided by S has a zero too: S = u T. Otherwise S = T.
+    polar = span == 0
+    T, T_u = (s1 + u * (s2 + u * s3), s2 + u * 2.0 * s3) if polar else (S, S_u)
+
+    for i in range(4):
+        j, a = span + i, meridian.pieces[span, i]
+        B = a[0] + u * (a[1] + u * (a[2] + u * a[3]))
+        B_u, B_uu = a[1] + u * (2.0 * a[2] + u * 3.0 * a[3]), 2.0 * a[2] + u * 6.0 * a[3]
+        across, across_u, level, rise = 0.0, 0.0, 0.0, 0.0
+        # The row of the pole itself does not depend on q.
+        if 0 < j < count - 1:
+            P, P_u = (a[1] + u * (a[2] + u * a[3]), a[2] + u * 2.0 * a[3]) if polar else (B, B_u)
+            across = P / T
+            across_u = (P_u - across * T_u) / T
+            # Pole and ring (the row next to it) have the same z, so the sum of their functions counts, which has a
+            # double zero that neither has alone. It is assigned to the ring.
+            a1, a2, a3 = a[1], a[2], a[3]
+            for ring, pole in ((1, i - 1), (count - 2, i + 1)):
+                if j == ring and 0 <= pole < 4:
+                    a1 += meridian.pieces[span, pole, 1]
+                    a2 += meridian.pieces[span, pole, 2]
+                    a3 += meridian.pieces[span, pole, 3]
+            rise = (2.0 * a2 + u * 3.0 * a3 if polar else a1 + u * (2.0 * a2 + u * 3.0 * a3)) / T
+            if 1 < j < count - 2:
+                level = (a[2] + u * a[3] if polar else B) / (T * T)
+        at = 3 - i if flipped else i
+        for c in range(3):
+            functions[0, c, at] = across
+            functions[1, c, at] = way * rate * B_u
+            functions[2, c, at] = way * rate * across_u
+            functions[3, c, at] = rate * rate * B_uu
+        functions[0, 2, at], functions[1, 2, at] = level, way * rate * rise
+        if not 1 < j < count - 2:
+            functions[2, 2, at] = 0.0
+    return count - 4 - span if flipped else span, S, way * rate * S_u

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,6 +32,8 @@ CLOSE = -0.03
 
 DIGITS = 9
 """Decimals to which values are rounded before they are compared."""
+
+_UNITS = 10.0**DIGITS
 
 
 class RowBlock(NamedTuple):
@@ -91,16 +94,34 @@ def worst_samples(
     c: Floats, per_span: tuple[int, int], spans: tuple[int, int], least: float
 ) -> tuple[Ints, Ints, Ints]:
     """Row, column and cell of the worst samples of each cell, for values c (rows, columns) above `least`."""
-    row, column = np.nonzero(c > least)
-    cell = np.minimum(row // per_span[1], spans[1] - 1) * spans[0] + column // per_span[0]
     # One of each half along r: if only one were kept, repairing it would alternately violate the other.
-    half = 2 * cell + 2 * row // per_span[1] % 2
-    pick = worst_of_cells(c[row, column], half)
-    return row[pick], column[pick], cell[pick]
+    found = np.full(2 * spans[0] * spans[1], -1)
+    _pick(np.ascontiguousarray(c, dtype=float), per_span, spans, float(least), found)
+    half = np.flatnonzero(found >= 0)
+    row, column = np.divmod(found[half], c.shape[1])
+    return row, column, half // 2
+
+
+@numba.njit(cache=True, nogil=True)
+def _pick(c, per_span, spans, least, found):
+    """Write the worst samples above `least` to `found` (halves of cells,) by their indices; the first of equal ones."""
+    best = np.empty(len(found))
+    for row in range(c.shape[0]):
+        first = 2 * min(row // per_span[1], spans[1] - 1) * spans[0] + 2 * row // per_span[1] % 2
+        for column in range(c.shape[1]):
+            if c[row, column] > least:
+                half, value = first + 2 * (column // per_span[0]), rounded(c[row, column])
+                if found[half] < 0 or value > best[half]:
+                    found[half], best[half] = row * c.shape[1] + column, value
+
+
+@numba.njit(cache=True, nogil=True)
+def rounded(value):
+    """A value to `DIGITS` decimals: rounding errors must not decide between equivalent samples of symmetric bodies."""
+    return np.rint(value * _UNITS) / _UNITS
 
 
 def worst_of_cells(c: Floats, cell: Ints) -> Ints:
     """Indices of the largest value of each cell; the first of equal ones."""
-    # Rounding errors must not decide between the equivalent samples of an axisymmetric body.
     order = np.lexsort((-np.round(c, DIGITS), cell))
     return order[np.flatnonzero(np.diff(cell[order], prepend=-1))]

@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from numba.extending import register_jitable
 
 from pneumorph.constraint.sampling import Grid
 
@@ -56,6 +57,7 @@ class Forms(NamedTuple):
     G_r: Any
 
 
+@register_jitable
 def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S: Any, S_r: Any) -> Forms:
     """The forms from components of U, r_r, U_q, U_r and r_rr, with the z of U, r_r and U_q divided by S (`frame`).
 
@@ -82,6 +84,20 @@ def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S
         G_q=S_r * F + S * _dot(r, across_r),
         G_r=_dot(r, along_r),
     )
+
+
+@register_jitable
+def quantities(
+    f: Forms, aspect: float, per_mm: bool, over_area2: Any, over_E: Any, over_G: Any
+) -> tuple[Any, Any, Any]:
+    """Curvature, skew and stretch for any kind of numbers, from the forms and the inverses of their denominators."""
+    curvature = over_area2 * over_area2 * (f.twice_H * f.twice_H * over_area2 * 0.5 - f.gauss)
+    skew = f.F * f.F * (over_E * over_G)
+    E_q, E_r, G_q, G_r = f.E_q * over_E, f.E_r * over_E, f.G_q * over_G, f.G_r * over_G
+    if per_mm:
+        return curvature, skew, E_q * E_q + E_r * E_r + G_q * G_q + G_r * G_r
+    first, second = E_q + E_r * aspect, G_q * (1.0 / aspect) + G_r
+    return curvature, skew, first * first + second * second
 
 
 def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
@@ -124,20 +140,11 @@ def pointwise(fields: tuple[Array, ...], shrink: Array, slope: Array, aspect: fl
     """Evaluate the measures from U, r_r, U_q, U_r, r_rr, each (3, rows, columns), see `forms`."""
     across, along, across_q, across_r, along_r = fields
     f = forms(tuple(across), tuple(along), tuple(across_q), tuple(across_r), tuple(along_r), shrink, slope)
-    safe_area2 = jnp.maximum(f.area2, FLOOR**2)
-    safe_E, safe_G = jnp.maximum(f.E, FLOOR**2), jnp.maximum(f.G, FLOOR**2)
-    E_q, E_r, G_q, G_r = f.E_q / safe_E, f.E_r / safe_E, f.G_q / safe_G, f.G_r / safe_G
-    if form == "per_mm":
-        stretch = E_q**2 + E_r**2 + G_q**2 + G_r**2
-    else:
-        stretch = (E_q + aspect * E_r) ** 2 + (G_q / aspect + G_r) ** 2
-    return Measures(
-        curvature=f.twice_H**2 / (2.0 * safe_area2**3) - f.gauss / safe_area2**2,
-        skew=f.F**2 / (safe_E * safe_G),
-        stretch=stretch,
-        area=jnp.sqrt(f.area2 + SMOOTHING**2),
-    )
+    over_area2, over_E, over_G = (1.0 / jnp.maximum(part, FLOOR**2) for part in (f.area2, f.E, f.G))
+    curvature, skew, stretch = quantities(f, aspect, form == "per_mm", over_area2, over_E, over_G)
+    return Measures(curvature, skew, stretch, area=jnp.sqrt(f.area2 + SMOOTHING**2))
 
 
+@register_jitable
 def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -15,14 +15,17 @@ Ints = NDArray[np.integer]
 
 
 @lru_cache(maxsize=64)
-def _pieces(basis: Basis) -> Floats:
+def pieces(basis: Basis) -> Floats:
     """Coefficients (spans, 4, 4) of the four nonzero functions on each span, in powers of a parameter from 0 to 1."""
     places = np.array([0.05, 0.35, 0.65, 0.95])
     powers = np.linalg.inv(np.vander(places, 4, increasing=True))
     values = basis.matrix(((np.arange(basis.spans)[:, None] + places) / basis.spans).ravel())
     values = values.reshape(basis.spans, 4, basis.count)
     nonzero = np.take_along_axis(values, _nonzero(basis, np.arange(basis.spans))[:, None], axis=2)
-    return np.einsum("kp,spi->sik", powers, nonzero)
+    # Those of cubic functions on equal spans are multiples of 1/12, so rounding errors can be removed.
+    coefficients = np.round(12.0 * np.einsum("kp,spi->sik", powers, nonzero)) / 12.0
+    coefficients.setflags(write=False)
+    return coefficients
 
 
 def _nonzero(basis: Basis, span: Ints) -> Ints:
@@ -39,7 +42,7 @@ def nonzero_functions(basis: Basis, t: ArrayLike, derivative: int = 0) -> tuple[
     u, powers = t * basis.spans - span, np.zeros((len(t), 4))
     for k in range(derivative, 4):
         powers[:, k] = np.prod(np.arange(k, k - derivative, -1)) * u ** (k - derivative)
-    return _nonzero(basis, span), np.einsum("nik,nk->ni", _pieces(basis)[span], powers) * basis.spans**derivative
+    return _nonzero(basis, span), np.einsum("nik,nk->ni", pieces(basis)[span], powers) * basis.spans**derivative
 
 
 def point_weights(surface: TubeSurface, q: ArrayLike, r: ArrayLike) -> tuple[Ints, Floats]:
