@@ -8,7 +8,6 @@ from scipy import sparse
 from texts import problem_text
 
 from pneumorph.constraint import build_limit_functions, certify
-from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, sample_limits
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import build_design_space
@@ -17,6 +16,7 @@ from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.curvature import no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper, minimise_dfp, proxy_scale
 from pneumorph.optimize.events import BroughtWithin
+from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import build_smoothing
@@ -224,3 +224,20 @@ def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage)
     resisted = -active.jacobian.T @ price
     assert optimality(space, smooth, thick, space.start, resisted) < 0.02
     assert optimality(space, smooth, thick, space.start, -resisted) > 0.5
+
+
+def test_bringing_steps_within_the_limits_leaves_most_of_their_gain(stage):
+    """Where limits are active everywhere, as after a few steps towards a wave of the walls."""
+    problem, body, space, smooth = stage
+    limits = sample_limits(body, problem.limits.model_copy(update={"curvature": 0.1}))
+    points = body.control_points()
+    wave = np.cos(2 * np.pi * points[:, 2] / 15)[:, None] * points * np.array([1.0, 1.0, 0.0])
+    slope, phi = -space.pullback(wave), space.start
+    stepper, left = build_sequential_quadratic(space, smooth, limits), []
+    for _ in range(8):
+        step = stepper.step(phi, Proxy(slope, np.zeros((0, space.n))), 0.8)
+        found = within(space, smooth, limits, phi + step.change)
+        assert isinstance(found, Within)
+        left.append(slope @ (found.phi - phi) / (slope @ step.change))
+        phi, stepper = found.phi, stepper.after(step)
+    assert min(left) > 0.8
