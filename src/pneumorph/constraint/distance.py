@@ -13,7 +13,6 @@ they are near each other.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import jax.numpy as jnp
