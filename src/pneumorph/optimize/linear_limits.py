@@ -45,5 +45,6 @@ def linear_limits(
     """The limits linearised at the variables Φ (n,); see `constraint.rows.linearised` for the other parameters."""
     rows = linearised(limits, space.body(phi), reach, least, places, pairs)
     by_shape = sparse.csr_array(rows.jacobian @ space.L)
-    shape = len(rows.value), space.n
-    return LinearLimits(rows, sparse.csr_array((by_shape.data, by_shape.indices, by_shape.indptr), shape=shape))
+    # Products with a matrix take a fifth less time with short indices.
+    parts = by_shape.data, by_shape.indices.astype(np.int32), by_shape.indptr.astype(np.int32)
+    return LinearLimits(rows, sparse.csr_array(parts, shape=(len(rows.value), space.n)))
