@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from numba.extending import register_jitable
 
 from pneumorph.constraint.sampling import Grid
 
@@ -56,6 +57,7 @@ class Forms(NamedTuple):
     G_r: Any
 
 
+@register_jitable
 def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S: Any, S_r: Any) -> Forms:
     """The forms from components of U, r_r, U_q, U_r and r_rr, with the z of U, r_r and U_q divided by S (`frame`).
 
@@ -139,5 +141,6 @@ def pointwise(fields: tuple[Array, ...], shrink: Array, slope: Array, aspect: fl
     )
 
 
+@register_jitable
 def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
