@@ -32,18 +32,28 @@ def spheres(nets: Floats) -> tuple[Floats, Floats]:
 
 @numba.njit(cache=True)
 def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
-    """Smallest distance between centres of patches a neighbourhood apart (infinite if none), and their indices."""
-    best, first, second = np.inf, 0, 0
+    """The nearest centre of a patch a neighbourhood away from each: its index (n,) and distance, or infinity."""
+    nearest, least = np.zeros(len(centres), dtype=np.int64), np.full(len(centres), np.inf)
     for i in range(len(centres)):
         for j in range(len(others)):
-            if neighbourhood > 0.0 and apart(boxes[i], other_boxes[j], 0.5, 0.5, 0.5, 0.5, size) < neighbourhood:
-                continue
             away = 0.0
             for c in range(3):
                 away += (centres[i, c] - others[j, c]) ** 2
-            if away < best:
-                best, first, second = away, i, j
-    return np.sqrt(best), first, second
+            if away < least[i]:
+                if neighbourhood > 0.0 and apart(boxes[i], other_boxes[j], 0.5, 0.5, 0.5, 0.5, size) < neighbourhood:
+                    continue
+                nearest[i], least[i] = j, away
+    return nearest, np.sqrt(least)
+
+
+@numba.njit(cache=True)
+def approach(pairs, nets, others, boxes, other_boxes, size, neighbourhood):
+    """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`."""
+    seen, at = np.empty(len(pairs)), np.full((len(pairs), 4), 0.5)
+    for k in range(len(pairs)):
+        i, j = pairs[k]
+        seen[k] = descend(nets[i], others[j], at[k], boxes[i], other_boxes[j], size, neighbourhood)
+    return seen, at
 
 
 @numba.njit(cache=True)
