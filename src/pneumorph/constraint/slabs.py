@@ -67,25 +67,9 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     neighbourhood is defined. The difference of the slopes enters with its absolute value; it is small where the
     distance is smallest.
     """
-    shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
-    if shrink <= 0.0:
-        return 0.0
     between, half_a, half_b = np.empty(2), np.empty(2), np.empty(2)
-    scale = size[1]
-    for k in range(1, -1, -1):
-        between[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
-        between[k] -= box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
-        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1]
-        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
-        if k == 0:
-            between[0] = (between[0] + 0.5) % 1.0 - 0.5
-            # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
-            up = abs(between[1]) + half_a[1] + half_b[1]
-            chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
-            diameter = size[0] * shrink / np.pi
-            arc = diameter * np.arcsin(min(chord / diameter, 1.0))
-            scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
-        between[k], half_a[k], half_b[k] = scale * between[k], scale * half_a[k], scale * half_b[k]
+    if not steps(box_a, box_b, span, size, neighbourhood, between, half_a, half_b):
+        return 0.0
     direction = np.empty(3)
     direction[0], direction[1], direction[2] = 0.0, 0.0, 0.0
     for i in range(4):
@@ -122,6 +106,33 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
                 if abs(at_q - between[0]) <= room_q:
                     best = min(best, mean_q * at_q + mean_r * on_r)
     return bound + best
+
+
+@numba.njit(cache=True)
+def steps(box_a, box_b, span, size, neighbourhood, between, half_a, half_b):
+    """Steps on the starting tube (q, r) between the middles of two ranges, and half the ranges, in mm, see `linked`.
+
+    Returns False if there is no such tube, at a pole; otherwise points that count are a neighbourhood apart by these.
+    """
+    shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
+    if shrink <= 0.0:
+        return False
+    scale = size[1]
+    for k in range(1, -1, -1):
+        between[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
+        between[k] -= box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
+        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1]
+        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
+        if k == 0:
+            between[0] = (between[0] + 0.5) % 1.0 - 0.5
+            # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
+            up = abs(between[1]) + half_a[1] + half_b[1]
+            chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
+            diameter = size[0] * shrink / np.pi
+            arc = diameter * np.arcsin(min(chord / diameter, 1.0))
+            scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
+        between[k], half_a[k], half_b[k] = scale * between[k], scale * half_a[k], scale * half_b[k]
+    return True
 
 
 @numba.njit(cache=True)
