@@ -56,8 +56,8 @@ def clears(a, b, box_a, box_b, span, size, neighbourhood, enough, arrays):
         for n in range(m):
             M[n, m] = M[m, n]
     if neighbourhood > 0.0:
-        between, half_a, half_b = np.empty(2), np.empty(2), np.empty(2)
-        if not steps(box_a, box_b, span, size, neighbourhood, between, half_a, half_b):
+        known, between, half_a, half_b = steps(box_a, box_b, span, size, neighbourhood)
+        if not known:
             return False
         room = _lagrange(room, slope, M, between, half_a, half_b, neighbourhood)
     return room > 0.0 and _stays_above(-room, slope, M, L, H, vectors[2:])
@@ -69,20 +69,20 @@ def _lagrange(constant, slope, M, between, half_a, half_b, neighbourhood):
 
     Any λ gives a bound. At a minimum on the edge of the neighbourhood it is the ratio of the gradients.
     """
-    D = np.zeros((2, 4))
     over, under = 0.0, 0.0
-    for k in range(2):
-        D[k, k], D[k, 2 + k] = -half_a[k], half_b[k]
-        for m in range(k, 4, 2):
-            along = 2.0 * D[k, m] * between[k]
-            over += slope[m] * along
-            under += along * along
+    for m in range(4):
+        # The derivative of |δ|² with respect to z at the middle.
+        along = 2.0 * between[m % 2] * (-half_a[m % 2] if m < 2 else half_b[m % 2])
+        over += slope[m] * along
+        under += along * along
     factor = max(over, 0.0) / under if under > 0.0 else 0.0
     for k in range(2):
-        for m in range(k, 4, 2):
-            slope[m] -= 2.0 * factor * D[k, m] * between[k]
-            for n in range(k, 4, 2):
-                M[m, n] -= factor * D[k, m] * D[k, n]
+        slope[k] += 2.0 * factor * half_a[k] * between[k]
+        slope[2 + k] -= 2.0 * factor * half_b[k] * between[k]
+        M[k, k] -= factor * half_a[k] * half_a[k]
+        M[2 + k, 2 + k] -= factor * half_b[k] * half_b[k]
+        M[k, 2 + k] += factor * half_a[k] * half_b[k]
+        M[2 + k, k] += factor * half_a[k] * half_b[k]
     return constant - factor * (between[0] * between[0] + between[1] * between[1] - neighbourhood * neighbourhood)
 
 
@@ -94,7 +94,7 @@ def _stays_above(level, slope, M, L, H, vectors):
     polynomial then lies above its tangent plane at any point; points are sought by Newton's method on active sets.
     """
     shift = 0.0
-    for share in (0.01, 0.05, 0.2):
+    for share in (1e-6, 0.02, 0.2):
         shift = -share * level
         if _factorised(M, shift, L):
             break
@@ -104,7 +104,7 @@ def _stays_above(level, slope, M, L, H, vectors):
     z, gradient, step = vectors
     for m in range(4):
         z[m], gradient[m] = 0.0, slope[m]
-    for _ in range(6):
+    for _ in range(8):
         value, tangent = 0.0, 0.0
         for m in range(4):
             value += 0.5 * (slope[m] + gradient[m]) * z[m]
@@ -175,7 +175,7 @@ def _substitute(L, x):
 
 @numba.njit(cache=True)
 def _expand(net, sign, terms):
-    """Coefficients of 1, u, v, u², uv and v² of a patch about its middle, times a sign; returns the norm of the rest."""
+    """Coefficients of 1, u, v, u², uv, v² of a patch about its middle, times a sign; returns the norm of the rest."""
     square = 0.0
     for k in range(3):
         rest = 0.0
