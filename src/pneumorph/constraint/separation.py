@@ -1,7 +1,8 @@
 """Smallest distances between patches of surfaces, bounded from both sides by branch and bound.
 
 The lower bound is the width of a slab between the patches (`slabs`); across the common normal of facing walls it is
-accurate to second order in the size of the patches. The upper bound is the distance of actual points, found by Newton's
+accurate to second order in the size of the patches; pairs that it does not clear may be cleared to third order by
+quadratic polynomials (`quadratics`). The upper bound is the distance of actual points, found by Newton's
 method (`closest`). In pairs that may be nearer than required, the larger patch is halved, repeatedly.
 """
 
