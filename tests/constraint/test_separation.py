@@ -5,10 +5,14 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from pneumorph.constraint.cells import Accuracy, knot_spans
-from pneumorph.constraint.gaps import gaps, patches, without_discs
+from pneumorph.constraint.gaps import gaps, nearest, patches, without_discs
+from pneumorph.constraint.quadratics import clears, workspace
 from pneumorph.constraint.slabs import slab
 from pneumorph.geometry import cap_points, starting_body
 from pneumorph.problem import BodySpec
+
+# Start and width in q and r of a part of a tube, and its circumference relative to that at the start: 1 mm of 40.
+PLANE = np.array([0.0, 0.025, 0.0, 0.025, 1.0, 0.0, 0.0, 0.0])
 
 
 def moved(seed, wave, ends):
@@ -24,9 +28,13 @@ def moved(seed, wave, ends):
     return body.with_control_points(points)
 
 
+def measured(first, second, neighbourhood, accuracy):
+    return gaps(first, second, neighbourhood, accuracy, nearest(first, second, neighbourhood), np.inf)
+
+
 def wall(body, bound=2.0):
     first, second = (patches(surface, knot_spans(surface)) for surface in body.surfaces)
-    found, beyond = gaps(first, second, 0.0, Accuracy(-bound, -0.995 * bound, 0.003 * bound, 0.01), np.inf)
+    found, beyond = measured(first, second, 0.0, Accuracy(-bound, -0.995 * bound, 0.003 * bound, 0.01))
     return min(beyond, found.lower.min()), found.seen.min()
 
 
@@ -34,7 +42,7 @@ def fold(surface, bound=1.0, neighbourhood=2.0):
     part = knot_spans(surface)
     tube = without_discs(patches(surface, part))
     accuracy = Accuracy(-bound, -0.995 * bound, 0.003 * bound, 0.8)
-    found, beyond = gaps(tube, tube, neighbourhood, accuracy, np.inf)
+    found, beyond = measured(tube, tube, neighbourhood, accuracy)
     return min(beyond, found.lower.min()), found.seen.min()
 
 
@@ -52,7 +60,7 @@ def test_walls_much_thicker_than_patches_are_certified_as_accurately(make_body):
 def test_discs_of_chambers_count(make_body):
     body = make_body(chambers=((4.0, (0.0, 0.0), (3.0, 11.0), "flat"), (4.0, (0.0, 0.0), (13.5, 21.0), "flat")))
     first, second = (patches(surface, knot_spans(surface)) for surface in body.chambers)
-    found, beyond = gaps(first, second, 0.0, Accuracy(-2.5, -2.49, 0.0075, 0.01), np.inf)
+    found, beyond = measured(first, second, 0.0, Accuracy(-2.5, -2.49, 0.0075, 0.01))
     assert 2.5 - 0.0076 <= min(beyond, found.lower.min()) <= found.seen.min() == pytest.approx(2.5, abs=1e-9)
     k = int(np.argmin(found.seen))
     assert found.a[k, 1] == 1.0
@@ -114,6 +122,64 @@ def test_slabs_are_of_second_order():
         errors.append(2.0 - slab(*nets, np.zeros(3)))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(rates, 2.0, atol=0.1)
+
+
+def largest_cleared(a, b, boxes=(PLANE, PLANE), neighbourhood=0.0):
+    """The largest distance that `clears` proves, by bisection."""
+    arrays, span, size = workspace(), np.tile([0.0, 1.0], 4), np.array([40.0, 40.0])
+    low, high = 0.0, 10.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        if clears(a, b, *boxes, span, size, neighbourhood, middle, arrays):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def test_quadratics_are_of_third_order():
+    errors = []
+    for width in 0.4 * 0.5 ** np.arange(4):
+        angle = width * np.array([-0.5, 0.5])
+        nets = [arc(radius, *angle) for radius in (3.0, 5.0)]
+        errors.append(2.0 - largest_cleared(*nets))
+        assert errors[-1] < 0.25 * (2.0 - slab(*nets, np.zeros(3)))
+    assert np.log2(errors[-2] / errors[-1]) > 2.9
+
+
+@given(st.integers(0, 9999), st.sampled_from([0.0, 1.0, 1.5]))
+@settings(max_examples=200, deadline=None)
+def test_quadratics_are_below_every_sample(seed, neighbourhood):
+    # Patches of about 1 mm beside or above each other, bent at random.
+    rng = np.random.default_rng(seed)
+    step = rng.uniform(0.7, 1.5, 2) if neighbourhood else rng.uniform(-0.5, 0.5, 2)
+    height = 0.0 if neighbourhood else rng.uniform(0.5, 2.0)
+    side = np.linspace(0.0, 1.0, 4)
+    flat = np.stack([*np.meshgrid(side, side), np.zeros((4, 4))], axis=-1)
+    bend = rng.choice([0.02, 0.1, 0.3])
+    a, b = (flat + start + rng.normal(scale=bend, size=(4, 4, 3)) for start in ([0, 0, 0], [*step, height]))
+    boxes = PLANE, PLANE + np.array([step[0] / 40.0, 0, step[1] / 40.0, 0, 0, 0, 0, 0])
+    cleared = largest_cleared(a, b, boxes, neighbourhood)
+
+    t = np.linspace(0.0, 1.0, 13)
+    weights = np.stack([(1 - t) ** 3, 3 * (1 - t) ** 2 * t, 3 * (1 - t) * t**2, t**3], axis=1)
+    x, y = (np.einsum("vi,uj,ijc->vuc", weights, weights, net).reshape(-1, 3) for net in (a, b))
+    v, u = (part.ravel() for part in np.meshgrid(t, t, indexing="ij"))
+    turn = (u[:, None] - u[None] - step[0]) / 40.0
+    apart = np.hypot(np.sin(np.pi * turn) / np.pi * 40.0, v[:, None] - v[None] - step[1])
+    distance = np.linalg.norm(x[:, None] - y[None], axis=-1)
+    assert cleared <= distance[apart >= neighbourhood].min() + 1e-9
+
+
+def test_the_edge_of_the_neighbourhood_is_cleared():
+    # Nearest points of two parts of a plane are on the edge; no slab separates the parts, which have a common side.
+    side = np.linspace(0.0, 0.5, 4)
+    flat = np.stack([*np.meshgrid(side, side), np.zeros((4, 4))], axis=-1)
+    boxes = np.array([0, 0.0125, 0, 0.0125, 1, 0, 0, 0]), np.array([0.0125, 0.0125, 0, 0.0125, 1, 0, 0, 0])
+    beside = flat + np.array([0.5, 0.0, 0.0])
+    assert slab(flat, beside, np.zeros(3)) == 0.0
+    # The neighbourhood is a chord of the tube, and 0.0005 shorter than the arc.
+    assert largest_cleared(flat, beside, boxes, 0.8) == pytest.approx(0.8, abs=6e-4)
 
 
 def arc(radius, first, last):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import comb, factorial
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -135,8 +136,38 @@ def knot_spans(surface: TubeSurface) -> KnotSpans:
 
 def recentred(coefficients: Floats, cells: Cells) -> Floats:
     """Coefficients (n, f, 4, 4) in s, t ∈ [-1, 1] on the cells, from (n, f, 4, 4) in u and v."""
-    along, around = (_shift(cells.centre[:, k], cells.half[:, k])[:, None] for k in (1, 0))
-    return along @ coefficients @ np.swapaxes(around, -1, -2)
+    local = np.empty(coefficients.shape)
+    _recentre_each(coefficients, cells.centre, cells.half, local)
+    return local
+
+
+@numba.njit(cache=True)
+def _recentre_each(coefficients, centre, half, local):
+    for n in range(len(coefficients)):
+        recentre(coefficients[n], centre[n], half[n], local[n])
+
+
+@numba.njit(cache=True)
+def recentre(coefficients, centre, half, local):
+    """The same for the polynomials (f, 4, 4) on one cell, into `local` (f, 4, 4)."""
+    along, around = np.zeros((4, 4)), np.zeros((4, 4))
+    for matrix, k in ((along, 1), (around, 0)):
+        for i in range(4):
+            # Row by row, Pascal's triangle of (centre + half·s)^i.
+            matrix[i, 0] = centre[k] * matrix[i - 1, 0] if i else 1.0
+            for m in range(1, i + 1):
+                matrix[i, m] = centre[k] * matrix[i - 1, m] + half[k] * matrix[i - 1, m - 1]
+    for f in range(len(coefficients)):
+        for i in range(4):
+            for m in range(4):
+                local[f, i, m] = 0.0
+        for i in range(4):
+            for m in range(4):
+                value = 0.0
+                for j in range(m, 4):
+                    value += coefficients[f, i, j] * around[j, m]
+                for n in range(i + 1):
+                    local[f, n, m] += along[i, n] * value
 
 
 def derivative(coefficients: Floats, axis: int) -> Floats:

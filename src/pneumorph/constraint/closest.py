@@ -22,9 +22,17 @@ def cubic(c, v):
 
 
 @numba.njit(cache=True)
+def counts(box_a, box_b, here, size, neighbourhood):
+    """Whether two points are not within each other's neighbourhood."""
+    if neighbourhood == 0.0:
+        return True
+    return apart(box_a, box_b, here[0], here[1], here[2], here[3], size) >= neighbourhood
+
+
+@numba.njit(cache=True)
 def distance(a, b, here, box_a, box_b, size, neighbourhood):
     """Distance in mm between two points; infinite if they are within each other's neighbourhood."""
-    if neighbourhood > 0.0 and apart(box_a, box_b, here[0], here[1], here[2], here[3], size) < neighbourhood:
+    if not counts(box_a, box_b, here, size, neighbourhood):
         return np.inf
     way = np.empty(3)
     between(a, b, here, way)

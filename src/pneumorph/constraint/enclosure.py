@@ -10,7 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numba
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from pneumorph.constraint.cells import (
@@ -22,19 +24,21 @@ from pneumorph.constraint.cells import (
     SpanBounds,
     derivative,
     power,
-    recentred,
+    recentre,
     refine,
     span_bounds,
     whole,
 )
 from pneumorph.constraint.surface import FLOOR, SMOOTHING, Form, Forms, forms
-from pneumorph.constraint.taylor import taylor
+from pneumorph.constraint.taylor import attained, bottom, inverse, largest, modelled, top
 from pneumorph.geometry import TubeSurface
+from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
 
 NAMES = ("curvature", "skew", "stretch", "area")
-_BLOCK = 3000  # cells evaluated at a time, so that the data stay in the cache
+_compiled = numba.njit(error_model="numpy")
+_SHARE = 1000  # cells that a thread takes at once
 _FLAT = 1e-6  # mm; largest height of the row next to a pole over the pole's plane
 
 
@@ -109,76 +113,154 @@ def enclosed(
     made, aspect = polynomials(surface, spans), surface.size[1] / surface.size[0]
 
     def evaluate(cells: Cells) -> Bounds:
-        parts = []
-        for first in range(0, len(cells.span), _BLOCK):
-            block = cells.select(slice(first, first + _BLOCK))
-            found, vary = _forms(made, block)
-            parts.append(_bounds(found, aspect, form, vary, made.broken[block.span]))
-        return Bounds(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        n = len(cells.span)
+        found = Bounds(np.empty((n, 4)), np.empty((n, 4)), np.zeros((n, 4, 2)), np.zeros((n, 2)))
+
+        def work(some: slice) -> None:
+            into = (part[some] for part in found)
+            _enclose(
+                made.parts, made.scale, made.poles, made.broken, aspect, form == "per_mm", *cells.select(some), *into
+            )
+
+        each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
+        return found
 
     upper, seen, place = refine(evaluate, whole(len(spans.x)), accuracies, worst, len(spans.x))
     return {name: span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
 
 
-def _forms(made: Polynomials, cells: Cells) -> tuple[Forms, Floats]:
-    """Taylor models of the forms on cells, and the variation of the tangents along u and v."""
-    local = recentred(made.parts[cells.span], cells)
-    by_q, by_r = (made.scale[cells.span] / cells.half).T[:, :, None, None]
-    m = [taylor(local[:, k]) for k in range(local.shape[1])]
-    d_q = {k: taylor(derivative(local[:, k], -1) * by_q) for k in range(local.shape[1]) if k < 3 or k == 6}
-    d_r = {k: taylor(derivative(local[:, k], -2) * by_r) for k in range(local.shape[1])}
-    if made.poles:
-        over = m[8].inverse()
-        over2 = over * over
-        across = (m[0] * over, m[1] * over, m[6] * over2)
-        along = (m[3], m[4], m[5] * over)
-        across_q = (d_q[0] * over, d_q[1] * over, d_q[6] * over2)
-        across_r = tuple((d_r[k] - m[k] * over * d_r[8]) * over for k in range(3))
-        along_r = (d_r[3], d_r[4], d_r[7])
-        found = forms(across, along, across_q, across_r, along_r, m[9], d_r[9])
-    else:
-        across, along, across_q, across_r = m[:3], m[3:6], [d_q[k] for k in range(3)], [d_r[k] for k in range(3)]
-        found = forms(across, along, across_q, across_r, [d_r[k] for k in range(3, 6)], 1.0, 0.0)
-    vary = np.zeros((len(cells.span), 2))
-    for part in (*across, *along, *across_q, *across_r):
-        vary += np.stack([np.abs(part.c[1]) + np.abs(part.c[3]), np.abs(part.c[2]) + np.abs(part.c[5])], axis=1)
-    return found, vary
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _enclose(parts, scale, poles, broken, aspect, per_mm, span, centre, half, upper, seen, place, vary):
+    """The bounds of some cells, see `Bounds`, into the last four arguments; `vary` is that of the tangents."""
+    local, slope = np.empty(parts.shape[1:]), np.zeros((4, 4))
+    for n in range(len(span)):
+        k = span[n]
+        recentre(parts[k], centre[n], half[n], local)
+        by_q, by_r = scale[k, 0] / half[n, 0], scale[k, 1] / half[n, 1]
+        tangents = local, slope, by_q, by_r, vary[n]
+        f = _polar_forms(*tangents) if poles else _flat_forms(*tangents)
+        _bound(f, aspect, per_mm, upper[n], seen[n], place[n])
+        if broken[k]:
+            upper[n, 0], seen[n, 0] = np.inf, np.inf
 
 
-def _bounds(f: Forms, aspect: float, form: Form, vary: Floats, broken: NDArray[np.bool_]) -> Bounds:
-    """Bounds of the four quantities; denominators that may vanish are replaced by their floor."""
-    with np.errstate(all="ignore"):
-        models = _quantities(f, aspect, form, f.area2.inverse(), f.E.inverse(), f.G.inverse())
-        centre = Forms(*(part.c[0] for part in f))
-        stopped = [np.maximum(part, FLOOR**2) for part in (centre.area2, centre.E, centre.G)]
-        exact = _quantities(centre, aspect, form, *(1.0 / part for part in stopped))
-        least = [np.maximum(part.bottom(), FLOOR**2) for part in (f.area2, f.E, f.G)]
-        largest = Forms(*(part.largest for part in f))
-        rough = _quantities(largest._replace(gauss=-largest.gauss), aspect, form, *(1.0 / part for part in least))
-        rough = (rough[0], np.minimum(rough[1], 1.0), rough[2])
-        sound = [least[0] > FLOOR**2, (least[1] > FLOOR**2) & (least[2] > FLOOR**2)]
-        upper, seen, place = [], [], []
-        for quantity, at_centre, bound, where in zip(models, exact, rough, (sound[0], sound[1], sound[1]), strict=True):
-            top, (value, at) = quantity.top(), quantity.attained()
-            better = where & (value > at_centre)
-            upper.append(np.where(where, np.minimum(top, bound), bound))
-            seen.append(np.where(better, value, at_centre))
-            place.append(np.where(better[:, None], at, 0.0))
-        value, at = (f.area2 * -1.0).attained()
-        upper.append(-np.sqrt(np.maximum(f.area2.bottom(), 0.0) + SMOOTHING**2))
-        seen.append(-np.sqrt(np.maximum(-value, 0.0) + SMOOTHING**2))
-        place.append(at)
-    upper[0] = np.where(broken, np.inf, upper[0])
-    seen[0] = np.where(broken, np.inf, seen[0])
-    return Bounds(np.stack(upper, axis=1), np.stack(seen, axis=1), np.stack(place, axis=1), vary)
+@_compiled
+def _flat_forms(local, slope, by_q, by_r, vary):
+    """Models of the forms on a cell of a surface with flat ends, from the polynomials of its tangents."""
+    across = (modelled(local[0]), modelled(local[1]), modelled(local[2]))
+    along = (modelled(local[3]), modelled(local[4]), modelled(local[5]))
+    across_q = (_by_q(local[0], by_q, slope), _by_q(local[1], by_q, slope), _by_q(local[2], by_q, slope))
+    across_r = (_by_r(local[0], by_r, slope), _by_r(local[1], by_r, slope), _by_r(local[2], by_r, slope))
+    along_r = (_by_r(local[3], by_r, slope), _by_r(local[4], by_r, slope), _by_r(local[5], by_r, slope))
+    _vary(across, along, across_q, across_r, vary)
+    return forms(across, along, across_q, across_r, along_r, 1.0, 0.0)
 
 
-def _quantities(f: Forms, aspect: float, form: Form, over_area2: Any, over_E: Any, over_G: Any) -> tuple[Any, Any, Any]:
+@_compiled
+def _polar_forms(local, slope, by_q, by_r, vary):
+    """Models of the forms on a cell of a surface with poles, see `Polynomials`."""
+    S_r, over = _by_r(local[9], by_r, slope), inverse(modelled(local[8]))
+    over2 = over * over
+    u = (modelled(local[0]) * over, modelled(local[1]) * over, modelled(local[2]) * over)
+    over_r = _by_r(local[8], by_r, slope)
+    across = (u[0], u[1], modelled(local[6]) * over2)
+    along = (modelled(local[3]), modelled(local[4]), modelled(local[5]) * over)
+    across_q = (
+        _by_q(local[0], by_q, slope) * over,
+        _by_q(local[1], by_q, slope) * over,
+        _by_q(local[6], by_q, slope) * over2,
+    )
+    across_r = (
+        (_by_r(local[0], by_r, slope) - u[0] * over_r) * over,
+        (_by_r(local[1], by_r, slope) - u[1] * over_r) * over,
+        (_by_r(local[2], by_r, slope) - u[2] * over_r) * over,
+    )
+    along_r = (_by_r(local[3], by_r, slope), _by_r(local[4], by_r, slope), _by_r(local[7], by_r, slope))
+    _vary(across, along, across_q, across_r, vary)
+    return forms(across, along, across_q, across_r, along_r, modelled(local[9]), S_r)
+
+
+@_compiled
+def _by_q(p, scale, slope):
+    """The model of a polynomial's derivative with respect to s, times `scale`; `slope` (4, 4) is overwritten."""
+    for i in range(4):
+        slope[i, 3] = 0.0
+        for j in range(3):
+            slope[i, j] = (j + 1) * scale * p[i, j + 1]
+    return modelled(slope)
+
+
+@_compiled
+def _by_r(p, scale, slope):
+    """The same with respect to t."""
+    for j in range(4):
+        slope[3, j] = 0.0
+        for i in range(3):
+            slope[i, j] = (i + 1) * scale * p[i + 1, j]
+    return modelled(slope)
+
+
+@_compiled
+def _vary(across, along, across_q, across_r, vary):
+    """Variation of the tangents along u and v."""
+    for group in (across, along, across_q, across_r):
+        for part in group:
+            vary[0] += abs(part.c1) + abs(part.c3)
+            vary[1] += abs(part.c2) + abs(part.c5)
+
+
+@_compiled
+def _bound(f, aspect, per_mm, upper, seen, place):
+    """Bounds of the four quantities (4,); denominators that may vanish are replaced by their floor."""
+    models = _quantities(f, aspect, per_mm, inverse(f.area2), inverse(f.E), inverse(f.G))
+    at = Forms(f.E.c0, f.F.c0, f.G.c0, f.area2.c0, f.twice_H.c0, f.gauss.c0, f.E_q.c0, f.E_r.c0, f.G_q.c0, f.G_r.c0)
+    exact = _quantities(
+        at, aspect, per_mm, 1.0 / max(at.area2, FLOOR**2), 1.0 / max(at.E, FLOOR**2), 1.0 / max(at.G, FLOOR**2)
+    )
+    least_area2, least_E, least_G = bottom(f.area2), bottom(f.E), bottom(f.G)
+    most = Forms(
+        largest(f.E),
+        largest(f.F),
+        largest(f.G),
+        largest(f.area2),
+        largest(f.twice_H),
+        -largest(f.gauss),
+        largest(f.E_q),
+        largest(f.E_r),
+        largest(f.G_q),
+        largest(f.G_r),
+    )
+    rough = _quantities(
+        most,
+        aspect,
+        per_mm,
+        1.0 / max(least_area2, FLOOR**2),
+        1.0 / max(least_E, FLOOR**2),
+        1.0 / max(least_G, FLOOR**2),
+    )
+    rough = (rough[0], min(rough[1], 1.0), rough[2])
+    lengths = least_E > FLOOR**2 and least_G > FLOOR**2
+    for k in range(3):
+        upper[k], seen[k] = rough[k], exact[k]
+        if lengths if k else least_area2 > FLOOR**2:
+            upper[k] = min(top(models[k]), rough[k])
+            value, s, t = attained(models[k])
+            if value > seen[k]:
+                seen[k], place[k, 0], place[k, 1] = value, s, t
+    value, place[3, 0], place[3, 1] = attained(f.area2 * -1.0)
+    upper[3] = -np.sqrt(max(least_area2, 0.0) + SMOOTHING**2)
+    seen[3] = -np.sqrt(max(-value, 0.0) + SMOOTHING**2)
+
+
+@register_jitable
+def _quantities(
+    f: Forms, aspect: float, per_mm: bool, over_area2: Any, over_E: Any, over_G: Any
+) -> tuple[Any, Any, Any]:
     """Curvature, skew and stretch for any kind of numbers; from absolute values it gives upper bounds."""
     curvature = over_area2 * over_area2 * (f.twice_H * f.twice_H * over_area2 * 0.5 - f.gauss)
     skew = f.F * f.F * (over_E * over_G)
     E_q, E_r, G_q, G_r = f.E_q * over_E, f.E_r * over_E, f.G_q * over_G, f.G_r * over_G
-    if form == "per_mm":
+    if per_mm:
         return curvature, skew, E_q * E_q + E_r * E_r + G_q * G_q + G_r * G_r
     first, second = E_q + E_r * aspect, G_q * (1.0 / aspect) + G_r
     return curvature, skew, first * first + second * second

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from pneumorph.constraint.cells import Accuracy, KnotSpans, power
 from pneumorph.constraint.extent import FROM_POWERS
-from pneumorph.constraint.separation import candidates, least_distances, nearest_centres, spheres
+from pneumorph.constraint.separation import approach, candidates, least_distances, nearest_centres, spheres
 from pneumorph.geometry import TubeSurface
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-_FIRST = 256  # pairs that are bounded first, to learn how near surfaces come
+_STARTS = 256  # pairs of patches from which the nearest points of two surfaces are sought
 _MAX_PAIRS = 256  # per patch: more pairs are near each other only where surfaces cross
 # Passes: most subdivisions of each pair, and whether only the needed bound is to be certified, not the full accuracy.
 _PASSES = ((60, False), (240, False), (960, False), (4000, True), (100_000, True))
@@ -103,7 +103,19 @@ def without_discs(surface: Patches) -> Patches:
     return Patches(nets, boxes, surface.disc[some], surface.centres[some], surface.radii[some], surface.size)
 
 
-def gaps(first: Patches, second: Patches, neighbourhood: float, accuracy: Accuracy, worst: float) -> tuple[Gaps, float]:
+def nearest(first: Patches, second: Patches, neighbourhood: float) -> Gaps:
+    """Near points of two surfaces, or of one, without lower bounds: from the patches with the nearest centres."""
+    partner, away = nearest_centres(first.centres, second.centres, first.boxes, second.boxes, first.size, neighbourhood)
+    some = np.argsort(away, kind="stable")[:_STARTS]
+    some = some[np.isfinite(away[some])]
+    pairs = np.stack([some, partner[some]], axis=1)
+    seen, at = approach(pairs, first.nets, second.nets, first.boxes, second.boxes, first.size, neighbourhood)
+    return _found(first, second, pairs, np.full(len(pairs), np.inf), seen, at)
+
+
+def gaps(
+    first: Patches, second: Patches, neighbourhood: float, accuracy: Accuracy, known: Gaps, worst: float
+) -> tuple[Gaps, float]:
     """Bound the distances between the patches of two surfaces, or between those of one.
 
     Parameters
@@ -114,48 +126,30 @@ def gaps(first: Patches, second: Patches, neighbourhood: float, accuracy: Accura
         Pairs of points nearer than this on the starting tube are ignored, mm; zero for walls.
     accuracy : Accuracy
         For distances with their sign changed.
+    known : Gaps
+        Their near points, see `nearest`.
     worst : float
         Smallest distance attained elsewhere, mm.
 
     Returns
     -------
     Gaps
-        Pairs of patches that are near each other. The first entry is the pair with the nearest centres, without a
-        lower bound.
+        Pairs of patches that are near each other, after those that were known.
     beyond : float
         Certified lower bound of the distance of all other pairs, mm.
     """
-    same = first is second
-    bound = -accuracy.bound
-    parts = (first.centres, second.centres, first.boxes, second.boxes)
-    known, *nearest = nearest_centres(*parts, first.size, neighbourhood)
-
-    def enough(seen: float) -> float:
-        return -accuracy.enough(-min(seen, _FAR * bound), -worst)
-
-    asked = enough(known)
-    pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, same)
+    asked = _asked(known.seen, accuracy, worst)
+    pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, first is second)
     beyond = asked
-    order = np.argsort(away, kind="stable")
     most = _MAX_PAIRS * (len(first.nets) + len(second.nets))
-    if len(order) > most:
+    if len(pairs) > most:
+        order = np.argsort(away, kind="stable")
         beyond = min(beyond, max(float(away[order[most]]), 0.0))
-        order = order[:most]
-    middle = np.full((1, 2), 0.5)
-    rough_a, rough_b = _place(first, np.array(nearest[:1]), middle), _place(second, np.array(nearest[1:]), middle)
-    work = _WORK * (len(first.nets) + len(second.nets))
-    found = [Gaps(np.full(1, np.inf), np.array([known]), np.array([nearest]), rough_a, rough_b)]
-    # The nearest first; then the others in random order, so that all threads have similar work.
-    for some in (order[:_FIRST], np.random.default_rng(0).permutation(order[_FIRST:])):
-        if not len(some):
-            continue
-        lower, seen, at = _bounded(pairs[some], first, second, neighbourhood, asked, accuracy, work)
-        i, j = pairs[some].T
-        found.append(Gaps(lower, seen, pairs[some], _place(first, i, at[:, :2]), _place(second, j, at[:, 2:])))
-        asked = min(asked, enough(min(known, float(seen.min()))))
-        beyond = min(beyond, asked)
-        if seen.min() < _BROKEN * bound:
-            work *= 0.1
+        pairs = pairs[order[:most]]
+    # In random order, so that all threads have similar work.
+    pairs = np.random.default_rng(0).permutation(pairs)
+    lower, seen, at = _bounded(pairs, first, second, neighbourhood, accuracy, known.seen, worst)
+    found = [known, _found(first, second, pairs, lower, seen, at)]
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
 
@@ -168,22 +162,31 @@ def nearest_uncertified(found: Gaps, needed: float) -> NDArray[np.integer]:
     return some[np.unique(np.concatenate(first))]
 
 
+def _asked(seen: Floats, accuracy: Accuracy, worst: float) -> float:
+    """Distance beyond which nothing is refined, from distances `seen` on these surfaces and the smallest elsewhere."""
+    least = min(seen.min(initial=np.inf), _FAR * -accuracy.bound)
+    return -accuracy.enough(-least, -worst)
+
+
 def _bounded(
     pairs: Ints,
     first: Patches,
     second: Patches,
     neighbourhood: float,
-    asked: float,
     accuracy: Accuracy,
-    work: float,
+    known: Floats,
+    worst: float,
 ) -> tuple[Floats, Floats, Floats]:
     """Lower bounds, attained distances and their u, v for pairs of patches; difficult pairs are subdivided further."""
     lower, seen, at = np.zeros(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
     bound = -accuracy.bound
+    broken = known.min(initial=np.inf) < _BROKEN * bound
+    work = _WORK * (len(first.nets) + len(second.nets)) * (0.1 if broken else 1.0)
     for most, modest in _PASSES:
+        asked = _asked(np.append(known, seen), accuracy, worst)
         sufficient = min(asked, -accuracy.needed) if modest else asked
-        known = np.minimum(seen, 1e9)
-        some = np.flatnonzero(lower < np.minimum(sufficient, known - accuracy.gap * np.maximum(1.0, known / bound)))
+        nearest = np.minimum(seen, 1e9)
+        some = np.flatnonzero(lower < np.minimum(sufficient, nearest - accuracy.gap * np.maximum(1.0, nearest / bound)))
         if not len(some) or seen.min() < _BROKEN * bound:
             break
         found, near, where = least_distances(
@@ -203,6 +206,12 @@ def _bounded(
         closer = near < seen[some]
         seen[some[closer]], at[some[closer]] = near[closer], where[closer]
     return lower, seen, at
+
+
+def _found(first: Patches, second: Patches, pairs: Ints, lower: Floats, seen: Floats, at: Floats) -> Gaps:
+    """The gaps of pairs of patches, with the u, v (n, 4) of their points."""
+    i, j = pairs.T
+    return Gaps(lower, seen, pairs, _place(first, i, at[:, :2]), _place(second, j, at[:, 2:]))
 
 
 def _place(surface: Patches, patch: Ints, at: Floats) -> Floats:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pneumorph.constraint import extent
 from pneumorph.constraint.cells import FINE, Accuracy, SpanBounds, knot_spans
 from pneumorph.constraint.enclosure import NAMES, enclosed
-from pneumorph.constraint.gaps import Gaps, gaps, nearest_uncertified, patches, without_discs
+from pneumorph.constraint.gaps import Gaps, gaps, nearest, nearest_uncertified, patches, without_discs
 from pneumorph.constraint.table import BY_NAME, TABLE, Limit
 from pneumorph.geometry import Body
 
@@ -215,13 +215,14 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
 
     sides = [patches(surface, part) for surface, part in zip(body.surfaces, parts, strict=True)]
     wall, fold = tallies["wall"], tallies["fold"]
-    for a, b in combinations(range(len(sides)), 2):
-        known = -max(wall.worst, tallies["planes"].worst)
-        wall.pairs(a, b, *gaps(sides[a], sides[b], 0.0, wall.accuracy, known))
-    for a, side in enumerate(sides):
-        tube = without_discs(side)
-        known = -max(fold.worst, tallies["rim"].worst)
-        fold.pairs(a, a, *gaps(tube, tube, spec.fold.neighbourhood, fold.accuracy, known))
+    tubes = [without_discs(side) for side in sides]
+    couples = {(a, b): (sides[a], sides[b], 0.0) for a, b in combinations(range(len(sides)), 2)}
+    single = {(a, a): (tube, tube, spec.fold.neighbourhood) for a, tube in enumerate(tubes)}
+    for tally, other, measured in ((wall, "planes", couples), (fold, "rim", single)):
+        known = {number: nearest(*parts) for number, parts in measured.items()}
+        least = min([-tallies[other].worst, *(found.seen.min(initial=np.inf) for found in known.values())])
+        for number, parts in measured.items():
+            tally.pairs(*number, *gaps(*parts, tally.accuracy, known[number], min(least, -tally.worst)))
 
     names = [surface.name for surface in body.surfaces]
     return LimitReport(
@@ -286,6 +287,8 @@ class _Tally:
         return Pairs(*(np.concatenate(part) for part in zip(*self._pairs, strict=True))) if self._pairs else _NO_PAIRS
 
     def _worst(self, upper: Floats, seen: Floats, surface: int, q: Floats, r: Floats) -> None:
+        if not len(upper):
+            return
         self.upper = max(self.upper, float(upper.max()))
         k = int(np.argmax(seen))
         if seen[k] > self.worst:

@@ -1,7 +1,8 @@
 """Smallest distances between patches of surfaces, bounded from both sides by branch and bound.
 
 The lower bound is the width of a slab between the patches (`slabs`); across the common normal of facing walls it is
-accurate to second order in the size of the patches. The upper bound is the distance of actual points, found by Newton's
+accurate to second order in the size of the patches; pairs that it does not clear may be cleared to third order by
+quadratic polynomials (`quadratics`). The upper bound is the distance of actual points, found by Newton's
 method (`closest`). In pairs that may be nearer than required, the larger patch is halved, repeatedly.
 """
 
@@ -11,7 +12,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.constraint.closest import apart, between, descend, distance
+from pneumorph.constraint.closest import apart, between, counts, descend
+from pneumorph.constraint.quadratics import clears, workspace
 from pneumorph.constraint.slabs import farthest, linked, slab
 from pneumorph.threads import each
 
@@ -32,18 +34,28 @@ def spheres(nets: Floats) -> tuple[Floats, Floats]:
 
 @numba.njit(cache=True)
 def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
-    """Smallest distance between centres of patches a neighbourhood apart (infinite if none), and their indices."""
-    best, first, second = np.inf, 0, 0
+    """The nearest centre of a patch a neighbourhood away from each: its index (n,) and distance, or infinity."""
+    nearest, least = np.zeros(len(centres), dtype=np.int64), np.full(len(centres), np.inf)
     for i in range(len(centres)):
         for j in range(len(others)):
-            if neighbourhood > 0.0 and apart(boxes[i], other_boxes[j], 0.5, 0.5, 0.5, 0.5, size) < neighbourhood:
-                continue
             away = 0.0
             for c in range(3):
                 away += (centres[i, c] - others[j, c]) ** 2
-            if away < best:
-                best, first, second = away, i, j
-    return np.sqrt(best), first, second
+            if away < least[i]:
+                if neighbourhood > 0.0 and apart(boxes[i], other_boxes[j], 0.5, 0.5, 0.5, 0.5, size) < neighbourhood:
+                    continue
+                nearest[i], least[i] = j, away
+    return nearest, np.sqrt(least)
+
+
+@numba.njit(cache=True)
+def approach(pairs, nets, others, boxes, other_boxes, size, neighbourhood):
+    """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`."""
+    seen, at = np.empty(len(pairs)), np.full((len(pairs), 4), 0.5)
+    for k in range(len(pairs)):
+        i, j = pairs[k]
+        seen[k] = descend(nets[i], others[j], at[k], boxes[i], other_boxes[j], size, neighbourhood)
+    return seen, at
 
 
 @numba.njit(cache=True)
@@ -126,6 +138,7 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
     way, here, whole = np.empty(3), np.empty(4), np.empty(8)
     for c in range(8):
         whole[c] = c % 2
+    starts, room = np.empty((2, 5, 3)), workspace()
     parts, halves, extents, span = np.empty((2, 4, 4, 3)), np.empty((2, 4, 4, 3)), np.empty((2, 2)), np.empty(8)
     # Pairs of parts still to look at: nets, ranges of u and v, bounds so far and halvings.
     stack, ranges = np.empty((_DEPTH + 2, 2, 4, 4, 3)), np.empty((_DEPTH + 2, 8))
@@ -141,21 +154,26 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
         least = slab(a, b, way)
         if neighbourhood > 0.0 and least < asked:
             least = max(least, linked(a, b, box_a, box_b, whole, size, neighbourhood))
+        if least < asked and clears(a, b, box_a, box_b, whole, size, neighbourhood, asked, room):
+            least = asked
         lower[k] = least
         if least >= asked:
             continue
 
         # Where points of the whole patches come nearest; a start at the corners and the middles of both.
+        _starts(a, starts[0])
+        _starts(b, starts[1])
         best = np.inf
         for start in range(25):
             one, other = start // 5, start % 5
-            here[0], here[1] = (one % 2, one // 2) if one < 4 else (0.5, 0.5)
-            here[2], here[3] = (other % 2, other // 2) if other < 4 else (0.5, 0.5)
-            away = distance(a, b, here, box_a, box_b, size, neighbourhood)
+            away = _away(starts[0, one], starts[1, other])
             if away < best:
-                best = away
-                for c in range(4):
-                    place[c] = here[c]
+                here[0], here[1] = (one % 2, one // 2) if one < 4 else (0.5, 0.5)
+                here[2], here[3] = (other % 2, other // 2) if other < 4 else (0.5, 0.5)
+                if counts(box_a, box_b, here, size, neighbourhood):
+                    best = away
+                    for c in range(4):
+                        place[c] = here[c]
         if best < np.inf:
             # Where points come nowhere near what is asked, it does not matter how near exactly.
             if best < 1.3 * asked:
@@ -203,13 +221,19 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
                 if neighbourhood > 0.0 and bounds[height] < enough:
                     link = linked(child_a, child_b, box_a, box_b, ranges[height], size, neighbourhood)
                     bounds[height] = max(bounds[height], link)
+                if bounds[height] < enough and clears(
+                    child_a, child_b, box_a, box_b, ranges[height], size, neighbourhood, enough, room
+                ):
+                    bounds[height] = enough
                 if bounds[height] >= enough:
                     certified = min(certified, bounds[height])
                     continue
+                _middle(child_a, starts[0, 4])
+                _middle(child_b, starts[1, 4])
+                away = _away(starts[0, 4], starts[1, 4])
                 for c in range(4):
                     here[c] = 0.5 * (ranges[height, 2 * c] + ranges[height, 2 * c + 1])
-                away = distance(a, b, here, box_a, box_b, size, neighbourhood)
-                if away < best:
+                if away < best and counts(box_a, box_b, here, size, neighbourhood):
                     if away < 1.1 * asked:
                         away = descend(a, b, here, box_a, box_b, size, neighbourhood)
                     best = away
@@ -219,6 +243,32 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
                 depths[height] = depth + 1
                 height += 1
         lower[k], seen[k] = max(certified, 0.0), best
+
+
+@numba.njit(cache=True)
+def _starts(net, points):
+    """The corners of a patch and its middle, into `points` (5, 3)."""
+    for c in range(3):
+        points[0, c], points[1, c] = net[0, 0, c], net[0, 3, c]
+        points[2, c], points[3, c] = net[3, 0, c], net[3, 3, c]
+    _middle(net, points[4])
+
+
+@numba.njit(cache=True)
+def _middle(net, point):
+    """The middle of a patch."""
+    for c in range(3):
+        total = 0.0
+        for i in range(4):
+            row = net[i, 0, c] + 3.0 * (net[i, 1, c] + net[i, 2, c]) + net[i, 3, c]
+            total += row if i % 3 == 0 else 3.0 * row
+        point[c] = total / 64.0
+
+
+@numba.njit(cache=True)
+def _away(one, other):
+    """Distance of two points."""
+    return np.sqrt((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2)
 
 
 @numba.njit(cache=True)

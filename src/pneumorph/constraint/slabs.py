@@ -67,25 +67,9 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     neighbourhood is defined. The difference of the slopes enters with its absolute value; it is small where the
     distance is smallest.
     """
-    shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
-    if shrink <= 0.0:
+    known, between, half_a, half_b = steps(box_a, box_b, span, size, neighbourhood)
+    if not known:
         return 0.0
-    between, half_a, half_b = np.empty(2), np.empty(2), np.empty(2)
-    scale = size[1]
-    for k in range(1, -1, -1):
-        between[k] = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
-        between[k] -= box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
-        half_a[k] = 0.5 * (span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1]
-        half_b[k] = 0.5 * (span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1]
-        if k == 0:
-            between[0] = (between[0] + 0.5) % 1.0 - 0.5
-            # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
-            up = abs(between[1]) + half_a[1] + half_b[1]
-            chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
-            diameter = size[0] * shrink / np.pi
-            arc = diameter * np.arcsin(min(chord / diameter, 1.0))
-            scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
-        between[k], half_a[k], half_b[k] = scale * between[k], scale * half_a[k], scale * half_b[k]
     direction = np.empty(3)
     direction[0], direction[1], direction[2] = 0.0, 0.0, 0.0
     for i in range(4):
@@ -122,6 +106,30 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
                 if abs(at_q - between[0]) <= room_q:
                     best = min(best, mean_q * at_q + mean_r * on_r)
     return bound + best
+
+
+@numba.njit(cache=True)
+def steps(box_a, box_b, span, size, neighbourhood):
+    """Steps (q, r) on the starting tube between the middles of two ranges, and half of either range, in mm, as tuples.
+
+    Points that count are a neighbourhood apart by these, see `linked`. The first value is whether there are such steps.
+    """
+    shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
+    if shrink <= 0.0:
+        return False, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)
+    half_a = 0.5 * (span[1] - span[0]) * box_a[1], 0.5 * (span[3] - span[2]) * box_a[3] * size[1]
+    half_b = 0.5 * (span[5] - span[4]) * box_b[1], 0.5 * (span[7] - span[6]) * box_b[3] * size[1]
+    around = box_b[0] - box_a[0] + 0.5 * ((span[4] + span[5]) * box_b[1] - (span[0] + span[1]) * box_a[1])
+    along = box_b[2] - box_a[2] + 0.5 * ((span[6] + span[7]) * box_b[3] - (span[2] + span[3]) * box_a[3])
+    along *= size[1]
+    # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
+    up = abs(along) + half_a[1] + half_b[1]
+    chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
+    diameter = size[0] * shrink / np.pi
+    arc = diameter * np.arcsin(min(chord / diameter, 1.0))
+    scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
+    between = scale * ((around + 0.5) % 1.0 - 0.5), along
+    return True, between, (scale * half_a[0], half_a[1]), (scale * half_b[0], half_b[1])
 
 
 @numba.njit(cache=True)
