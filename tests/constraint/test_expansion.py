@@ -30,7 +30,7 @@ def surfaces():
 
 
 def test_closest_points_are_closer_than_those_around(surfaces):
-    exterior, chamber = surfaces
+    _, chamber = surfaces
     rng = np.random.default_rng(0)
     near = rng.integers(0, len(chamber.x), 200)
     points = chamber.x[near] + rng.normal(size=(200, 3))

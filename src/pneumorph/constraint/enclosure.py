@@ -8,11 +8,9 @@ itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numba
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from pneumorph.constraint.cells import (
@@ -29,7 +27,7 @@ from pneumorph.constraint.cells import (
     span_bounds,
     whole,
 )
-from pneumorph.constraint.surface import FLOOR, SMOOTHING, Form, Forms, forms
+from pneumorph.constraint.surface import FLOOR, SMOOTHING, Form, Forms, forms, quantities
 from pneumorph.constraint.taylor import attained, bottom, inverse, largest, modelled, top
 from pneumorph.geometry import TubeSurface
 from pneumorph.threads import each
@@ -212,9 +210,10 @@ def _vary(across, along, across_q, across_r, vary):
 @_compiled
 def _bound(f, aspect, per_mm, upper, seen, place):
     """Bounds of the four quantities (4,); denominators that may vanish are replaced by their floor."""
-    models = _quantities(f, aspect, per_mm, inverse(f.area2), inverse(f.E), inverse(f.G))
+    # Of models; of the values at the centre; and of absolute values, which gives upper bounds.
+    models = quantities(f, aspect, per_mm, inverse(f.area2), inverse(f.E), inverse(f.G))
     at = Forms(f.E.c0, f.F.c0, f.G.c0, f.area2.c0, f.twice_H.c0, f.gauss.c0, f.E_q.c0, f.E_r.c0, f.G_q.c0, f.G_r.c0)
-    exact = _quantities(
+    exact = quantities(
         at, aspect, per_mm, 1.0 / max(at.area2, FLOOR**2), 1.0 / max(at.E, FLOOR**2), 1.0 / max(at.G, FLOOR**2)
     )
     least_area2, least_E, least_G = bottom(f.area2), bottom(f.E), bottom(f.G)
@@ -230,7 +229,7 @@ def _bound(f, aspect, per_mm, upper, seen, place):
         largest(f.G_q),
         largest(f.G_r),
     )
-    rough = _quantities(
+    rough = quantities(
         most,
         aspect,
         per_mm,
@@ -250,17 +249,3 @@ def _bound(f, aspect, per_mm, upper, seen, place):
     value, place[3, 0], place[3, 1] = attained(f.area2 * -1.0)
     upper[3] = -np.sqrt(max(least_area2, 0.0) + SMOOTHING**2)
     seen[3] = -np.sqrt(max(-value, 0.0) + SMOOTHING**2)
-
-
-@register_jitable
-def _quantities(
-    f: Forms, aspect: float, per_mm: bool, over_area2: Any, over_E: Any, over_G: Any
-) -> tuple[Any, Any, Any]:
-    """Curvature, skew and stretch for any kind of numbers; from absolute values it gives upper bounds."""
-    curvature = over_area2 * over_area2 * (f.twice_H * f.twice_H * over_area2 * 0.5 - f.gauss)
-    skew = f.F * f.F * (over_E * over_G)
-    E_q, E_r, G_q, G_r = f.E_q * over_E, f.E_r * over_E, f.G_q * over_G, f.G_r * over_G
-    if per_mm:
-        return curvature, skew, E_q * E_q + E_r * E_r + G_q * G_q + G_r * G_r
-    first, second = E_q + E_r * aspect, G_q * (1.0 / aspect) + G_r
-    return curvature, skew, first * first + second * second

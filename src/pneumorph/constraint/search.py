@@ -30,7 +30,7 @@ class Cubes(NamedTuple):
         Lower corner of the first cube, mm.
     side : float
         Side of the cubes, mm.
-    count : (3,) array
+    size : (3,) array
         Cubes in each direction.
     first : (m + 1,) array
         Index of each cube's first sample in `order`, and the number of all samples.
@@ -40,7 +40,7 @@ class Cubes(NamedTuple):
 
     corner: Floats
     side: float
-    count: Ints
+    size: Ints
     first: Ints
     order: Ints
 
@@ -49,11 +49,11 @@ def cubes(x: Floats, reach: float) -> Cubes:
     """Sort samples at x (n, 3) for queries within `reach` mm."""
     corner, extent = x.min(axis=0), np.ptp(x, axis=0)
     side = max(reach, float(extent.max()) / _MOST, 1e-9)
-    count = (extent / side).astype(np.int64) + 1
-    place = np.minimum(((x - corner) / side).astype(np.int64), count - 1)
-    number = (place[:, 0] * count[1] + place[:, 1]) * count[2] + place[:, 2]
-    first = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=int(count.prod())))])
-    return Cubes(corner, side, count, first, np.argsort(number, kind="stable"))
+    size = (extent / side).astype(np.int64) + 1
+    place = np.minimum(((x - corner) / side).astype(np.int64), size - 1)
+    number = (place[:, 0] * size[1] + place[:, 1]) * size[2] + place[:, 2]
+    first = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=int(size.prod())))])
+    return Cubes(corner, side, size, first, np.argsort(number, kind="stable"))
 
 
 def nearest_samples(points: Floats, x: Floats, reach: float) -> tuple[Floats, Ints]:
@@ -84,7 +84,7 @@ def _searched(
 @numba.njit(cache=True, nogil=True)
 def _search(points, ways, x, normals, sorted_, reach, weight, distance, near):
     """Fill distance and near; of equally near samples the one with the smallest index is taken."""
-    corner, side, count, first, order = sorted_
+    corner, side, size, first, order = sorted_
     low, high = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     for k in range(len(points)):
         for c in range(3):
@@ -95,7 +95,7 @@ def _search(points, ways, x, normals, sorted_, reach, weight, distance, near):
         best, found = reach * reach, -1
         for i in range(low[0], high[0] + 1):
             for j in range(low[1], high[1] + 1):
-                row = (i * count[1] + j) * count[2]
+                row = (i * size[1] + j) * size[2]
                 # Cubes along z are neighbours in memory.
                 for place in range(first[row + low[2]], first[row + high[2] + 1]):
                     other = order[place]
