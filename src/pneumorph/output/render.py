@@ -21,7 +21,7 @@ class NoPicture(Exception):
 
 
 def images(job: Job) -> list[np.ndarray]:
-    """A picture (height, width, 3) of every shape.
+    """A picture (height, width, 4) of every panel, transparent where there is no body.
 
     Raises
     ------
