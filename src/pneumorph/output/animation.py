@@ -16,7 +16,7 @@ from scipy.sparse.linalg import cg
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult, nodal_stretch
 from pneumorph.geometry import Body
 from pneumorph.mesh import TetMesh
-from pneumorph.output.bodies import composed, images_of, laid_out
+from pneumorph.output.bodies import composed, images_of, laid_out, title_lines
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
 from pneumorph.output.format import format_pressures, motion_of
@@ -59,7 +59,8 @@ def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], vie
     scenes = []
     for entry, body in (bodies[number] for number in chosen):
         motions = [motion_of(task, entry.tasks[task.name]) for task in problem.task]
-        words = ", ".join(f"{motion.word} {motion}" for motion in motions[:2]) + (", …" if len(motions) > 2 else "")
+        names = [f"{task.name} " for task in problem.task] if len(motions) > 1 else [f"{motions[0].word} "]
+        words = ", ".join(f"{name}{motion}" for name, motion in zip(names, motions, strict=True))
         title = f"design {entry.iteration} at rest\n{words}"
         scenes.append(Scene(title, shell_of(body), view or view_of(problem), gravity=gravity_of(problem)))
     each = min(SHORT, LONG / len(scenes))
@@ -104,10 +105,10 @@ def save_gif(path: Path, frames: Frames) -> None:
     both = Image.new("RGB", (2 * wide, high))
     both.paste(pictures[0], (0, 0))
     both.paste(pictures[len(pictures) // 2 if len(pictures) > 2 else -1], (wide, 0))
-    palette = both.quantize(255, dither=Image.Dither.NONE)
-    colours = np.reshape(palette.getpalette(), (-1, 3))
+    colours = np.reshape(both.quantize(255, dither=Image.Dither.NONE).getpalette() or [], (-1, 3))
     # The paper, which would be the mean of all that is nearly white.
     colours[colours.sum(axis=1).argmax()] = 255
+    palette = Image.new("P", (1, 1))
     palette.putpalette(colours.ravel().tolist())
     first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     times = [round(1000 * seconds) for _, seconds in frames]
@@ -119,12 +120,9 @@ def _frames(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -
     sheet = laid_out(scenes, WIDEST, TALLEST, columns=1)
     low, high = np.min(sheet.extents, axis=0), np.max(sheet.extents, axis=0)
     sheet = replace(sheet, extents=[np.array([low[0], high[1], low[2], high[3]])] * len(scenes))
-    size = None
+    lines = max(title_lines(scene, sheet) for scene in scenes)
     for scene, picture in zip(scenes, images_of(scenes, sheet, stretch, DOTS), strict=True):
-        figure = composed([scene], sheet, [picture], stretch, title)
-        drawn = _drawn(figure)
-        size = size or drawn.size
-        yield drawn if drawn.size == size else drawn.resize(size)
+        yield _drawn(composed([scene], sheet, [picture], stretch, title, lines))
 
 
 def _drawn(figure: Figure) -> Image.Image:

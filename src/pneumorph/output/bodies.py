@@ -37,6 +37,9 @@ STRIP, SIDE = 0.42, 0.68
 LETTER = 0.0078
 """Width of a letter in inches, per point of its size."""
 
+BOLD = 1.25 * LETTER * TEXT
+"""Width of a letter of the figure's title in inches."""
+
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
@@ -108,15 +111,16 @@ def composed(
     pictures: Sequence[np.ndarray],
     stretch: tuple[float, float],
     title: str,
+    lines: int = 0,
 ) -> Figure:
-    """The figure of pictures that are drawn, with their titles, marks, scales and legend."""
+    """The figure of drawn pictures with titles, for which there is space for at least so many lines, marks and scales."""
     wide, high = sheet.size
     coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
     total = sheet.columns * wide + (SIDE if coloured else 0.1)
     rows = -(-len(scenes) // sheet.columns)
     titles = [panel_title(scene, wide) for scene in scenes]
-    above = 0.08 + line_height(SMALL) * max(words.count("\n") + 1 for words in titles)
-    heading = textwrap.fill(title, max(12, int(total / (LETTER * TEXT * 1.1))))
+    above = 0.08 + line_height(SMALL) * max(lines, *(title_lines(scene, sheet) for scene in scenes))
+    heading = textwrap.fill(title, max(12, int(total / BOLD)))
     head = line_height(TEXT) * (heading.count("\n") + 1) + 0.06 if title else 0.0
     handles = legend_handles([scene.view for scene in scenes], [scene.marks for scene in scenes])
     per_line = max(1, int(total / 1.45))
@@ -135,7 +139,8 @@ def composed(
             scene, wide, sheet.scale if number == 0 else None,
         )  # fmt: skip
     if title:
-        middle = 0.5 * sheet.columns * wide / total if len(heading) * LETTER * TEXT < sheet.columns * wide else 0.5
+        fits = BOLD * max(map(len, heading.splitlines())) < sheet.columns * wide
+        middle = 0.5 * sheet.columns * wide / total if fits else 0.5
         figure.suptitle(heading, fontsize=TEXT, fontweight="bold", x=middle, y=1.0 - 0.05 / height, va="top")
     if coloured:
         long = min(0.7 * high, 2.4)
@@ -151,20 +156,25 @@ def line_height(points: float) -> float:
 
 
 def panel_title(scene: Scene, wide: float) -> str:
-    """The title of a panel of this width in inches, with its cut; a number and its unit stay together."""
+    """The title of a panel of this width in inches, with its cut; numbers stay with their words and units."""
     letters = max(10, int(wide / (LETTER * SMALL)))
-    words = re.sub(r"(\d) (mm|kPa)", "\\1\u00a0\\2", f"{scene.title}\n{scene.view}")
+    words = re.sub(r" (?=[-−]?\d)|(?<=\d) (?=mm|kPa)", "\u00a0", f"{scene.title}\n{scene.view}")
     return "\n".join(textwrap.fill(line, letters) for line in words.splitlines())
+
+
+def title_lines(scene: Scene, sheet: Sheet) -> int:
+    """How many lines the title of a panel takes."""
+    return panel_title(scene, sheet.size[0]).count("\n") + 1
 
 
 def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray) -> None:
     """Draw a picture with its marks on axes in mm."""
+    left, right, bottom, top = extent
     draw_clamp(axes, scene.view, scene.shape)
-    axes.imshow(picture, extent=tuple(extent), interpolation="lanczos", zorder=2)
+    axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos", zorder=2)
     if scene.marks.outlined:
         draw_outline(axes, scene.view, outline(scene.shape, scene.view.normal, scene.view.offset))
     draw_marks(axes, scene.view, scene.marks)
-    left, right, bottom, top = extent
     axes.set(xlim=(left, right), ylim=(bottom, top))
     axes.set_axis_off()
 

@@ -23,7 +23,7 @@ NEAR = np.radians(2.0)
 
 
 def view_of(problem: Problem) -> View:
-    """The view of all tasks together: of the plane, xz or yz, in which they bend most; cut so that chambers are seen."""
+    """The view of all tasks together: of the plane, xz or yz, in which they bend most, cut open at a chamber."""
     about = np.zeros(2)
     for task in problem.task:
         axis = _wanted(problem, task)
@@ -51,8 +51,11 @@ def asked_view(problem: Problem, cut: Cut, at: float | None = None) -> View:
     if cut == "none":
         return View(normal, None)
     if at is not None:
-        return View(normal, float(normal.sum()) * at)
-    return View(normal, -problem.body.length / 2) if cut == "xy" else _through_chambers(problem, normal)
+        place = float(normal.sum()) * at
+    else:
+        place = -problem.body.length / 2 if cut == "xy" else _through_chambers(problem, normal).offset
+    # A body is long, so one that is seen along its axis is seen nearly straight.
+    return View(normal, place, 4.0, 6.0) if cut == "xy" else View(normal, place)
 
 
 def _normal(axis: np.ndarray) -> np.ndarray:

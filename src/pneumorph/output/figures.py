@@ -29,7 +29,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 INK = "#333333"
 
-SETTINGS = {"pdf.fonttype": 42, "svg.fonttype": "path", "svg.hashsalt": "pneumorph"}
+SETTINGS: Any = {"pdf.fonttype": 42, "svg.fonttype": "path", "svg.hashsalt": "pneumorph"}
 """TrueType letters inside of PDF, outlines of letters in SVG: both look the same where the font is not installed."""
 
 PLOTS = ("png", "pdf", "svg")
@@ -37,11 +37,12 @@ PLOTS = ("png", "pdf", "svg")
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Save a figure in the format of its suffix; the same figure gives the same file."""
+    """Save a figure as PDF or SVG by the suffix, otherwise as PNG; the same figure gives the same file."""
+    format = path.suffix.removeprefix(".").lower()
     # Without the date.
-    metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix)
+    metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(format)
     with rc_context(SETTINGS):
-        figure.savefig(path, dpi=DOTS, metadata=metadata)
+        figure.savefig(path, dpi=DOTS, format=format if format in PLOTS else "png", metadata=metadata)
 
 
 def plain(axes: Axes) -> None:

@@ -108,7 +108,9 @@ def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
         frameon=False,
         ncols=columns,
         loc="upper center",
-        bbox_to_anchor=(0.5, -0.2),
+        bbox_to_anchor=(0.5, 0.0),
+        # Below the ticks and their label, in sizes of letters.
+        borderaxespad=3.7,
         columnspacing=1.0,
         handlelength=1.8,
         labelspacing=0.3,

@@ -178,7 +178,7 @@ def draw_axes(axes: Axes, view: View, gravity: np.ndarray | None) -> float:
         _direction(axes, origin, direction, name, INK)
     if gravity is None:
         return 0.5
-    _direction(axes, origin + [0.5, 0.08], view.flat(0.85 * length * gravity), "g", LOAD)
+    _direction(axes, origin + np.array([0.5, 0.08]), view.flat(0.85 * length * gravity), "g", LOAD)
     return 0.95
 
 
@@ -186,13 +186,13 @@ def _direction(axes: Axes, origin: np.ndarray, seen: np.ndarray, name: str, colo
     look = {"arrowstyle": "-|>", "color": colour, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
     size = float(np.linalg.norm(seen))
     if size > 0.03:
-        axes.annotate("", origin + seen, origin, arrowprops=look)
+        axes.annotate("", tuple(origin + seen), tuple(origin), arrowprops=look)
         at = origin + seen * (1.0 + 0.065 / size)
     else:
         # Towards the reader or away.
         axes.plot(*origin, "o", color=colour, markersize=3, fillstyle="none")
         at = origin - [0.08, 0.06]
-    axes.text(*at, name, ha="center", va="center", fontsize=SMALL, color=colour)
+    axes.text(at[0], at[1], name, ha="center", va="center", fontsize=SMALL, color=colour)
 
 
 def legend_handles(views: Sequence[View], marks: Sequence[Marks]) -> list[Line2D | Patch]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from pneumorph.analysis import Fields, HistoryEntry
+from pneumorph.analysis import Fields, HistoryEntry, TaskResult
 from pneumorph.output.animation import evolution, inflation, save_gif
 from pneumorph.output.bodies import bodies_figure
 from pneumorph.output.cuts import view_of as view_of
@@ -19,6 +19,7 @@ from pneumorph.output.profile import profile_figure
 from pneumorph.output.render import NoPicture
 from pneumorph.output.scenes import Scene, highest_stretch, scenes_of
 from pneumorph.output.shape import shape_figure
+from pneumorph.output.view import View
 from pneumorph.problem import MatchCurve, MatchSections, Problem
 from pneumorph.run import RunDirectory
 
@@ -50,6 +51,14 @@ def run_pictures(run: RunDirectory) -> Pictures:
             save(figure, paths[-1])
     drawn, missing = _draw_bodies(folder, run, history)
     return Pictures((*paths, *drawn), tuple(missing))
+
+
+def picture_names(paths: Sequence[Path]) -> str:
+    """The names of pictures, with those of one name but several formats as one: "history.png|pdf|svg"."""
+    formats: dict[str, list[str]] = {}
+    for path in paths:
+        formats.setdefault(path.stem, []).append(path.suffix.removeprefix("."))
+    return ", ".join(f"{stem}.{'|'.join(suffixes)}" for stem, suffixes in formats.items())
 
 
 def accepted(run: RunDirectory) -> list[HistoryEntry]:
@@ -123,6 +132,19 @@ def _draw_bodies(folder: Path, run: RunDirectory, history: list[HistoryEntry]) -
     except NoPicture as error:
         missing.append(f"{drawn.pop()} and other pictures of bodies could not be drawn: {error}")
     return drawn, missing
+
+
+def design_figure(
+    problem: Problem,
+    fields: Fields,
+    results: Mapping[str, TaskResult],
+    title: str,
+    view: View | None = None,
+    only: str | None = None,
+) -> Figure:
+    """A figure of one design at rest and inflated; other parameters as of `scenes_of`, errors as of `bodies_figure`."""
+    scenes = scenes_of(problem, fields, results, view, only)
+    return bodies_figure(scenes, (1.0, highest_stretch(scene.shape for scene in scenes)), title)
 
 
 def final_scenes(run: RunDirectory) -> list[Scene]:

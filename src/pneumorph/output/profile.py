@@ -45,7 +45,7 @@ def _outermost(heights: np.ndarray, z: np.ndarray, radius: np.ndarray) -> np.nda
 
 
 def profile_figure(start: Body, final: Body, envelope: float | None, words: tuple[str, str]) -> Figure:
-    """A figure of the profiles of two bodies, one column wide, with a title for each and the envelope's radius in mm."""
+    """A figure of the profiles of two bodies, one column wide, with a title for each; `envelope` is a radius in mm."""
     length = max(np.ptp(body.exterior.net[..., 2]) for body in (start, final))
     radius = 1.08 * max(envelope or 0.0, *(radius_along_z(body.exterior)[1][2].max() for body in (start, final)))
     high = min(TALL, WIDE * radius / length)
@@ -93,5 +93,5 @@ def _bodies(axes: Axes, body: Body) -> None:
         colour = COLOURS[number % len(COLOURS)]
         heights, (least, mean, largest) = radius_along_z(tube)
         axes.fill_between(heights, least, largest, color=colour, alpha=0.25, linewidth=0)
-        # Earlier lines are wider, so that walls of equal radius are all seen.
-        axes.plot(heights, mean, color=colour, linewidth=1.0 + 0.6 * (count - 1 - number))
+        # Those of earlier chambers are wider, so that chambers of equal radius are all seen.
+        axes.plot(heights, mean, color=colour, linewidth=1.2 + 0.5 * (count - 1 - number if tube.cavity else 0))

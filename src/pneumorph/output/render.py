@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.errors import ComputationError
 from pneumorph.output.view import Job
 
 SECONDS = 600
 CHILD = "from pneumorph.output.draw import main; main()"
 
 
-class NoPicture(Exception):
+class NoPicture(ComputationError):
     """The picture cannot be drawn on this machine."""
 
 

@@ -30,9 +30,12 @@ class Scene:
 
     def extent(self) -> np.ndarray:
         """Left, right, bottom and top (4,) in mm of the smallest picture that holds the body and its marks."""
-        rest = self.shape.rest if self.marks.outlined else self.shape.rest[:0]
-        clamp = self.shape.rest[:0] if self.view.along else clamp_of(self.shape)
-        seen = self.view.flat(np.concatenate([self.shape.points, rest, clamp, self.marks.points]))
+        view, rest, points = self.view, self.shape.rest, self.shape.points
+        if view.along and view.offset is not None:
+            kept = rest @ view.normal > view.offset
+            rest, points = rest[kept], points[kept]
+        clamp = rest[:0] if view.along else clamp_of(self.shape)
+        seen = view.flat(np.concatenate([points, rest if self.marks.outlined else rest[:0], clamp, self.marks.points]))
         (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)
         return np.array([left, right, bottom, top])
 
@@ -62,7 +65,7 @@ def scenes_of(
     found = [Scene("at rest", Shape(mesh, np.zeros_like(mesh.points)), first, gravity=gravity)]
     if whole.sag is not None:
         tip = _tip(problem, whole)
-        marks = Marks(loads_at(problem, tip), outlined=True)
+        marks = Marks([] if first.along else loads_at(problem, tip), outlined=True)
         found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity))
     for task in tasks:
         result = results[task.name]
@@ -71,7 +74,10 @@ def scenes_of(
         if len(problem.task) > 1:
             words = f"{task.name}, {words}"
         shape = Shape(mesh, whole.u[task.name], whole.stretch[task.name])
-        found.append(Scene(words, shape, views[task.name], task_marks(problem, task, result), gravity))
+        seen = views[task.name]
+        # Seen along the axis, what is marked would lie in front of the cut.
+        marks = Marks(outlined=True) if seen.along else task_marks(problem, task, result)
+        found.append(Scene(words, shape, seen, marks, gravity))
     return found
 
 

@@ -40,7 +40,7 @@ STYLES: Mapping[str, Mapping[str, Any]] = {
 LEAST = 0.3
 """Least width of a projection, as a fraction of the widest."""
 
-SPACE, GAP, EDGE, LINE = 2.3, 0.42, 0.08, 0.14
+SPACE, GAP, EDGE, LINE = 2.0, 0.4, 0.08, 0.14
 """Inches: height of the picture in space, space for labels, margin, and a line of the legend."""
 
 
@@ -133,11 +133,11 @@ def _in_space(axes: Axes3D, lines: Mapping[str, CentreLine], limits: np.ndarray)
     # First, because choosing the vertical axis rotates the box.
     axes.view_init(elev=22.0, azim=-60.0, vertical_axis="x")
     axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
-    axes.set_box_aspect(np.ptp(limits, axis=1))
+    axes.set_box_aspect(np.ptp(limits, axis=1), zoom=1.15)  # pyright: ignore[reportArgumentType]
     _draw(axes, lines, [0, 1, 2])
     for axis, name, wide in zip((axes.xaxis, axes.yaxis, axes.zaxis), AXES, np.ptp(limits, axis=1), strict=True):
         axis.set_label_text(f"{name} / mm", fontsize=SMALL)
-        axis.labelpad = -6.0
+        axis.labelpad = 0.0 if name == "z" else -7.0
         axis.set_major_locator(MaxNLocator(max(2, round(5 * wide / np.ptp(limits, axis=1).max()))))
     axes.tick_params(labelsize=SMALL, pad=-3.0)
 
