@@ -106,8 +106,8 @@ def save_gif(path: Path, frames: Frames) -> None:
     both.paste(pictures[0], (0, 0))
     both.paste(pictures[len(pictures) // 2 if len(pictures) > 2 else -1], (wide, 0))
     colours = np.reshape(both.quantize(255, dither=Image.Dither.NONE).getpalette() or [], (-1, 3))
-    # The paper, which would be the mean of all that is nearly white.
-    colours[colours.sum(axis=1).argmax()] = 255
+    # The paper, which would be means of all that is nearly white.
+    colours[colours.min(axis=1) >= 250] = 255
     palette = Image.new("P", (1, 1))
     palette.putpalette(colours.ravel().tolist())
     first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]

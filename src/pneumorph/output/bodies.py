@@ -6,6 +6,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,7 +35,7 @@ PER_ROW = 5
 STRIP, SIDE = 0.42, 0.68
 """Inches: height of the strip with axes and scale below each panel, and width of the colour scale on the right."""
 
-LETTER = 0.0078
+LETTER = 0.0083
 """Width of a letter in inches, per point of its size."""
 
 BOLD = 1.25 * LETTER * TEXT
@@ -113,7 +114,7 @@ def composed(
     title: str,
     lines: int = 0,
 ) -> Figure:
-    """The figure of drawn pictures with titles, for which there is space for at least so many lines, marks and scales."""
+    """The figure of drawn pictures with titles, marks, scales and legend; titles have space for that many lines."""
     wide, high = sheet.size
     coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
     total = sheet.columns * wide + (SIDE if coloured else 0.1)
@@ -122,9 +123,7 @@ def composed(
     above = 0.08 + line_height(SMALL) * max(lines, *(title_lines(scene, sheet) for scene in scenes))
     heading = textwrap.fill(title, max(12, int(total / BOLD)))
     head = line_height(TEXT) * (heading.count("\n") + 1) + 0.06 if title else 0.0
-    handles = legend_handles([scene.view for scene in scenes], [scene.marks for scene in scenes])
-    per_line = max(1, int(total / 1.45))
-    foot = line_height(SMALL) * -(-len(handles) // per_line) + 0.12
+    foot = legend_height(scenes, total)
     row = above + high + STRIP
     figure = Figure(figsize=(total, head + rows * row + foot), facecolor="white")
     height = head + rows * row + foot
@@ -146,8 +145,29 @@ def composed(
         long = min(0.7 * high, 2.4)
         at = (sheet.columns * wide + 0.08, height - head - above - (high + long) / 2)
         draw_colours(figure.add_axes((at[0] / total, at[1] / height, 0.1 / total, long / height)), stretch)
-    figure.legend(handles=handles, loc="lower center", ncols=per_line, fontsize=SMALL, frameon=False, borderpad=0.2)
+    draw_legend(figure, scenes)
     return figure
+
+
+def legend_height(scenes: Sequence[Scene], width: float) -> float:
+    """Inches that the legend takes below a figure of this width."""
+    return line_height(SMALL) * -(-len(_handles(scenes)) // _per_line(width)) + 0.12
+
+
+def draw_legend(figure: Figure, scenes: Sequence[Scene]) -> None:
+    """Tell at the bottom of a figure what is marked in its pictures."""
+    figure.legend(
+        handles=_handles(scenes), loc="lower center", ncols=_per_line(figure.get_figwidth()), fontsize=SMALL,
+        frameon=False, borderpad=0.2, labelspacing=0.3, columnspacing=1.2,
+    )  # fmt: skip
+
+
+def _handles(scenes: Sequence[Scene]) -> list[Any]:
+    return legend_handles([scene.view for scene in scenes], [scene.marks for scene in scenes])
+
+
+def _per_line(width: float) -> int:
+    return max(1, int(width / 1.65))
 
 
 def line_height(points: float) -> float:

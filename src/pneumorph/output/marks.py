@@ -215,7 +215,7 @@ def legend_handles(views: Sequence[View], marks: Sequence[Marks]) -> list[Line2D
     if any(arrow.heads == 1 for each in marks for arrow in each.arrows):
         found.append(Line2D([], [], color=LOAD, linewidth=1.2, label="force on the tip"))
     if any(arrow.heads == 2 for each in marks for arrow in each.arrows):
-        found.append(Line2D([], [], color=LOAD, linewidth=1.2, label="moment on the tip (two heads)"))
+        found.append(Line2D([], [], color=LOAD, linewidth=1.2, label="moment on the tip"))
     return found
 
 

@@ -75,7 +75,7 @@ def _cut_shell(shell: Shell, normal: np.ndarray, offset: float | None) -> tuple[
     closed = whole.clip_closed_surface(normal=tuple(normal), origin=tuple(origin))
     inside = np.abs((closed.points - origin) @ normal) < ASIDE / 10
     flat = inside[closed.regular_faces].all(axis=1)
-    face = pv.PolyData.from_regular_faces(closed.points, closed.regular_faces[flat])
+    face = cast(pv.PolyData, pv.PolyData.from_regular_faces(closed.points, closed.regular_faces[flat]).clean())
     skin = whole.clip(normal=tuple(-normal), origin=tuple(origin))
     return _shaded(skin), face, whole.slice(normal=tuple(normal), origin=tuple(origin))
 

@@ -14,15 +14,16 @@ from pneumorph.output.bodies import (
     SIDE,
     STRIP,
     draw_colours,
+    draw_legend,
     draw_scene,
     draw_strip,
     images_of,
     laid_out,
+    legend_height,
     line_height,
 )
 from pneumorph.output.figures import INK, PAGE, SMALL, TEXT, save
 from pneumorph.output.format import format_pressures, motion_of
-from pneumorph.output.marks import legend_handles
 from pneumorph.output.pictures import final_scenes
 from pneumorph.output.scenes import Scene, highest_stretch
 from pneumorph.run import RunDirectory
@@ -67,8 +68,8 @@ def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[
     words = ["\n".join(textwrap.fill(line, int(panels * wide / (LETTER * SMALL))) for line in caption.splitlines())
              for caption in captions]  # fmt: skip
     above = 0.08 + line_height(SMALL) * max(each.count("\n") + 1 for each in words)
-    head, foot = line_height(TEXT) + 0.1, line_height(SMALL) + 0.12
     width = columns * (panels * wide + GAP) + SIDE
+    head, foot = line_height(TEXT) + 0.1, legend_height(everything, width)
     rows = -(-len(scenes) // columns)
     height = head + rows * (above + high + STRIP) + foot
     figure = Figure(figsize=(width, height), facecolor="white")
@@ -88,8 +89,7 @@ def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[
     long = min(0.8 * (height - head - foot), 2.4)
     at = (width - SIDE + 0.08) / width, (height - head + foot - long) / 2 / height
     draw_colours(figure.add_axes((*at, 0.1 / width, long / height)), stretch)
-    handles = legend_handles([scene.view for scene in everything], [scene.marks for scene in everything])
-    figure.legend(handles=handles, loc="lower center", ncols=len(handles), fontsize=SMALL, frameon=False, borderpad=0.2)
+    draw_legend(figure, everything)
     figure.suptitle(title, fontsize=TEXT, fontweight="bold", y=1.0 - 0.05 / height, va="top")
     return figure
 
