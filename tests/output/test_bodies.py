@@ -78,17 +78,13 @@ def bent(problem, text, **result):
 def test_a_task_is_cut_in_the_plane_in_which_it_bends(problem):
     assert bent(problem, '{ kind = "maximize", motion = "bending_x" }') == "cut yz"
     assert bent(problem, '{ kind = "maximize", motion = "-bending_y" }') == "cut xz"
-    assert (
-        bent(
-            problem,
-            '{ kind = "match_sections", rotations = [["9 deg", "0 deg", "0 deg"], ["20 deg", "0 deg", "0 deg"]] }',
-        )
-        == "cut yz"
-    )
+    turns = '{ kind = "match_sections", rotations = [["9 deg", "0 deg", "0 deg"], ["20 deg", "0 deg", "0 deg"]] }'
+    assert bent(problem, turns) == "cut yz"
     # Bending about (−1, 1) moves the tip along (1, 1).
     assert bent(problem, '{ kind = "reach", rotation = ["-20 deg", "20 deg", "0 deg"] }') == "cut 45° from xz"
     assert bent(problem, '{ kind = "reach", position = ["-5 mm", "5 mm", "20 mm"] }') == "cut -45° from xz"
-    curve = '{ kind = "match_curve", degree = 1, control_points = [["0 mm","0 mm","0 mm"], ["%s","%s","20 mm"]] }'
+    points = '[["0 mm", "0 mm", "0 mm"], ["%s", "%s", "20 mm"]]'
+    curve = f'{{ kind = "match_curve", degree = 1, sections = 4, control_points = {points} }}'
     assert bent(problem, curve % ("0 mm", "9 mm")) == "cut yz"
     assert bent(problem, curve % ("9 mm", "0.1 mm")) == "cut xz", "a degree is not worth a plane of its own"
     code = '{ kind = "custom", code = "def objective(f):\\n    return f.volume[\'A\']" }'
