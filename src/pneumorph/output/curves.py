@@ -94,6 +94,8 @@ def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
     shown = [name for name in panel.lines if _peak(panel, curves, name) > SHOWN * peak]
     for number, curve in enumerate(curves):
         at = [_along(curve, step) for step in curve.found]
+        # Earlier curves are wider, so that curves that coincide are all seen.
+        width = 1.0 + 0.6 * (len(curves) - 1 - number)
         for place, name in enumerate(shown):
             values = [panel.lines[name](step) for step in curve.found]
             colour, dashes = (
@@ -101,7 +103,7 @@ def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
                 if len(curves) == 1
                 else (COLOURS[number % len(COLOURS)], DASHES[place % 4])
             )
-            axes.plot(at, values, dashes, color=colour, marker="o", markersize=2, linewidth=1.0)
+            axes.plot(at, values, dashes, color=colour, marker="o", markersize=2.5, linewidth=width)
             if len(curve.found) < len(curve.steps):
                 axes.plot(at[-1], values[-1], "x", color=colour, markersize=6, markeredgewidth=1.4)
     handles = [
