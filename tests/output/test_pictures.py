@@ -15,12 +15,13 @@ from pneumorph.analysis import analyse, discretise, fields_of, nodal_stretch
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.output import history, pictures, render
+from pneumorph.output.figures import PLOTS
 from pneumorph.output.format import format_duration, format_pressures, motion_of
-from pneumorph.output.pictures import run_pictures
+from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
 from pneumorph.output.shape import achieved_centre_line, target_centre_line
-from pneumorph.output.view import Job, Shape, View
+from pneumorph.output.view import Job, Panel, Shape, View
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create
 
@@ -38,6 +39,9 @@ def body(problem):
 @pytest.fixture(scope="module")
 def mesh(body):
     return mesh_body(body, 6.0).mesh
+
+
+PLAIN = [f"{name}.{suffix}" for name in ("history", "profile") for suffix in PLOTS]
 
 
 def history_entry(iteration, **changes):
@@ -61,7 +65,7 @@ def can_draw(mesh):
     view = View(np.array([0.0, 1.0, 0.0]))
     shape = Shape(mesh, np.zeros_like(mesh.points))
     try:
-        render.images(Job([shape], view, view.extent([shape]), (1.0, 1.1)))
+        render.images(Job([Panel(shape, view, np.array([-9.0, 9.0, -1.0, 26.0]))], (1.0, 1.1), 2.0))
     except render.NoPicture as reason:
         pytest.skip(str(reason))
 
@@ -70,8 +74,9 @@ def test_a_run_is_drawn(finished, mesh):
     can_draw(mesh)
     drawn = run_pictures(finished)
     assert drawn.missing == ()
-    assert [path.name for path in drawn.paths] == ["history.png", "profile.png", "start.png", "final.png"]
-    for path in drawn.paths:
+    assert [path.name for path in drawn.paths] == [*PLAIN, "start.png", "final.png", "evolution.gif"]
+    assert picture_names(drawn.paths) == "history.png|pdf|svg, profile.png|pdf|svg, start.png, final.png, evolution.gif"
+    for path in (path for path in drawn.paths if path.suffix == ".png"):
         image = matplotlib.image.imread(path)
         assert min(image.shape[:2]) > 300
         assert image[..., :3].std() > 0.02, f"{path.name} is blank"
@@ -80,9 +85,9 @@ def test_a_run_is_drawn(finished, mesh):
 def test_a_machine_that_cannot_draw(finished, monkeypatch):
     monkeypatch.setattr(render, "CHILD", "import os; os.abort()")
     drawn = run_pictures(finished)
-    assert [path.name for path in drawn.paths] == ["history.png", "profile.png"]
-    assert len(drawn.missing) == 2
-    assert all("could not be drawn: VTK cannot draw off-screen here" in sentence for sentence in drawn.missing)
+    assert [path.name for path in drawn.paths] == PLAIN
+    (sentence,) = drawn.missing
+    assert "start.png and other pictures of bodies could not be drawn: VTK cannot draw off-screen here" in sentence
 
 
 FREE = '{ start = "30 kPa", min = "0 kPa", max = "60 kPa" }'
@@ -120,8 +125,8 @@ def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monk
     both = arm(task_text("curve", CURVE, FREE), task_text("turns", TURNS, FREE), task_text("volume", CODE))
     for number, (asked, names) in enumerate(
         (
-            (both, ["shape_curve.png", "shape_turns.png", "pressures.png"]),
-            (arm(task_text("curve", CURVE)), ["shape.png"]),
+            (both, ["shape_curve", "shape_turns", "pressures"]),
+            (arm(task_text("curve", CURVE)), ["shape"]),
         )
     ):
         run = create(tmp_path / str(number), asked)
@@ -131,8 +136,8 @@ def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monk
             pressures = {name: {"A": 0.03} for name in tasks}
             run.record(history_entry(iteration, tasks=tasks), StoredDesign.of(body, pressures), one_element(), {})
         drawn = run_pictures(run)
-        assert [path.name for path in drawn.paths] == ["history.png", "profile.png", *names]
-        for path in drawn.paths:
+        assert [path.name for path in drawn.paths] == PLAIN + [f"{name}.{end}" for name in names for end in PLOTS]
+        for path in (path for path in drawn.paths if path.suffix == ".png"):
             assert matplotlib.image.imread(path)[..., :3].std() > 0.02, f"{path.name} is blank"
 
 
@@ -193,8 +198,8 @@ def test_the_view_holds_the_body(mesh):
     right, up, camera = view.axes()
     np.testing.assert_allclose(np.cross(right, up), camera, atol=1e-12)
     assert camera[1] < 0 < up[2]
-    left, end, bottom, top = view.extent([Shape(mesh, np.zeros_like(mesh.points))])
-    assert 15 < end - left < 17 and 24 < top - bottom < 29
+    seen = view.flat(mesh.points)
+    assert 15 < np.ptp(seen[:, 0]) < 17 and 24 < np.ptp(seen[:, 1]) < 29
 
 
 def test_the_profile_of_a_tube(body):

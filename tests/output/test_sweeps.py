@@ -9,6 +9,7 @@ import pytest
 
 from pneumorph.analysis import Curve, SweepStep
 from pneumorph.output.curves import curves_figure
+from pneumorph.output.figures import save
 from pneumorph.output.sweeps import csv_text, table
 
 
@@ -64,7 +65,7 @@ def drawn(tmp_path):
 
     def draw(curves, title=""):
         figure = curves_figure(curves, title)
-        figure.savefig(tmp_path / "curves.png")
+        save(figure, tmp_path / "curves.png")
         picture = plt.imread(tmp_path / "curves.png")
         assert picture.shape[0] > 300 and picture.std() > 0.01
         return figure, {axes.get_title(): axes for axes in figure.axes if axes.get_title()}

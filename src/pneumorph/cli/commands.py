@@ -91,6 +91,42 @@ def report(
     print(f"written to {open_run(run).report(out)}")
 
 
+def draw(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory, also of a run that goes on or stopped.")],
+    picture: Annotated[
+        str,
+        typer.Argument(
+            metavar="[PICTURE]",
+            help="body, history, profile, shape, pressures, evolution or inflation; or all, as at the end of a run.",
+        ),
+    ] = "body",
+    design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,
+    cut: Annotated[
+        str | None,
+        typer.Option(
+            metavar="yz|xz|xy|none", help="Plane of the cut; by default that in which each task bends the body."
+        ),
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help='Where the cut is along the axis across it, e.g. "3 mm".')
+    ] = None,
+    task: Annotated[str | None, typer.Option(help="Show only this task.")] = None,
+    format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="png|pdf|svg|gif", help="gif for evolution and inflation; by default the suffix of --out."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The file to write; by default in the folder pictures of the run.")
+    ] = None,
+) -> None:
+    """Draw a picture of a run: a design cut open, its history, or how it changes and inflates."""
+    from pneumorph.cli.draw import draw
+
+    draw(run, picture, design, cut, at, task, format, out)
+
+
 def make(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
     design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,

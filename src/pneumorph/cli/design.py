@@ -13,7 +13,7 @@ from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.mechanics import rubber_of
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import format_duration, motion_of, validity_warning
-from pneumorph.output.pictures import run_pictures
+from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 
 
@@ -50,7 +50,7 @@ def _conclude(run: Run, screen: Screen, reason: str) -> None:
     for sentence in pictures.missing:
         screen.say(sentence)
     if pictures.paths:
-        screen.say(f"pictures in {run.path / 'pictures'}: {', '.join(path.name for path in pictures.paths)}")
+        screen.say(f"pictures in {run.path / 'pictures'}: {picture_names(pictures.paths)}")
     try:
         screen.say(f"everything in one page: {run.report()}")
     except ProblemError as error:

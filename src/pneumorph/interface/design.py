@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -25,7 +25,9 @@ from pneumorph.analysis import (
     analyse,
     discretise,
     fields_of,
+    inflation_of,
     prepare_simulation,
+    sag_of,
     task_results,
 )
 from pneumorph.constraint import LimitReading, certify
@@ -38,6 +40,8 @@ from pneumorph.problem import Problem
 if TYPE_CHECKING:
     import pyvista
     from matplotlib.figure import Figure
+
+    from pneumorph.output.view import View
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +112,12 @@ class Design:
         ComputationError
             If they have to be computed, and the design cannot be meshed or has no equilibrium.
         """
-        return (fields_of(*self._analysed) if self.stored is None else self.stored).whole()
+        return (self._computed() if self.stored is None else self.stored).whole()
+
+    def _computed(self, inflated: bool = False) -> Fields:
+        disc, found = self._analysed
+        ways = inflation_of(self.problem, disc, found) if inflated else None
+        return fields_of(disc, found, sag_of(self.problem, disc, found), ways)
 
     @property
     def mesh(self) -> pyvista.UnstructuredGrid:
@@ -201,24 +210,67 @@ class Design:
         name = self._task(task)
         export(Path(path), chosen, self.problem, self.fields, self.pressures[name])
 
-    def plot(self, path: str | Path | None = None) -> Figure:
+    def plot(
+        self,
+        path: str | Path | None = None,
+        cut: Literal["yz", "xz", "xy", "none"] | None = None,
+        at: Any = None,
+        task: str | None = None,
+    ) -> Figure:
         """The body cut open, at rest and inflated, as a matplotlib figure.
 
         Parameters
         ----------
-        path : file in which the figure is saved, if given.
+        path : file in which the figure is saved, if given: .png, .pdf or .svg.
+        cut : the plane of the cut, or "none"; by default the plane in which each task bends the body.
+        at : a length, e.g. "3 mm"
+            Where the plane is, along the axis across it; by default through a chamber, and at half the length for "xy".
+        task : the only one shown.
 
         Raises
         ------
         NoPicture
-            If this machine cannot draw off-screen.
+            If this machine cannot draw off-screen; it is a ComputationError.
+        ProblemError
+            If there is no such cut, task or format, or the file cannot be written.
         """
+        from pneumorph.interface.drawing import saved
         from pneumorph.output.pictures import design_figure
 
-        figure = design_figure(self.problem, self.fields, self.results)
-        if path is not None:
-            figure.savefig(path, dpi=160)
-        return figure
+        only = None if task is None else self._task(task)
+        view = self._view(cut, at)
+        title = ", ".join(part for part in (self.problem.title, self._number) if part)
+        figure = design_figure(self.problem, self.fields, self.results, title, view, only)
+        return figure if path is None else saved(figure, Path(path))
+
+    def animate(
+        self,
+        path: str | Path,
+        task: str | None = None,
+        cut: Literal["yz", "xz", "xy", "none"] | None = None,
+        at: Any = None,
+    ) -> None:
+        """Save how the body inflates to the pressures of a task, by default the first, as a GIF.
+
+        Every frame is an equilibrium. They are stored of the last design of a run, and computed for others. Other
+        parameters and errors are those of `plot`.
+        """
+        from pneumorph.interface.drawing import saved_gif
+        from pneumorph.output.animation import inflation
+
+        name = self._task(task)
+        stored = self.stored
+        fields = stored if stored is not None and name in stored.inflation else self._computed(inflated=True)
+        saved_gif(inflation(self.problem, fields, self.results[name], name, self._view(cut, at)), Path(path))
+
+    @property
+    def _number(self) -> str:
+        return "" if self.entry is None else f"design {self.iteration}"
+
+    def _view(self, cut: str | None, at: Any) -> View | None:
+        from pneumorph.interface.drawing import view
+
+        return view(self.problem, cut, at)
 
     def _task(self, name: str | None) -> str:
         names = [task.name for task in self.problem.task]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 from pneumorph import drive, run
 from pneumorph.analysis import HistoryEntry, RunResult
@@ -120,6 +121,54 @@ class Run:
         from pneumorph.output.report import write_report
 
         return write_report(self.directory, None if path is None else Path(path))
+
+    def draw(
+        self,
+        picture: str = "body",
+        path: str | Path | None = None,
+        design: int | None = None,
+        cut: Literal["yz", "xz", "xy", "none"] | None = None,
+        at: Any = None,
+        task: str | None = None,
+        format: str | None = None,
+    ) -> Path:
+        """Draw one picture of the run, which may still go on or have been stopped.
+
+        Parameters
+        ----------
+        picture : "body", "history", "profile", "shape", "pressures", "evolution" or "inflation"
+            The last two move.
+        path : by default in the folder ``pictures`` of the run, named by what it shows
+            Where to; a file of this name is replaced.
+        design : number of the design, by default the last; profile and shape compare the start with it.
+        cut, at : as in `Design.plot`.
+        task : the only task shown of body, shape or inflation; of the last two by default the first that fits.
+        format : "png", "pdf" or "svg", by default "png"; "gif" for the pictures that move.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ProblemError
+            If there is nothing of the kind to draw, an argument does not fit the picture, or the file cannot be
+            written.
+        ComputationError
+            If this machine cannot draw off-screen, or the fields of a design, stored for the first and the last only,
+            cannot be computed.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> pm.open_run("runs/small").draw("history", format="pdf").name
+        'history.pdf'
+        """
+        # Loads the libraries that draw.
+        from pneumorph.interface.drawing import Wanted, draw
+
+        return draw(self, Wanted(picture, design, cut, at, task, format), None if path is None else Path(path))
 
     def complete(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:
         """Run the design loop to its end, from the last stored design.

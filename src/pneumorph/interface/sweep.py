@@ -85,7 +85,7 @@ class Sweep:
 
         Parameters
         ----------
-        path : file in which the figure is saved as PNG, if given.
+        path : file in which the figure is saved, if given: .pdf, .svg, and PNG for every other suffix.
 
         Raises
         ------
@@ -93,6 +93,7 @@ class Sweep:
             If nothing was swept or no step has an equilibrium.
         """
         from pneumorph.output.curves import curves_figure
+        from pneumorph.output.figures import save
 
         if not any(curve.found and curve.swept for curve in self.curves):
             raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
@@ -101,7 +102,7 @@ class Sweep:
         title = ", ".join(part for part in (self.simulation.problem.title, words) if part)
         figure = curves_figure(self.curves, title)
         if path is not None:
-            figure.savefig(path, dpi=200, format="png")
+            save(figure, Path(path))
         return figure
 
     @property

@@ -1,38 +1,91 @@
-"""Pictures of a design cut open: at rest and inflated side by side, coloured by the largest principal stretch."""
+"""Pictures of bodies cut open, side by side and to one scale, coloured by the largest principal stretch."""
 
 from __future__ import annotations
 
+import re
 import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from pneumorph.output import render
-from pneumorph.output.view import Job, Shape, View, colour_map
+from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT
+from pneumorph.output.marks import draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
+from pneumorph.output.scenes import Scene
+from pneumorph.output.section import outline
+from pneumorph.output.view import Job, Panel, colour_map
 
-MARGIN = 4.0
-"""Around the bodies, mm."""
+MARGIN = 0.03
+"""Around the bodies, as a fraction of the larger side of the picture."""
 
-INCHES_PER_MM = 0.085
-BAR = 10.0
-"""Length of the scale bar, mm."""
+LARGEST = 0.085
+"""Inches per mm of small bodies; large ones are drawn smaller."""
 
-LETTER = 0.08
-"""Average width of a letter in the titles above the bodies, inches."""
+TALLEST = 4.2
+NARROWEST = 1.3
+"""Inches: largest height and smallest width of a panel."""
+
+PER_ROW = 5
+STRIP, SIDE = 0.42, 0.68
+"""Inches: height of the strip with axes and scale below each panel, and width of the colour scale on the right."""
+
+LETTER = 0.0083
+"""Width of a letter in inches, per point of its size."""
+
+BOLD = 1.25 * LETTER * TEXT
+"""Width of a letter of the figure's title in inches."""
 
 
-def bodies_figure(
-    shapes: dict[str, Shape], view: View, extent: np.ndarray, stretch: tuple[float, float], title: str
-) -> Figure:
-    """A figure of bodies side by side, to scale, to be saved with 160 dots per inch.
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """How panels are laid out: panels in a row, extent of every panel in mm, and inches per mm."""
+
+    columns: int
+    extents: Sequence[np.ndarray]
+    scale: float
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of a panel in inches."""
+        left, right, bottom, top = self.extents[0]
+        return self.scale * (right - left), self.scale * (top - bottom)
+
+
+def laid_out(
+    scenes: Sequence[Scene],
+    wide: float,
+    tall: float = TALLEST,
+    columns: int | None = None,
+    narrowest: float = NARROWEST,
+) -> Sheet:
+    """Lay out panels of one size and scale on a width in inches, with the bases at one height."""
+    own = np.array([scene.extent() for scene in scenes])
+    columns = columns or _columns(len(scenes))
+    width, bottom, top = (own[:, 1] - own[:, 0]).max(), own[:, 2].min(), own[:, 3].max()
+    margin = MARGIN * max(width, top - bottom)
+    width, bottom, top = width + 2 * margin, bottom - margin, top + margin
+    scale = min(LARGEST, wide / columns / width, tall / (top - bottom))
+    width = max(width, min(narrowest, wide / columns) / scale)
+    middle = own[:, :2].mean(axis=1)
+    return Sheet(columns, [np.array([at - width / 2, at + width / 2, bottom, top]) for at in middle], scale)
+
+
+def _columns(count: int) -> int:
+    rows = -(-count // PER_ROW)
+    return -(-count // rows)
+
+
+def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -> Figure:
+    """A figure of scenes, at most as wide as a page of a journal.
 
     Parameters
     ----------
-    shapes : the bodies by their titles.
-    view : how they are seen.
-    extent : (4,) left, right, bottom, top of every panel in mm, see `View.extent`.
     stretch : least and largest stretch of the colours.
     title : of the figure.
 
@@ -41,34 +94,130 @@ def bodies_figure(
     NoPicture
         If this machine cannot draw off-screen.
     """
-    extent = extent + MARGIN * np.array([-1.0, 1.0, -1.0, 1.0])
-    pictures = render.images(Job(list(shapes.values()), view, extent, stretch))
-    left, right, bottom, top = extent
-    wide, high = INCHES_PER_MM * (right - left), INCHES_PER_MM * (top - bottom)
-    titles = [textwrap.fill(words, int(wide / LETTER)) for words in shapes]
-    lines = max(words.count("\n") for words in titles) + 1
-    side, above, below = 1.1, 0.38 + 0.17 * lines, 0.35
-    size = (len(shapes) * wide + side, high + above + below)
-    figure = Figure(figsize=size, facecolor="white")
-    for place, (words, picture) in enumerate(zip(titles, pictures, strict=True)):
-        axes = figure.add_axes((place * wide / size[0], below / size[1], wide / size[0], high / size[1]))
-        axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos")
-        axes.set_axis_off()
-        axes.set_title(words, fontsize=10, color="#333333", pad=3)
-        if place == 0:
-            start = left + MARGIN
-            axes.plot([start, start + BAR], [bottom, bottom], color="#333333", linewidth=2, clip_on=False)
-            axes.text(start + BAR / 2, bottom - 0.8, f"{BAR:g} mm", ha="center", va="top", fontsize=8, color="#333333")
-    figure.suptitle(
-        title, fontsize=12, fontweight="bold", x=0.5 * (1.0 - side / size[0]), y=1.0 - 0.08 / size[1], va="top"
-    )
-    if any(shape.field is not None for shape in shapes.values()):
-        colours = ScalarMappable(Normalize(*stretch), colour_map())
-        tall = min(0.6 * high, 3.5)
-        bar = figure.add_axes(
-            ((size[0] - side + 0.15) / size[0], (below + (high - tall) / 2) / size[1], 0.16 / size[0], tall / size[1])
-        )
-        scale = figure.colorbar(colours, cax=bar, extend="max")
-        scale.set_label("largest principal stretch", fontsize=9, color="#333333")
-        scale.ax.tick_params(labelsize=8, colors="#333333")
+    sheet = laid_out(scenes, PAGE - SIDE)
+    return composed(scenes, sheet, images_of(scenes, sheet, stretch), stretch, title)
+
+
+def images_of(
+    scenes: Sequence[Scene], sheet: Sheet, stretch: tuple[float, float], dots: float = DOTS
+) -> list[np.ndarray]:
+    """The pictures of scenes, with so many dots per inch; NoPicture as `render.images`."""
+    panels = [Panel(scene.shape, scene.view, extent) for scene, extent in zip(scenes, sheet.extents, strict=True)]
+    return render.images(Job(panels, stretch, dots * sheet.scale))
+
+
+def composed(
+    scenes: Sequence[Scene],
+    sheet: Sheet,
+    pictures: Sequence[np.ndarray],
+    stretch: tuple[float, float],
+    title: str,
+    lines: int = 0,
+) -> Figure:
+    """The figure of drawn pictures with titles, marks, scales and legend; titles have space for that many lines."""
+    wide, high = sheet.size
+    coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
+    total = sheet.columns * wide + (SIDE if coloured else 0.1)
+    rows = -(-len(scenes) // sheet.columns)
+    titles = [panel_title(scene, wide) for scene in scenes]
+    above = 0.08 + line_height(SMALL) * max(lines, *(title_lines(scene, sheet) for scene in scenes))
+    heading = textwrap.fill(title, max(12, int(total / BOLD)))
+    head = line_height(TEXT) * (heading.count("\n") + 1) + 0.06 if title else 0.0
+    foot = legend_height(scenes, total)
+    row = above + high + STRIP
+    figure = Figure(figsize=(total, head + rows * row + foot), facecolor="white")
+    height = head + rows * row + foot
+    for number, (scene, picture) in enumerate(zip(scenes, pictures, strict=True)):
+        line, column = divmod(number, sheet.columns)
+        bottom = height - head - line * row - above - high
+        axes = figure.add_axes((column * wide / total, bottom / height, wide / total, high / height))
+        draw_scene(axes, scene, picture, sheet.extents[number])
+        axes.set_title(titles[number], fontsize=SMALL, color=INK, pad=3)
+        draw_strip(
+            figure.add_axes((column * wide / total, (bottom - STRIP) / height, wide / total, STRIP / height)),
+            scene, wide, sheet.scale if number == 0 else None,
+        )  # fmt: skip
+    if title:
+        fits = BOLD * max(map(len, heading.splitlines())) < sheet.columns * wide
+        middle = 0.5 * sheet.columns * wide / total if fits else 0.5
+        figure.suptitle(heading, fontsize=TEXT, fontweight="bold", x=middle, y=1.0 - 0.05 / height, va="top")
+    if coloured:
+        long = min(0.7 * high, 2.4)
+        at = (sheet.columns * wide + 0.08, height - head - above - (high + long) / 2)
+        draw_colours(figure.add_axes((at[0] / total, at[1] / height, 0.1 / total, long / height)), stretch)
+    draw_legend(figure, scenes)
     return figure
+
+
+def legend_height(scenes: Sequence[Scene], width: float) -> float:
+    """Inches that the legend takes below a figure of this width."""
+    return line_height(SMALL) * -(-len(_handles(scenes)) // _per_line(width)) + 0.12
+
+
+def draw_legend(figure: Figure, scenes: Sequence[Scene]) -> None:
+    """Tell at the bottom of a figure what is marked in its pictures."""
+    figure.legend(
+        handles=_handles(scenes), loc="lower center", ncols=_per_line(figure.get_figwidth()), fontsize=SMALL,
+        frameon=False, borderpad=0.2, labelspacing=0.3, columnspacing=1.2,
+    )  # fmt: skip
+
+
+def _handles(scenes: Sequence[Scene]) -> list[Any]:
+    return legend_handles([scene.view for scene in scenes], [scene.marks for scene in scenes])
+
+
+def _per_line(width: float) -> int:
+    return max(1, int(width / 1.65))
+
+
+def line_height(points: float) -> float:
+    """Inches from one line of letters to the next."""
+    return 1.3 * points / 72.0
+
+
+def panel_title(scene: Scene, wide: float) -> str:
+    """The title of a panel of this width in inches, with its cut; numbers stay with their words and units."""
+    letters = max(10, int(wide / (LETTER * SMALL)))
+    words = re.sub(r" (?=[-−]?\d)|(?<=\d) (?=mm|kPa)", "\u00a0", f"{scene.title}\n{scene.view}")
+    return "\n".join(textwrap.fill(line, letters) for line in words.splitlines())
+
+
+def title_lines(scene: Scene, sheet: Sheet) -> int:
+    """How many lines the title of a panel takes."""
+    return panel_title(scene, sheet.size[0]).count("\n") + 1
+
+
+def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray) -> None:
+    """Draw a picture with its marks on axes in mm."""
+    left, right, bottom, top = extent
+    draw_clamp(axes, scene.view, scene.shape)
+    axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos", zorder=2)
+    if scene.marks.outlined:
+        draw_outline(axes, scene.view, outline(scene.shape, scene.view.normal, scene.view.offset))
+    draw_marks(axes, scene.view, scene.marks)
+    axes.set(xlim=(left, right), ylim=(bottom, top))
+    axes.set_axis_off()
+
+
+def draw_strip(axes: Axes, scene: Scene, wide: float, scale: float | None) -> None:
+    """Draw the directions of the axes and, where inches per mm are given, a bar with its length."""
+    axes.set(xlim=(0.0, wide), ylim=(0.0, STRIP))
+    axes.set_axis_off()
+    start = draw_axes(axes, scene.view, scene.gravity)
+    if scale is not None:
+        length = _round(0.8 * min(wide - start, 1.0) / scale)
+        axes.plot([start, start + scale * length], [0.2, 0.2], color=INK, linewidth=1.5, solid_capstyle="butt")
+        axes.text(start, 0.16, f"{length:g} mm", ha="left", va="top", fontsize=SMALL, color=INK)
+
+
+def _round(length: float) -> float:
+    """The largest of 1, 2, 5, 10, … that is not longer."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(next(part * power for part in (5.0, 2.0, 1.0) if part * power <= length))
+
+
+def draw_colours(axes: Axes, stretch: tuple[float, float]) -> None:
+    """Draw the scale of colours on the axes given."""
+    scale = axes.figure.colorbar(ScalarMappable(Normalize(*stretch), colour_map()), cax=axes, extend="max")
+    scale.set_label("largest principal stretch", fontsize=SMALL, color=INK)
+    scale.ax.tick_params(labelsize=SMALL, colors=INK, length=2.5, pad=2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from pneumorph.analysis import Curve, SweepStep
 from pneumorph.mechanics import COMPONENTS
+from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, plain
 from pneumorph.output.sweeps import AXES, reactions
 
 DASHES = ("-", "--", ":", "-.")
@@ -37,17 +39,17 @@ def curves_figure(curves: Sequence[Curve], title: str = "") -> Figure:
     panels = [panel for panel in _panels(curves) if _peak(panel, curves) > panel.least]
     columns = len(panels) if len(panels) < 4 else -(-len(panels) // 2)
     rows = -(-len(panels) // columns)
-    figure = Figure(figsize=(4.0 * columns, 3.4 * rows + 0.4), facecolor="white")
-    figure.set_layout_engine("constrained", h_pad=0.1, w_pad=0.08)
+    figure = Figure(figsize=((COLUMN, 0.5 * (COLUMN + PAGE), PAGE)[columns - 1], 2.3 * rows + 0.3), facecolor="white")
+    figure.set_layout_engine("constrained", h_pad=0.05, w_pad=0.05)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, panel in zip(grid, panels, strict=False):
         _draw(axes, panel, curves)
-        axes.set_xlabel(_pressure(curves), fontsize=9)
+        axes.set_xlabel(_pressure(curves), fontsize=SMALL)
     for axes in grid[len(panels) :]:
         axes.set_axis_off()
     _name_curves(figure, curves)
     if title:
-        figure.suptitle(title, fontsize=11)
+        figure.suptitle(textwrap.fill(title, 55 if columns == 1 else 110), fontsize=TEXT)
     return figure
 
 
@@ -92,25 +94,30 @@ def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
     shown = [name for name in panel.lines if _peak(panel, curves, name) > SHOWN * peak]
     for number, curve in enumerate(curves):
         at = [_along(curve, step) for step in curve.found]
+        # Earlier curves are wider, so that curves that coincide are all seen.
+        width = 1.0 + 0.6 * (len(curves) - 1 - number)
         for place, name in enumerate(shown):
             values = [panel.lines[name](step) for step in curve.found]
-            colour, dashes = (f"C{place}", "-") if len(curves) == 1 else (f"C{number}", DASHES[place % 4])
-            axes.plot(at, values, dashes, color=colour, marker="o", markersize=3, linewidth=1.5)
+            colour, dashes = (
+                (COLOURS[place % len(COLOURS)], "-")
+                if len(curves) == 1
+                else (COLOURS[number % len(COLOURS)], DASHES[place % 4])
+            )
+            axes.plot(at, values, dashes, color=colour, marker="o", markersize=2.5, linewidth=width)
             if len(curve.found) < len(curve.steps):
-                axes.plot(at[-1], values[-1], "x", color=colour, markersize=8, markeredgewidth=1.8)
+                axes.plot(at[-1], values[-1], "x", color=colour, markersize=6, markeredgewidth=1.4)
     handles = [
-        Line2D([], [], color="#444444" if len(curves) > 1 else f"C{place}", linewidth=1.5, label=name,
+        Line2D([], [], color="#444444" if len(curves) > 1 else COLOURS[place % len(COLOURS)], linewidth=1.0, label=name,
                linestyle=DASHES[place % 4] if len(curves) > 1 else "-")
         for place, name in enumerate(shown) if name
     ]  # fmt: skip
     if any(len(curve.found) < len(curve.steps) for curve in curves):
         handles.append(Line2D([], [], color="#444444", marker="x", linestyle="", label="no equilibrium beyond"))
     if handles:
-        axes.legend(handles=handles, fontsize=8, frameon=False)
-    axes.set_title(panel.title, fontsize=10)
-    axes.set_ylabel(panel.unit, fontsize=9)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(labelsize=8)
+        axes.legend(handles=handles, fontsize=SMALL, frameon=False, labelspacing=0.3)
+    axes.set_title(panel.title, fontsize=TEXT)
+    axes.set_ylabel(panel.unit, fontsize=TEXT)
+    plain(axes)
     axes.margins(y=0.08)
 
 
@@ -140,5 +147,13 @@ def _name_curves(figure: Figure, curves: Sequence[Curve]) -> None:
     for number, curve in enumerate(curves):
         words = [curve.task] if len(tasks) > 1 else []
         words += [f"{'+'.join(curve.swept)} swept"] if len(swept) > 1 else []
-        handles.append(Line2D([], [], color=f"C{number}", marker="o", markersize=3, label=", ".join(words)))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), fontsize=9, frameon=False)
+        handles.append(
+            Line2D([], [], color=COLOURS[number % len(COLOURS)], marker="o", markersize=3, label=", ".join(words))
+        )
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=min(round(figure.get_figwidth() / 1.7), len(handles)),
+        fontsize=SMALL,
+        frameon=False,
+    )

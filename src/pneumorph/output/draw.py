@@ -5,15 +5,13 @@ from __future__ import annotations
 import pickle
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pyvista as pv
 
 from pneumorph.output.section import cut_open
-from pneumorph.output.view import COLOURS, CUT, RIM, Job, Shape, View, colour_map
-
-DOTS_PER_MM = 14.0
+from pneumorph.output.view import COLOURS, CUT, RIM, Job, Panel, Shape, View, colour_map
 
 
 def main() -> None:
@@ -21,39 +19,45 @@ def main() -> None:
     source, destination = sys.argv[1:]
     with Path(source).open("rb") as file:
         job: Job = pickle.load(file)
-    np.savez(destination, *[draw(job, shape) for shape in job.shapes])
+    np.savez(destination, *[draw(job, panel) for panel in job.panels])
 
 
-def draw(job: Job, shape: Shape) -> np.ndarray:
-    left, right, bottom, top = job.extent
-    window = [int(DOTS_PER_MM * (right - left)), int(DOTS_PER_MM * (top - bottom))]
+def draw(job: Job, panel: Panel) -> np.ndarray:
+    """A picture (height, width, 4); where there is no body it is transparent."""
+    left, right, bottom, top = panel.extent
+    view, window = panel.view, [int(job.dots * (right - left)), int(job.dots * (top - bottom))]
     plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
     plotter.background_color = pv.Color("white")
-    skin, face, rim = cut_open(shape, job.view.normal, job.view.offset)
+    skin, face, rim = cut_open(panel.shape, view.normal, view.offset)
+    field = isinstance(panel.shape, Shape) and panel.shape.field is not None
     plotter.add_mesh(
-        skin, **_look(job, shape, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,
+        skin, **_look(job, field, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,
         ambient=0.4, diffuse=0.6, specular=0.12, specular_power=12,
     )  # fmt: skip
-    # The cut is plane: without lighting its colours are those of the scale.
-    plotter.add_mesh(face, **_look(job, shape, CUT), show_scalar_bar=False, lighting=False, interpolate_before_map=True)
-    across, up, camera = job.view.axes()
-    # Slightly towards the camera, or the surfaces that meet in the line would hide half of it.
-    plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
-    _light(plotter, job.view)
+    across, up, camera = view.axes()
+    if face.n_points:
+        known = field and cast(Shape, panel.shape).inside
+        # The cut is plane: without lighting its colours are those of the scale.
+        plotter.add_mesh(
+            face, **_look(job, known, CUT), show_scalar_bar=False, lighting=False, interpolate_before_map=True
+        )
+        # Slightly towards the camera, or the surfaces that meet in the line would hide half of it.
+        plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
+    _light(plotter, view)
     focus = (left + right) / 2 * across + (bottom + top) / 2 * up
     plotter.camera_position = [tuple(focus + 1e3 * camera), tuple(focus), tuple(up)]
     plotter.camera.parallel_projection = True
     plotter.camera.parallel_scale = (top - bottom) / 2
     plotter.reset_camera_clipping_range()
     plotter.enable_anti_aliasing("ssaa")
-    picture = plotter.screenshot(return_img=True)
+    picture = plotter.screenshot(return_img=True, transparent_background=True)
     plotter.close()
     return np.asarray(picture)
 
 
-def _look(job: Job, shape: Shape, plain: str) -> dict[str, Any]:
-    """Colours of the field, or a plain one for a shape without a field."""
-    return {"color": plain} if shape.field is None else {"scalars": "field", "cmap": colour_map(), "clim": job.range}
+def _look(job: Job, field: bool, plain: str) -> dict[str, Any]:
+    """Colours of the field, or a plain one without a field."""
+    return {"scalars": "field", "cmap": colour_map(), "clim": job.range} if field else {"color": plain}
 
 
 def _light(plotter: pv.Plotter, view: View) -> None:

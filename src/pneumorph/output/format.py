@@ -53,10 +53,10 @@ def _motion(asked: Maximize, found: TaskResult) -> Motion:
 
 
 def format_pressures(by_chamber: Mapping[str, float]) -> str:
-    """Chamber pressures in MPa as "60 kPa" or "A 60, B 0 kPa"."""
+    """Chamber pressures in MPa as "60 kPa" or, in the order of their names, "A 60, B 0 kPa"."""
     if len(by_chamber) == 1:
         return f"{1e3 * next(iter(by_chamber.values())):.3g} kPa"
-    return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in by_chamber.items()) + " kPa"
+    return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in sorted(by_chamber.items())) + " kPa"
 
 
 def validity_warning(rubber: Rubber, max_stretch: float) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,36 +12,45 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.constraint.table import in_history
+from pneumorph.output.figures import COLUMN, SMALL, TEXT, line_style, plain
 from pneumorph.output.format import motion_of
 from pneumorph.problem import Custom, Limits, Maximize, Problem
 
 PHASES = {
     "geometry": ("mesh", "#8da0b3"),
-    "equilibrium": ("equilibrium", "#3b6ea5"),
-    "gradient": ("gradient", "#7fb3d5"),
-    "subproblem": ("sub-problem", "#e0a458"),
+    "equilibrium": ("equilibrium", "#0072b2"),
+    "gradient": ("gradient", "#56b4e9"),
+    "subproblem": ("sub-problem", "#e69f00"),
 }
 UNITS = {"mm": "mm", "°": "degrees", "": "objective"}
+OVER = 1.15
+"""Where the diagram of the limits ends; values above are told by a number."""
+
 History = Sequence[HistoryEntry]
 
 
-def draw_history(path: Path, problem: Problem, history: History) -> None:
-    """Save a picture of a history."""
-    figure = Figure(figsize=(12.5, 4.2), layout="constrained", facecolor="white")
-    motions, limits, seconds = figure.subplots(1, 3)
+def history_figure(problem: Problem, history: History) -> Figure:
+    """A figure of a history, one column wide."""
+    figure = Figure(figsize=(COLUMN, 6.4), layout="constrained", facecolor="white")
+    motions, limits, seconds = figure.subplots(3, 1, height_ratios=(1.1, 1.1, 0.8))
     draw_motions(motions, problem, history)
-    _limits(limits, problem.limits, history)
+    draw_limits(limits, problem.limits, history)
     _seconds(seconds, history)
     for axes in (motions, limits, seconds):
-        axes.set_xlabel("design")
+        axes.set_xlabel("design", fontsize=TEXT, labelpad=1)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.tick_params(labelsize=8)
-    figure.savefig(path, dpi=150)
+        plain(axes)
+    return figure
 
 
 def _designs(history: History) -> np.ndarray:
     return np.array([entry.iteration for entry in history])
+
+
+def _every(number: int, count: int, designs: int) -> tuple[int, int]:
+    """At which designs a line has markers: lines that coincide have theirs at different ones."""
+    step = max(count, -(-designs // 24))
+    return number * step // count, step
 
 
 def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
@@ -52,20 +60,20 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
     scales: dict[str, Axes] = {}
     for number, unit in enumerate(units):
         scales[unit] = axes if number == 0 else axes.twinx()
-        scales[unit].set_ylabel(UNITS[unit], fontsize=9)
-        scales[unit].tick_params(labelsize=8)
+        scales[unit].set_ylabel(UNITS[unit], fontsize=TEXT, labelpad=2)
         if number > 0:
+            scales[unit].tick_params(labelsize=SMALL, length=2.5, pad=2)
             scales[unit].spines[["top", "left"]].set_visible(False)
-            scales[unit].spines["right"].set_position(("outward", 48 * (number - 1)))
+            scales[unit].spines["right"].set_position(("outward", 34 * (number - 1)))
     handles = []
     for number, (name, motions) in enumerate(found.items()):
         word, unit = motions[0].word, motions[0].unit
         label = f"{name}: {word}" if len(found) > 1 else word
         label += f" ({unit})" if len(units) > 1 and unit else ""
         values = [motion.value for motion in motions]
-        handles += scales[unit].plot(
-            _designs(history), values, "o-", color=f"C{number}", markersize=3, linewidth=1.5, label=label
-        )
+        every = _every(number, len(found), len(history))
+        style = line_style(number, len(found))
+        handles += scales[unit].plot(_designs(history), values, label=label, markevery=every, **style)
     for unit, scale in scales.items():
         # Errors are compared with zero.
         if not any(
@@ -74,11 +82,11 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
             scale.set_ylim(bottom=0.0)
     remeshed = [entry.iteration for entry in history if entry.remeshed]
     if remeshed:
-        marks = {"marker": "^", "color": "#999999", "markersize": 5, "linestyle": "", "clip_on": False}
+        marks = {"marker": "|", "color": "#777777", "markersize": 6, "linestyle": "", "clip_on": False}
         at_the_bottom = axes.get_xaxis_transform()
         handles += axes.plot(remeshed, [0.0] * len(remeshed), label="remeshed", transform=at_the_bottom, **marks)
-    axes.set_title(_heading(problem), fontsize=10)
-    _legend(axes, handles, 1 if len(handles) > 2 else 2)
+    axes.set_title(_heading(problem), fontsize=TEXT)
+    _legend(axes, handles, 1 if len(found) > 1 else 2)
 
 
 def _heading(problem: Problem) -> str:
@@ -96,28 +104,47 @@ def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
     """Put the legend below the axes, where it hides nothing."""
     axes.legend(
         handles=handles,
-        fontsize=8,
+        fontsize=SMALL,
         frameon=False,
         ncols=columns,
         loc="upper center",
-        bbox_to_anchor=(0.5, -0.14),
+        bbox_to_anchor=(0.5, 0.0),
+        # Below the ticks and their label, in sizes of letters.
+        borderaxespad=3.7,
         columnspacing=1.0,
-        handlelength=1.2,
+        handlelength=1.8,
+        labelspacing=0.3,
     )
 
 
-def _limits(axes: Axes, limits: Limits, history: History) -> None:
-    """Draw the fraction of each limit that is used at the worst place of the body."""
-    for number, (limit, key, bound) in enumerate(in_history(limits)):
+def draw_limits(axes: Axes, limits: Limits, history: History) -> None:
+    """Draw the fraction of each limit that is used at the worst place of the body.
+
+    A value far above its limit leaves the diagram, where a number tells it: otherwise it would flatten all others.
+    """
+    shown = in_history(limits)
+    designs = _designs(history)
+    for number, (limit, key, bound) in enumerate(shown):
         values = [entry.limits[key] for entry in history]
-        used = [np.nan if value is None else limit.used(value, bound) for value in values]
-        axes.plot(_designs(history), used, "-", color=f"C{number}", linewidth=1.5, label=limit.word)
-    axes.axhline(1.0, color="#444444", linewidth=1.0)
-    top = max(1.2, 1.05 * axes.get_ylim()[1])
-    axes.axhspan(1.0, top, color="#c0392b", alpha=0.07, linewidth=0)
-    axes.set_ylim(0.0, top)
-    axes.set_title("limits: fraction used at the worst place", fontsize=10)
-    _legend(axes, axes.get_legend_handles_labels()[0], 6)
+        used = np.array([np.nan if value is None else limit.used(value, bound) for value in values])
+        every, style = _every(number, len(shown), len(history)), line_style(number, len(shown))
+        axes.plot(designs, used, label=limit.word, markevery=every, **style)
+        _tell_peak(axes, designs, used, str(style["color"]))
+    axes.axhline(1.0, color="#444444", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
+    axes.axhspan(1.0, OVER, color="#d55e00", alpha=0.08, linewidth=0)
+    axes.set_ylim(0.0, OVER)
+    axes.set_ylabel("fraction used", fontsize=TEXT, labelpad=2)
+    axes.set_title("limits, at the worst place of the body", fontsize=TEXT, pad=12)
+    _legend(axes, axes.get_legend_handles_labels()[0], 3)
+
+
+def _tell_peak(axes: Axes, designs: np.ndarray, used: np.ndarray, colour: str) -> None:
+    """Write the largest value above the diagram, where it has left it."""
+    if np.nanmax(used, initial=0.0) <= OVER:
+        return
+    peak = int(np.nanargmax(used))
+    words = {"ha": "center", "va": "bottom", "fontsize": SMALL, "color": colour, "annotation_clip": False}
+    axes.annotate(f"↑ {used[peak]:.3g}", (designs[peak], OVER), (0, 1), textcoords="offset points", **words)
 
 
 def _seconds(axes: Axes, history: History) -> None:
@@ -127,5 +154,6 @@ def _seconds(axes: Axes, history: History) -> None:
         spent = np.array([entry.seconds.get(phase) or 0.0 for entry in history])
         axes.bar(designs, spent, bottom=base, width=0.85, color=colour, label=word)
         base += spent
-    axes.set_title("seconds per design", fontsize=10)
+    axes.set_title("time of each design", fontsize=TEXT)
+    axes.set_ylabel("s", fontsize=TEXT, labelpad=2)
     _legend(axes, axes.get_legend_handles_labels()[0], 4)

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from pneumorph.geometry import Body, TubeSurface
+from pneumorph.output.figures import COLOURS, COLUMN, SMALL, TEXT, plain
 
-EXTERIOR = "#3b6ea5"
-CHAMBERS = ("#c0653c", "#5b8c5a", "#8a5a9e", "#b09030")
 HEIGHTS = 400
+WIDE, TALL = 2.9, 2.2
+"""Inches: largest width and height of a panel."""
 
 
 def radius_along_z(tube: TubeSurface, density: int = 8) -> tuple[np.ndarray, np.ndarray]:
     """Heights z (n,) in mm, and the least, mean and largest radius (3, n) over q, about the tube's centre line.
 
-    All lines of constant q are evaluated at the same heights; where a wall overhangs, the largest radius counts.
+    All lines of constant q are evaluated at the same heights; where a wall overhangs, the largest radius counts. There
+    is a mean where all of them reach, or it would jump where one ends.
     """
     q = np.linspace(0.0, 1.0, density * tube.net.shape[1], endpoint=False)
     r = np.linspace(0.0, 1.0, density * tube.net.shape[0])
@@ -28,7 +30,7 @@ def radius_along_z(tube: TubeSurface, density: int = 8) -> tuple[np.ndarray, np.
     heights = np.linspace(points[..., 2].min(), points[..., 2].max(), HEIGHTS)
     at_heights = np.array([_outermost(heights, points[:, k, 2], radius[:, k]) for k in range(len(q))])
     bounded = np.ma.masked_invalid(at_heights)
-    found = np.ma.stack([bounded.min(axis=0), bounded.mean(axis=0), bounded.max(axis=0)])
+    found = np.ma.stack([bounded.min(axis=0), np.ma.masked_invalid(at_heights.mean(axis=0)), bounded.max(axis=0)])
     return heights, found.filled(np.nan)
 
 
@@ -42,33 +44,54 @@ def _outermost(heights: np.ndarray, z: np.ndarray, radius: np.ndarray) -> np.nda
     return np.where(np.isfinite(outermost), outermost, np.nan)
 
 
-def draw_profile(path: Path, start: Body, final: Body, envelope: float | None) -> None:
-    """Save the profiles of the starting and the final body."""
-    figure = Figure(figsize=(10.0, 4.3), layout="constrained", facecolor="white")
+def profile_figure(start: Body, final: Body, envelope: float | None, words: tuple[str, str]) -> Figure:
+    """A figure of the profiles of two bodies, one column wide, with a title for each; `envelope` is a radius in mm."""
+    length = max(np.ptp(body.exterior.net[..., 2]) for body in (start, final))
+    radius = 1.08 * max(envelope or 0.0, *(radius_along_z(body.exterior)[1][2].max() for body in (start, final)))
+    high = min(TALL, WIDE * radius / length)
+    handles = _handles(final, envelope)
+    columns = 3
+    figure = Figure(figsize=(COLUMN, 2 * high + 0.9 + 0.14 * -(-len(handles) // columns)), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, sharey=True)
-    for axes, body, words in ((upper, start, "start"), (lower, final, "final")):
+    for axes, body, title in ((upper, start, words[0]), (lower, final, words[1])):
         _bodies(axes, body)
         if envelope is not None:
-            axes.axhline(envelope, color="#888888", linewidth=0.8, linestyle=":", label="envelope")
-        axes.set_title(words, fontsize=10, loc="left")
-        axes.set_ylabel("radius / mm", fontsize=9)
+            axes.axhline(envelope, color="#777777", linewidth=0.8, linestyle=":")
+        axes.set_title(title, fontsize=TEXT, loc="left", pad=3)
+        axes.set_ylabel("radius / mm", fontsize=TEXT)
         axes.set_aspect("equal", adjustable="box")
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.tick_params(labelsize=8)
-    # Both panels share it, so it is set when both are drawn.
-    lower.set_ylim(0.0, 1.05 * lower.get_ylim()[1])
-    lower.set_xlabel("z / mm (base at 0)", fontsize=9)
-    handles, labels = lower.get_legend_handles_labels()
-    figure.legend(handles, labels, fontsize=8, frameon=False, loc="outside lower center", ncols=len(labels))
-    figure.savefig(path, dpi=150)
+        plain(axes)
+    lower.set_ylim(0.0, radius)
+    lower.set_xlabel("z / mm (base at 0)", fontsize=TEXT)
+    figure.legend(
+        handles=handles, fontsize=SMALL, frameon=False, loc="outside lower center", ncols=columns, columnspacing=1.0,
+        handlelength=1.6, labelspacing=0.3,
+    )  # fmt: skip
+    return figure
+
+
+def _handles(body: Body, envelope: float | None) -> list[Line2D | Patch]:
+    """A line for every surface, one for what the bands are, and one for the envelope."""
+    found: list[Line2D | Patch] = [
+        Line2D([], [], color=COLOURS[k % len(COLOURS)], linewidth=1.2, label=_word(tube))
+        for k, tube in enumerate(body.surfaces)
+    ]
+    found.append(Patch(color="#777777", alpha=0.3, linewidth=0, label="least to largest"))
+    if envelope is not None:
+        found.append(Line2D([], [], color="#777777", linewidth=0.8, linestyle=":", label="envelope"))
+    return found
+
+
+def _word(tube: TubeSurface) -> str:
+    return f"chamber {tube.name}" if tube.cavity else "exterior"
 
 
 def _bodies(axes: Axes, body: Body) -> None:
-    colours = [EXTERIOR, *(CHAMBERS[k % len(CHAMBERS)] for k in range(len(body.chambers)))]
-    for tube, colour in zip(body.surfaces, colours, strict=True):
-        word = "exterior" if not tube.cavity else f"chamber {tube.name}"
+    """Draw least to largest radius as a band, and the mean as a line."""
+    count = len(body.surfaces)
+    for number, tube in enumerate(body.surfaces):
+        colour = COLOURS[number % len(COLOURS)]
         heights, (least, mean, largest) = radius_along_z(tube)
-        axes.fill_between(
-            heights, least, largest, color=colour, alpha=0.25, linewidth=0, label=f"{word}, least to largest"
-        )
-        axes.plot(heights, mean, color=colour, linewidth=1.5, label=f"{word}, mean")
+        axes.fill_between(heights, least, largest, color=colour, alpha=0.25, linewidth=0)
+        # Those of earlier chambers are wider, so that chambers of equal radius are all seen.
+        axes.plot(heights, mean, color=colour, linewidth=1.2 + 0.5 * (count - 1 - number if tube.cavity else 0))

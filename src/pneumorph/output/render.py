@@ -10,18 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.errors import ComputationError
 from pneumorph.output.view import Job
 
 SECONDS = 600
 CHILD = "from pneumorph.output.draw import main; main()"
 
 
-class NoPicture(Exception):
+class NoPicture(ComputationError):
     """The picture cannot be drawn on this machine."""
 
 
 def images(job: Job) -> list[np.ndarray]:
-    """A picture (height, width, 3) of every shape.
+    """A picture (height, width, 4) of every panel, transparent where there is no body.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Cut bodies open: divide quadratic elements into small linear ones and cut these by a plane of the undeformed body."""
+"""Cut bodies open by a plane of the undeformed body; quadratic elements are divided into small linear ones for it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import cast
 import numpy as np
 import pyvista as pv
 
-from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, tet_shape, triangle_shape
-from pneumorph.output.view import Shape
+from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, chambers_of, tet_shape, triangle_shape
+from pneumorph.output.view import Shape, Shell
 
 HALVINGS = 2
 """How often elements are halved for drawing, so that their curved sides look smooth."""
@@ -20,32 +20,77 @@ CREASE = 50.0
 """Angle in degrees between two facets from which their edge is drawn sharp."""
 
 
-def cut_open(shape: Shape, normal: np.ndarray, offset: float = 0.0) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
+def cut_open(
+    shape: Shape | Shell, normal: np.ndarray, offset: float | None = 0.0
+) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
     """Cut a body open and deform it by u; returns its skin, the cut face and the line around that face.
 
-    The part towards which `normal` (3,) points is kept. The plane is parallel to the axis of the body at rest, `offset`
-    mm from it, so the cut is through the same material for every motion. All three have point data "field" if the shape
-    has a field.
+    The part towards which `normal` (3,) points is kept, all of it if `offset` is None. The plane is one of the body at
+    rest, `offset` mm from the origin, so the cut is through the same material for every motion. All three have point
+    data "field" if the shape has a field.
     """
-    mesh, place = shape.mesh, offset + ASIDE
+    if isinstance(shape, Shell):
+        return _cut_shell(shape, normal, offset)
+    skin = _skin(shape)
+    if offset is None:
+        return _shaded(skin), pv.PolyData(), pv.PolyData()
+    place = offset + ASIDE
     origin = tuple(place * normal)
-    triangles = np.concatenate(list(mesh.faces.values()))
-    skin = pv.PolyData.from_regular_faces(*_flat(mesh.points, triangles, _TRIANGLES, triangle_shape))
-    skin.point_data.update(_carried(shape, triangles, _TRIANGLES, triangle_shape))
     rim = skin.slice(normal=tuple(normal), origin=origin)
     skin = skin.clip(normal=tuple(-normal), origin=origin)
 
+    mesh = shape.mesh
     side = mesh.points[mesh.tets] @ normal - place
     crossed = mesh.tets[(side.min(axis=1) <= 0.0) & (side.max(axis=1) >= 0.0)]
     points, cells = _flat(mesh.points, crossed, _TETRAHEDRA, tet_shape)
     solid = pv.UnstructuredGrid({pv.CellType.TETRA: cells}, points)
     solid.point_data.update(_carried(shape, crossed, _TETRAHEDRA, tet_shape))
     face = solid.slice(normal=tuple(normal), origin=origin)
-    # Smooth shading between creases for the skin; the cut face is not shaded.
-    shaded = cast(
+    return _shaded(skin), _moved(face), _moved(rim)
+
+
+def outline(shape: Shape | Shell, normal: np.ndarray, offset: float | None) -> np.ndarray:
+    """Where the plane cuts the exterior of a body at rest, as pieces of lines (n, 2, 3) in mm."""
+    if offset is None or isinstance(shape, Shell):
+        return np.zeros((0, 2, 3))
+    faces = [triangles for name, triangles in shape.mesh.faces.items() if not chambers_of(name)]
+    skin = pv.PolyData.from_regular_faces(*_flat(shape.mesh.points, np.concatenate(faces), _TRIANGLES, triangle_shape))
+    rim = skin.slice(normal=tuple(normal), origin=tuple((offset + ASIDE) * normal))
+    return np.asarray(rim.points)[np.asarray(rim.lines).reshape(-1, 3)[:, 1:]]
+
+
+def _skin(shape: Shape) -> pv.PolyData:
+    """The surfaces at rest; "moved" are their deformed positions."""
+    triangles = np.concatenate(list(shape.mesh.faces.values()))
+    skin = pv.PolyData.from_regular_faces(*_flat(shape.mesh.points, triangles, _TRIANGLES, triangle_shape))
+    skin.point_data.update(_carried(shape, triangles, _TRIANGLES, triangle_shape))
+    return skin
+
+
+def _cut_shell(shell: Shell, normal: np.ndarray, offset: float | None) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
+    whole = _triangles(shell)
+    if offset is None:
+        return _shaded(whole), pv.PolyData(), pv.PolyData()
+    origin = (offset + ASIDE) * normal
+    closed = whole.clip_closed_surface(normal=tuple(normal), origin=tuple(origin))
+    inside = np.abs((closed.points - origin) @ normal) < ASIDE / 10
+    flat = inside[closed.regular_faces].all(axis=1)
+    face = cast(pv.PolyData, pv.PolyData.from_regular_faces(closed.points, closed.regular_faces[flat]).clean())
+    skin = whole.clip(normal=tuple(-normal), origin=tuple(origin))
+    return _shaded(skin), face, whole.slice(normal=tuple(normal), origin=tuple(origin))
+
+
+def _triangles(shell: Shell) -> pv.PolyData:
+    surface = pv.PolyData.from_regular_faces(shell.points, shell.triangles)
+    surface.point_data["moved"] = shell.points
+    return surface
+
+
+def _shaded(skin: pv.PolyData) -> pv.PolyData:
+    """The deformed skin with normals for smooth shading between creases; the cut face is not shaded."""
+    return cast(
         pv.PolyData, _moved(skin).compute_normals(feature_angle=CREASE, split_vertices=True, consistent_normals=False)
     )
-    return shaded, _moved(face), _moved(rim)
 
 
 def _moved(surface: pv.PolyData) -> pv.PolyData:

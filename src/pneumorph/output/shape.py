@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -19,6 +18,7 @@ from pneumorph.analysis import TaskResult
 from pneumorph.mechanics import rotation
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.features import equidistant
+from pneumorph.output.figures import COLUMN, SMALL, TEXT, plain
 from pneumorph.output.format import motion_of
 from pneumorph.problem import MatchCurve, MatchSections, Task
 
@@ -27,15 +27,21 @@ FINE = 200
 
 AXES = ("x", "y", "z")
 STYLES: Mapping[str, Mapping[str, Any]] = {
-    "start": {"color": "#9db0c0", "linewidth": 1.6, "markersize": 4.0},
-    "final": {"color": "#c0653c", "linewidth": 1.9, "markersize": 4.0},
-    "target": {"color": "#222222", "linewidth": 1.1, "linestyle": (0, (5, 2.5)), "markersize": 7, "fillstyle": "none"},
+    "start": {"color": "#56b4e9", "linewidth": 1.2, "markersize": 2.5},
+    "final": {"color": "#d55e00", "linewidth": 1.4, "markersize": 2.5},
+    "target": {
+        "color": "#000000",
+        "linewidth": 0.8,
+        "linestyle": (0, (5, 2.5)),
+        "markersize": 4.5,
+        "fillstyle": "none",
+    },
 }
 LEAST = 0.3
 """Least width of a projection, as a fraction of the widest."""
 
-WIDE, SPACE, GAP, EDGE = 4.6, 4.4, 0.75, 0.25
-"""Inches: longest side of the projections, side of the picture in space, space for labels, and margin."""
+SPACE, GAP, EDGE, LINE = 2.0, 0.4, 0.08, 0.14
+"""Inches: height of the picture in space, space for labels, margin, and a line of the legend."""
 
 
 class CentreLine(NamedTuple):
@@ -69,30 +75,34 @@ def achieved_centre_line(found: TaskResult, length: float) -> CentreLine:
     return CentreLine(make_interp_spline(heights, points, k=3)(np.linspace(0.0, length, FINE)), sections)
 
 
-def draw_shape(path: Path, task: Task, length: float, first: TaskResult, last: TaskResult) -> None:
-    """Save a picture of the target of a task and of the shapes that the start and the final design take.
+def shape_figure(
+    task: Task, length: float, first: TaskResult, last: TaskResult, names: tuple[str, str] = ("start", "final")
+) -> Figure:
+    """A figure, one column wide, of the target of a task and of the shapes that two designs take.
 
     Parameters
     ----------
     task : Task
         With the objective `match_curve` or `match_sections`.
     length : length of the body, mm.
-    first, last : results of the first and the last design in this task.
+    first, last : results of the two designs in this task.
+    names : of the two designs.
     """
     assert isinstance(task.objective, MatchCurve | MatchSections)
     lines = {name: achieved_centre_line(found, length) for name, found in (("start", first), ("final", last))}
     lines["target"] = target_centre_line(task.objective, length)
     limits = _limits(lines)
-    x, y, z = WIDE * np.ptp(limits, axis=1) / np.ptp(limits, axis=1).max()
-    left, bottom = SPACE + GAP, 2 * EDGE + GAP / 2
-    width, height = left + z + GAP + y + EDGE, bottom + y + GAP + x + 2 * EDGE
-    figure = Figure(figsize=(width, height), facecolor="white")
+    span = np.ptp(limits, axis=1)
+    x, y, z = span * (COLUMN - 2 * GAP - 2 * EDGE) / (span[1] + span[2])
+    left, legend = GAP, 3 * LINE + 2 * EDGE
+    bottom = legend + GAP
+    height = bottom + y + GAP + x + SPACE + 2 * EDGE + LINE
+    figure = Figure(figsize=(COLUMN, height), facecolor="white")
 
     def place(at: tuple[float, float], size: tuple[float, float], **options: Any) -> Any:
-        return figure.add_axes((at[0] / width, at[1] / height, size[0] / width, size[1] / height), **options)
+        return figure.add_axes((at[0] / COLUMN, at[1] / height, size[0] / COLUMN, size[1] / height), **options)
 
-    tall = height - bottom - EDGE
-    _in_space(place((-EDGE, bottom - EDGE), (SPACE + EDGE / 2, tall + EDGE), projection="3d"), lines, limits)
+    _in_space(place((0.1, bottom + y + GAP + x + EDGE), (COLUMN - 0.4, SPACE), projection="3d"), lines, limits)
     # Arranged like the three views of a technical drawing, to one scale.
     for axes, across, up in (
         (place((left, bottom + y + GAP), (z, x)), 2, 0),
@@ -101,13 +111,13 @@ def draw_shape(path: Path, task: Task, length: float, first: TaskResult, last: T
     ):
         _projected(axes, lines, limits, across, up)
     words = {"target": "target"}
-    for name, found in (("start", first), ("final", last)):
+    for name, called, found in (("start", names[0], first), ("final", names[1], last)):
         motion = motion_of(task, found)
-        words[name] = f"{name}, {motion.word} {motion}"
+        words[name] = f"{called}, {motion.word} {motion}"
     handles = [Line2D([], [], marker="o", label=words[name], **STYLES[name]) for name in words]
-    figure.legend(handles=handles, fontsize=9, frameon=False, loc="lower center", ncols=len(handles))
-    figure.suptitle(f"{task.name}: target and achieved", fontsize=11, y=1 - 0.6 * EDGE / height, va="top")
-    figure.savefig(path, dpi=150)
+    figure.legend(handles=handles, fontsize=SMALL, frameon=False, loc="lower center", labelspacing=0.3, borderpad=0.2)
+    figure.suptitle(f"{task.name}: target and achieved", fontsize=TEXT, y=1 - EDGE / height, va="top")
+    return figure
 
 
 def _limits(lines: Mapping[str, CentreLine]) -> np.ndarray:
@@ -123,26 +133,26 @@ def _in_space(axes: Axes3D, lines: Mapping[str, CentreLine], limits: np.ndarray)
     # First, because choosing the vertical axis rotates the box.
     axes.view_init(elev=22.0, azim=-60.0, vertical_axis="x")
     axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
-    axes.set_box_aspect(np.ptp(limits, axis=1))
+    axes.set_box_aspect(np.ptp(limits, axis=1), zoom=1.15)  # pyright: ignore[reportArgumentType]
     _draw(axes, lines, [0, 1, 2])
-    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), AXES, strict=True):
-        axis.set_label_text(f"{name} / mm", fontsize=9)
-        axis.set_major_locator(MaxNLocator(5))
-    axes.tick_params(labelsize=8)
+    for axis, name, wide in zip((axes.xaxis, axes.yaxis, axes.zaxis), AXES, np.ptp(limits, axis=1), strict=True):
+        axis.set_label_text(f"{name} / mm", fontsize=SMALL)
+        axis.labelpad = 0.0 if name == "z" else -7.0
+        axis.set_major_locator(MaxNLocator(max(2, round(5 * wide / np.ptp(limits, axis=1).max()))))
+    axes.tick_params(labelsize=SMALL, pad=-3.0)
 
 
 def _projected(axes: Axes, lines: Mapping[str, CentreLine], limits: np.ndarray, across: int, up: int) -> None:
     _draw(axes, lines, [across, up])
     axes.set(xlim=limits[across], ylim=limits[up])
-    axes.set_xlabel(f"{AXES[across]} / mm", fontsize=9)
-    axes.set_ylabel(f"{AXES[up]} / mm", fontsize=9)
-    # As many ticks as there is space for: every 25 mm where 160 mm are 4.6 inches.
+    axes.set_xlabel(f"{AXES[across]} / mm", fontsize=SMALL, labelpad=1)
+    axes.set_ylabel(f"{AXES[up]} / mm", fontsize=SMALL, labelpad=0)
+    # As many ticks as there is space for.
     span = np.ptp(limits, axis=1)
-    axes.xaxis.set_major_locator(MaxNLocator(max(2, round(8 * span[across] / span.max()))))
-    axes.yaxis.set_major_locator(MaxNLocator(max(2, round(8 * span[up] / span.max()))))
-    axes.grid(color="#e6e6e6", linewidth=0.6)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(labelsize=8)
+    axes.xaxis.set_major_locator(MaxNLocator(max(2, round(6 * span[across] / span.max()))))
+    axes.yaxis.set_major_locator(MaxNLocator(max(2, round(6 * span[up] / span.max()))))
+    axes.grid(color="#e6e6e6", linewidth=0.5)
+    plain(axes)
 
 
 def _draw(axes: Axes, lines: Mapping[str, CentreLine], components: list[int]) -> None:
@@ -152,4 +162,4 @@ def _draw(axes: Axes, lines: Mapping[str, CentreLine], components: list[int]) ->
         plain = {key: value for key, value in style.items() if key not in ("markersize", "fillstyle")}
         marks = {key: value for key, value in style.items() if key not in ("linewidth", "linestyle")}
         axes.plot(*line.points.T[components], zorder=3 + order, **plain)
-        axes.plot(*line.sections.T[components], "o", zorder=3 + order, markeredgewidth=1.0, **marks)
+        axes.plot(*line.sections.T[components], "o", zorder=3 + order, markeredgewidth=0.7, **marks)

@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
 
-from pneumorph.output import render
-from pneumorph.output.bodies import INCHES_PER_MM, MARGIN
-from pneumorph.output.format import motion_of
-from pneumorph.output.pictures import MOST, final_shapes, view_of
-from pneumorph.output.view import Job
+from pneumorph.output.bodies import (
+    LETTER,
+    SIDE,
+    STRIP,
+    draw_colours,
+    draw_legend,
+    draw_scene,
+    draw_strip,
+    images_of,
+    laid_out,
+    legend_height,
+    line_height,
+)
+from pneumorph.output.figures import INK, PAGE, SMALL, TEXT, save
+from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.pictures import final_scenes
+from pneumorph.output.scenes import Scene, highest_stretch
 from pneumorph.run import RunDirectory
 
 MOST_PER_ROW = 4
-SCALE = 0.45
-"""Size of the pictures, relative to those of single runs."""
+TALLEST, NARROWEST, GAP = 2.6, 1.45, 0.12
+"""Inches: largest height of a panel, smallest width of a tile, and space between tiles."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +42,7 @@ class Tile:
     run: RunDirectory
 
 
-def draw_sheet(path: Path, title: str, tiles: list[Tile]) -> None:
+def draw_sheet(path: Path, title: str, tiles: Sequence[Tile]) -> None:
     """Save the sheet.
 
     Raises
@@ -37,42 +50,73 @@ def draw_sheet(path: Path, title: str, tiles: list[Tile]) -> None:
     NoPicture
         If this machine cannot draw off-screen.
     """
-    shapes = [list(final_shapes(tile.run).values()) for tile in tiles]
-    view = view_of(tiles[0].run.problem)
-    everything = [shape for own in shapes for shape in own]
-    extent = view.extent(everything) + MARGIN * np.array([-1.0, 1.0, -1.0, 1.0])
-    highest = max(float(np.quantile(shape.field, MOST)) for shape in everything if shape.field is not None)
-    pictures = iter(render.images(Job(everything, view, extent, (1.0, highest))))
-    left, right, bottom, top = extent
-    panels = max(len(own) for own in shapes)
-    columns = _columns(len(tiles))
-    rows = -(-len(tiles) // columns)
-    wide = SCALE * INCHES_PER_MM * (right - left) * panels + 0.2
-    high = SCALE * INCHES_PER_MM * (top - bottom) + 0.75
-    figure = Figure(figsize=(columns * wide, rows * high + 0.4), facecolor="white")
-    width, height = figure.get_size_inches()
-    for number, (tile, own) in enumerate(zip(tiles, shapes, strict=True)):
-        row, column = divmod(number, columns)
-        base = height - 0.4 - (row + 1) * high
-        for place, _ in enumerate(own):
-            each = (wide - 0.2) / panels
-            axes = figure.add_axes(
-                ((column * wide + 0.1 + place * each) / width, base / height, each / width, (high - 0.75) / height)
-            )
-            axes.imshow(next(pictures), extent=(left, right, bottom, top), interpolation="lanczos")
-            axes.set_axis_off()
-        last = tile.run.history()[-1]
-        motions = ", ".join(str(motion_of(task, last.tasks[task.name])) for task in tile.run.problem.task)
-        figure.text(
-            (column * wide + wide / 2) / width, (base + high - 0.1) / height,
-            f"{tile.caption}\n{motions}, {last.iteration} designs", ha="center", va="top", fontsize=7, color="#333333",
+    scenes = [final_scenes(tile.run) for tile in tiles]
+    captions = [_caption(tile, own) for tile, own in zip(tiles, scenes, strict=True)]
+    save(sheet_figure(title, captions, scenes), path)
+
+
+def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[Scene]]) -> Figure:
+    """A page of tiles, each with a caption and the scenes of one design; NoPicture as `draw_sheet`."""
+    everything = [scene for own in scenes for scene in own]
+    stretch = 1.0, highest_stretch(scene.shape for scene in everything)
+    panels = max(len(own) for own in scenes)
+    columns = _columns(len(scenes), panels)
+    least = min(NARROWEST, (PAGE - SIDE) / columns - GAP) / panels
+    sheet = laid_out(everything, PAGE - SIDE - columns * GAP, TALLEST, columns * panels, least)
+    pictures = images_of(everything, sheet, stretch)
+    wide, high = sheet.size
+    words = ["\n".join(textwrap.fill(line, int(panels * wide / (LETTER * SMALL))) for line in caption.splitlines())
+             for caption in captions]  # fmt: skip
+    above = 0.08 + line_height(SMALL) * max(each.count("\n") + 1 for each in words)
+    width = columns * (panels * wide + GAP) + SIDE
+    head, foot = line_height(TEXT) + 0.1, legend_height(everything, width)
+    rows = -(-len(scenes) // columns)
+    height = head + rows * (above + high + STRIP) + foot
+    figure = Figure(figsize=(width, height), facecolor="white")
+    for column, row, number, scene in _places(scenes, columns):
+        tile, place = divmod(column, panels)
+        left = tile * (panels * wide + GAP) + place * wide + GAP / 2
+        bottom = height - head - row * (above + high + STRIP) - above - high
+        axes = figure.add_axes((left / width, bottom / height, wide / width, high / height))
+        draw_scene(axes, scene, pictures[number], sheet.extents[number])
+        if place == 0:
+            at = (left + panels * wide / 2) / width, (bottom + high + above - 0.04) / height
+            figure.text(*at, words[row * columns + tile], ha="center", va="top", fontsize=SMALL, color=INK)
+        draw_strip(
+            figure.add_axes((left / width, (bottom - STRIP) / height, wide / width, STRIP / height)),
+            scene, wide, sheet.scale if number == 0 else None,
         )  # fmt: skip
-    figure.suptitle(title, fontsize=11, fontweight="bold", y=1.0 - 0.1 / height, va="top")
-    figure.savefig(path, dpi=160)
+    long = min(0.8 * (height - head - foot), 2.4)
+    at = (width - SIDE + 0.08) / width, (height - head + foot - long) / 2 / height
+    draw_colours(figure.add_axes((*at, 0.1 / width, long / height)), stretch)
+    draw_legend(figure, everything)
+    figure.suptitle(title, fontsize=TEXT, fontweight="bold", y=1.0 - 0.05 / height, va="top")
+    return figure
 
 
-def _columns(count: int) -> int:
+def _places(scenes: Sequence[Sequence[Scene]], columns: int) -> Iterator[tuple[int, int, int, Scene]]:
+    """Column (of panels), row, number and scene of every panel."""
+    panels, number = max(len(own) for own in scenes), 0
+    for tile, own in enumerate(scenes):
+        for place, scene in enumerate(own):
+            yield tile % columns * panels + place, tile // columns, number, scene
+            number += 1
+
+
+def _caption(tile: Tile, scenes: Sequence[Scene]) -> str:
+    """The caption of a tile, with its results, pressures if all tasks have the same, and cuts."""
+    last = tile.run.history()[-1]
+    tasks = tile.run.problem.task
+    motions = ", ".join(str(motion_of(task, last.tasks[task.name])) for task in tasks)
+    pressures = {format_pressures(last.tasks[task.name].pressures) for task in tasks}
+    at = f" at {pressures.pop()}" if len(pressures) == 1 else ""
+    cuts = ", ".join(dict.fromkeys(str(scene.view) for scene in scenes))
+    return f"{tile.caption}\n{motions}{at}, {last.iteration} designs\n{cuts}"
+
+
+def _columns(count: int, panels: int) -> int:
     """The number of columns that leaves the fewest places empty; of several the largest."""
-    if count <= MOST_PER_ROW:
+    most = max(1, min(MOST_PER_ROW, int((PAGE - SIDE) / NARROWEST), 8 // panels))
+    if count <= most:
         return count
-    return min(range(MOST_PER_ROW, 2, -1), key=lambda columns: -count % columns)
+    return min(range(most, max(most - 2, 0), -1), key=lambda columns: -count % columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ COLOURS = ("#cdd8e2", "#f5e6a8", "#f4a24e", "#d6321f", "#7a0403")
 """Colours of the rubber, from no stretch to the largest."""
 
 CUT = "#9fb0c0"
-"""Colour of the cut face of a body at rest."""
+"""Colour of a cut face without a field."""
 
 RIM = "#46525e"
 """Colour of the line around a cut face."""
@@ -26,11 +27,47 @@ def colour_map() -> LinearSegmentedColormap:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A body to draw: its mesh at rest, displacements u (N, 3) in mm, and a field (N,) at the nodes for its colours."""
+    """A meshed body to draw.
+
+    Attributes
+    ----------
+    mesh : TetMesh
+        At rest.
+    u : (N, 3) mm
+        Displacements.
+    field : (N,) or None
+        Values at the nodes for its colours.
+    inside : bool
+        Whether the field is known inside too; otherwise the cut face has no colours.
+    """
 
     mesh: TetMesh
     u: np.ndarray
     field: np.ndarray | None = None
+    inside: bool = True
+
+    @property
+    def rest(self) -> np.ndarray:
+        """Points (N, 3) of the body at rest."""
+        return self.mesh.points
+
+    @property
+    def points(self) -> np.ndarray:
+        """Points (N, 3) of the body as it is drawn."""
+        return self.mesh.points + self.u
+
+
+@dataclass(frozen=True, eq=False)
+class Shell:
+    """A body at rest by its surfaces alone: closed triangles (T, 3) of points (N, 3), with normals out of the solid."""
+
+    points: np.ndarray
+    triangles: np.ndarray
+
+    @property
+    def rest(self) -> np.ndarray:
+        """The points."""
+        return self.points
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,40 +76,63 @@ class View:
 
     Attributes
     ----------
-    normal : (3,) unit vector perpendicular to z, away from the camera: the normal of the plane of the cut. The part in
-        front of the plane is removed.
-    offset : distance of the plane from the axis along the normal, mm.
-    elevation, turn : degrees by which the camera is above the horizon and to the side of the normal.
+    normal : (3,) unit vector across the axis z or along it, away from the camera: the normal of the plane of the cut.
+        The part in front of the plane is removed.
+    offset : distance of the plane from the origin along the normal, mm; None to cut nothing away.
+    elevation, turn : degrees by which the camera is above the normal and to its side.
     """
 
     normal: np.ndarray
-    offset: float = 0.0
+    offset: float | None = 0.0
     elevation: float = 12.0
     turn: float = 18.0
 
+    @property
+    def along(self) -> bool:
+        """Whether the body is seen along its axis."""
+        return abs(float(self.normal[2])) > 0.5
+
     def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Unit vectors to the right, up, and towards the camera."""
-        across = np.cross(self.normal, [0.0, 0.0, 1.0])
+        top = np.array([0.0, 1.0, 0.0] if self.along else [0.0, 0.0, 1.0])
+        across = np.cross(self.normal, top)
         turn, up = np.radians([self.turn, self.elevation])
         level = -np.cos(turn) * self.normal + np.sin(turn) * across
-        camera = np.cos(up) * level + np.sin(up) * np.array([0.0, 0.0, 1.0])
-        right = np.cross([0.0, 0.0, 1.0], level)
+        camera = np.cos(up) * level + np.sin(up) * top
+        right = np.cross(top, level)
         return right, np.cross(camera, right), camera
 
-    def extent(self, shapes: list[Shape]) -> np.ndarray:
-        """Left, right, bottom and top (4,) in mm of the smallest picture that holds every shape."""
+    def flat(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) as they are seen: mm to the right and up (..., 2)."""
         right, up, _ = self.axes()
-        flat = [(shape.mesh.points + shape.u) @ np.column_stack([right, up]) for shape in shapes]
-        low = np.min([points.min(axis=0) for points in flat], axis=0)
-        high = np.max([points.max(axis=0) for points in flat], axis=0)
-        return np.array([low[0], high[0], low[1], high[1]])
+        return points @ np.column_stack([right, up])
+
+    def __str__(self) -> str:
+        """The cut in words: "cut yz", "cut xz at y = 3 mm", "cut 30° from xz"."""
+        if self.offset is None:
+            return "not cut"
+        for number, (plane, axis) in enumerate((("yz", "x"), ("xz", "y"), ("xy", "z"))):
+            if abs(self.normal[number]) > 1.0 - 1e-9:
+                place = f" at {axis} = {self.normal[number] * self.offset:.3g} mm"
+                return f"cut {plane}{place if self.offset else ''}"
+        across = np.cross(self.normal, [0.0, 0.0, 1.0])
+        place = f", {abs(self.offset):.3g} mm off the axis" if self.offset else ""
+        return f"cut {np.degrees(np.arctan2(across[1], across[0])):.0f}° from xz{place}"
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One picture: what, from where, and its extent: left, right, bottom and top (4,) in mm, see `View.flat`."""
+
+    shape: Shape | Shell
+    view: View
+    extent: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Shapes to draw, each in its own picture, all with the same extent (mm) and range of colours."""
+    """Pictures to draw, with one range of colours and one number of dots per mm."""
 
-    shapes: list[Shape]
-    view: View
-    extent: np.ndarray
+    panels: Sequence[Panel]
     range: tuple[float, float]
+    dots: float

@@ -1,0 +1,44 @@
+"""`pneumorph draw`: draw pictures of a run, during it or afterwards."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.interface.drawing import Wanted
+from pneumorph.interface.drawing import draw as draw_one
+from pneumorph.interface.runs import Run, open_run
+from pneumorph.mesh import keep_netgen_quiet
+from pneumorph.output.pictures import picture_names, run_pictures
+
+
+def draw(
+    source: Path,
+    picture: str,
+    design: int | None,
+    cut: str | None,
+    at: str | None,
+    task: str | None,
+    format: str | None,
+    out: Path | None,
+) -> None:
+    """Draw a picture of a run, or all of them."""
+    keep_netgen_quiet()
+    run = open_run(source)
+    if picture != "all":
+        print(f"written to {draw_one(run, Wanted(picture, design, cut, at, task, format), out)}")
+        return
+    options = {"--design": design, "--cut": cut, "--at": at, "--task": task, "--format": format, "--out": out}
+    for option, value in options.items():
+        if value is not None:
+            raise ProblemError(f"{option}: means nothing for all pictures; name one of them or leave it out")
+    _draw_all(run)
+
+
+def _draw_all(run: Run) -> None:
+    # Says what is wrong with a run without designs.
+    run.design()
+    drawn = run_pictures(run.directory)
+    print(f"pictures in {run.path / 'pictures'}: {picture_names(drawn.paths)}")
+    if drawn.missing:
+        raise ComputationError("; ".join(drawn.missing))

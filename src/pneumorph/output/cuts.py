@@ -1,0 +1,101 @@
+"""Where bodies are cut open: in the plane in which a task bends them, or as a user asks."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from pneumorph.analysis import TaskResult
+from pneumorph.output.view import View
+from pneumorph.problem import MatchCurve, MatchSections, Maximize, Problem, Reach, Task
+
+Cut = Literal["yz", "xz", "xy", "none"]
+
+NORMALS = {"yz": (-1.0, 0.0, 0.0), "xz": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, -1.0), "none": (0.0, 1.0, 0.0)}
+"""Normals of the planes by name, away from the camera; a body that is not cut is seen across xz."""
+
+LEAST = np.radians(1.0)
+"""Smallest angle that counts as bending."""
+
+NEAR = np.radians(2.0)
+"""A plane that is nearer to xz or yz is taken for it."""
+
+
+def view_of(problem: Problem) -> View:
+    """The view of all tasks together: of the plane, xz or yz, in which they bend most, cut open at a chamber."""
+    about = np.zeros(2)
+    for task in problem.task:
+        axis = _wanted(problem, task)
+        about += 0.0 if axis is None else np.abs(axis) / np.abs(axis).sum()
+    return _through_chambers(problem, np.array(NORMALS["yz" if about[0] > about[1] else "xz"]))
+
+
+def task_view(problem: Problem, task: Task, found: TaskResult) -> View:
+    """The view of the plane in which one task bends the body.
+
+    It is the plane of the task's objective; for one without a plane of its own, that in which the tip has turned, and
+    the view of all tasks together where it has not.
+    """
+    axis = _wanted(problem, task)
+    if axis is None and not isinstance(task.objective, Maximize):
+        axis = _across(np.array(found.rotation[:2]), LEAST)
+    if axis is None:
+        return view_of(problem)
+    return _through_chambers(problem, _normal(axis))
+
+
+def asked_view(problem: Problem, cut: Cut, at: float | None = None) -> View:
+    """The view of a plane by its name, through the axis or at a distance in mm along the axis across it."""
+    normal = np.array(NORMALS[cut])
+    if cut == "none":
+        return View(normal, None)
+    if at is not None:
+        place = float(normal.sum()) * at
+    else:
+        place = -problem.body.length / 2 if cut == "xy" else _through_chambers(problem, normal).offset
+    # A body is long, so one that is seen along its axis is seen nearly straight.
+    return View(normal, place, 4.0, 6.0) if cut == "xy" else View(normal, place)
+
+
+def _normal(axis: np.ndarray) -> np.ndarray:
+    """The normal of a plane across this axis (2,): with x to the right, or y for the plane yz."""
+    for straight in ((1.0, 0.0), (0.0, 1.0)):
+        if abs(axis @ straight) > np.cos(NEAR) * np.linalg.norm(axis):
+            axis = np.array(straight)
+    x, y = axis / np.linalg.norm(axis)
+    sign = np.sign(y) if abs(y) > 1e-9 else -np.sign(x)
+    return sign * np.array([x, y, 0.0])
+
+
+def _through_chambers(problem: Problem, normal: np.ndarray) -> View:
+    """The cut through the axis if that passes through a chamber, otherwise through the nearest chamber in front."""
+    places = [(float(np.dot([*chamber.center, 0.0], normal)), chamber.radius) for chamber in problem.body.chamber]
+    if any(abs(place) < radius for place, radius in places):
+        return View(normal)
+    return View(normal, -min(abs(place) for place, _ in places))
+
+
+def _wanted(problem: Problem, task: Task) -> np.ndarray | None:
+    """The axis (2,) across z about which an objective bends the body; None if it does not say."""
+    match task.objective:
+        case Maximize(component="bending_x" | "bending_y" as component):
+            return np.array([component == "bending_x", component == "bending_y"], float)
+        case MatchCurve(control_points=points):
+            return _farthest(np.array(points)[:, :2] @ np.array([[0.0, 1.0], [-1.0, 0.0]]), LEAST * problem.body.length)
+        case MatchSections(rotations=turns):
+            return _farthest(np.array(turns)[:, :2], LEAST)
+        case Reach(position=place, rotation=turn):
+            turned = None if turn is None else _across(np.array(turn[:2]), LEAST)
+            if turned is None and place is not None:
+                return _across(np.array([-place[1], place[0]]), LEAST * problem.body.length)
+            return turned
+    return None
+
+
+def _farthest(vectors: np.ndarray, least: float) -> np.ndarray | None:
+    return _across(vectors[np.argmax(np.linalg.norm(vectors, axis=1))], least)
+
+
+def _across(vector: np.ndarray, least: float) -> np.ndarray | None:
+    return vector if np.linalg.norm(vector) > least else None

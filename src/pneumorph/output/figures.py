@@ -1,0 +1,64 @@
+"""What all pictures share: their widths, colours and letters, and how they are saved for screens and for papers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+COLUMN = 3.5
+"""Inches: the width of a column in a journal of two columns."""
+
+PAGE = 7.16
+"""Inches: both columns and the space between them."""
+
+DOTS = 300
+"""Per inch, where a picture is made of dots."""
+
+TEXT, SMALL = 8.0, 7.0
+"""Points: letters of titles and labels, and of ticks and legends."""
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+"""Of lines, in their order. Okabe and Ito chose them so that they differ with every kind of colour vision."""
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Of lines, so that they differ without colours too."""
+
+INK = "#333333"
+
+SETTINGS: Any = {"pdf.fonttype": 42, "svg.fonttype": "path", "svg.hashsalt": "pneumorph"}
+"""TrueType letters inside of PDF, outlines of letters in SVG: both look the same where the font is not installed."""
+
+PLOTS = ("png", "pdf", "svg")
+"""Formats of pictures that do not move."""
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Save a figure as PDF or SVG by the suffix, otherwise as PNG; the same figure gives the same file."""
+    format = path.suffix.removeprefix(".").lower()
+    # Without the date.
+    metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(format)
+    with rc_context(SETTINGS):
+        figure.savefig(path, dpi=DOTS, format=format if format in PLOTS else "png", metadata=metadata)
+
+
+def plain(axes: Axes) -> None:
+    """The look of every diagram: no frame at the top and on the right, small ticks."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=SMALL, length=2.5, pad=2.0)
+
+
+def line_style(number: int, count: int) -> dict[str, Any]:
+    """Style of one of several lines: earlier ones are wider, so that lines that coincide are all seen."""
+    return {
+        "color": COLOURS[number % len(COLOURS)],
+        "linewidth": 1.0 + 0.3 * min(count - 1 - number, 6),
+        "marker": MARKERS[number % len(MARKERS)],
+        "markersize": 4.2,
+        "markeredgewidth": 0.4,
+        "markeredgecolor": "white",
+        "zorder": 2.0 + number / 100,
+    }

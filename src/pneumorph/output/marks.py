@@ -1,0 +1,234 @@
+"""What is marked on pictures of bodies: clamp, axes, gravity, loads, target, and the outline of the body at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
+from matplotlib.patheffects import withStroke
+from scipy.spatial import ConvexHull
+
+from pneumorph.analysis import TaskResult
+from pneumorph.mechanics import rotation
+from pneumorph.output.figures import INK, SMALL
+from pneumorph.output.shape import target_centre_line
+from pneumorph.output.view import Shape, Shell, View
+from pneumorph.problem import MatchCurve, MatchSections, Problem, Reach, Task
+
+LOAD = "#7b2d8b"
+"""Colour of forces and moments."""
+
+ARROW = 0.22
+"""Length of an arrow, as a fraction of the body's."""
+
+CLAMP = 0.03
+"""Thickness of the clamp below the base, as a fraction of the body's length."""
+
+HALO = (withStroke(linewidth=2.2, foreground="white"),)
+NOTHING = np.zeros((0, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Arrow:
+    """A force, or a moment with two heads, of a length and direction (3,) in mm at a point (3,), with its value."""
+
+    at: np.ndarray
+    vector: np.ndarray
+    word: str
+    heads: int = 1
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Tail and head (2, 3): one that points down ends in its point, so that it is not hidden by the body."""
+        return np.array([self.at - self.vector, self.at] if self.vector[2] < 0 else [self.at, self.at + self.vector])
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Marks on one picture.
+
+    Attributes
+    ----------
+    arrows : loads at the tip.
+    target : (n, 3) mm, centre line that is the target.
+    wanted, reached : (S, 3) mm, sections of the target, and of the body.
+    place : (1, 3) mm, where the tip shall be; (0, 3) without.
+    looks : (2, 3) mm, an arrow that shows where the plate shall look; (0, 3) without.
+    outlined : whether the outline of the body at rest is drawn.
+    """
+
+    arrows: Sequence[Arrow] = ()
+    target: np.ndarray = field(default_factory=lambda: NOTHING)
+    wanted: np.ndarray = field(default_factory=lambda: NOTHING)
+    reached: np.ndarray = field(default_factory=lambda: NOTHING)
+    place: np.ndarray = field(default_factory=lambda: NOTHING)
+    looks: np.ndarray = field(default_factory=lambda: NOTHING)
+    outlined: bool = False
+
+    @property
+    def points(self) -> np.ndarray:
+        """All points (n, 3) that a picture has to hold."""
+        arrows = [arrow.ends for arrow in self.arrows]
+        return np.concatenate([*arrows, self.target, self.wanted, self.place, self.looks])
+
+
+def loads_at(problem: Problem, tip: np.ndarray) -> list[Arrow]:
+    """Force and moment on the plate, whose centre is at `tip` (3,)."""
+    effector, length = problem.end_effector, ARROW * problem.body.length
+    found = []
+    for given, unit, heads in ((effector.force, "N", 1), (effector.moment, "N·mm", 2)):
+        size = float(np.linalg.norm(given))
+        if size:
+            found.append(Arrow(tip, length / size * np.array(given), f"{size:.3g} {unit}", heads))
+    return found
+
+
+def task_marks(problem: Problem, task: Task, found: TaskResult) -> Marks:
+    """Loads and target of a task, on the body that it moves."""
+    length = problem.body.length
+    arrows = loads_at(problem, np.array([0.0, 0.0, length]) + found.translation)
+    match task.objective:
+        case MatchCurve() | MatchSections() as asked:
+            target = target_centre_line(asked, length)
+            reached = np.reshape(found.section_positions, (-1, 3))
+            return Marks(arrows, target.points, target.sections, reached, outlined=True)
+        case Reach(position=place, rotation=turn):
+            at = np.array([0.0, 0.0, length]) + found.translation if place is None else np.array(place)
+            looks = NOTHING
+            if turn is not None:
+                looks = np.array([at, at + ARROW * length * np.asarray(rotation(jnp.array(turn)))[:, 2]])
+            return Marks(arrows, place=NOTHING if place is None else at[None], looks=looks, outlined=True)
+    return Marks(arrows, outlined=True)
+
+
+def clamp_of(shape: Shape | Shell) -> np.ndarray:
+    """Corners (n, 3) of the ground to which the base is clamped."""
+    points = shape.rest
+    low, high = points[:, 2].min(), points[:, 2].max()
+    base = points[points[:, 2] < low + 1e-6 * (high - low)]
+    disc = base[ConvexHull(base[:, :2]).vertices]
+    middle = disc.mean(axis=0)
+    disc = middle + 1.08 * (disc - middle)
+    return np.concatenate([disc, disc - [0.0, 0.0, CLAMP * (high - low)]])
+
+
+def draw_clamp(axes: Axes, view: View, shape: Shape | Shell) -> None:
+    """Draw the ground behind the body; from above it would be hidden."""
+    if view.along:
+        return
+    seen = view.flat(clamp_of(shape))
+    corners = seen[ConvexHull(seen).vertices]
+    axes.add_patch(Polygon(corners, **_CLAMP, zorder=0))  # type: ignore[arg-type]
+
+
+def draw_outline(axes: Axes, view: View, pieces: np.ndarray) -> None:
+    """Draw the outline (n, 2, 3) of the body at rest in front of the moved one."""
+    axes.add_collection(LineCollection(list(view.flat(pieces)), colors=INK, linewidths=0.5, alpha=0.7, zorder=3))
+
+
+def draw_marks(axes: Axes, view: View, marks: Marks) -> None:
+    """Draw loads and target in front of the body."""
+    if len(marks.target):
+        axes.plot(*view.flat(marks.target).T, **_TARGET, path_effects=HALO, zorder=4)
+        axes.plot(*view.flat(marks.wanted).T, **_WANTED, zorder=5)
+    if len(marks.reached):
+        axes.plot(*view.flat(marks.reached).T, **_REACHED, zorder=5)
+    if len(marks.place):
+        axes.plot(*view.flat(marks.place).T, **_PLACE, path_effects=HALO, zorder=5)
+    if len(marks.looks):
+        _arrow(axes, view.flat(marks.looks), "black", (0, (4, 2)))
+    for arrow in marks.arrows:
+        _load(axes, view, arrow)
+
+
+def _load(axes: Axes, view: View, arrow: Arrow) -> None:
+    seen = view.flat(arrow.ends)
+    shift = seen[1] - seen[0]
+    words = {"color": LOAD, "fontsize": SMALL, "path_effects": HALO, "zorder": 7}
+    if np.linalg.norm(shift) < 0.25 * np.linalg.norm(arrow.vector):
+        # Seen along itself: a dot for a head, a cross for a tail.
+        near = float(arrow.vector @ view.axes()[2]) > 0
+        inner = {"marker": "o", "markersize": 2.5} if near else {"marker": "x", "markersize": 4.5}
+        axes.plot(*seen[:1].T, "o", color=LOAD, markersize=8, fillstyle="none", path_effects=HALO, zorder=6)
+        axes.plot(*seen[:1].T, color=LOAD, linestyle="", zorder=6, **inner)
+        axes.annotate(arrow.word, seen[0], (6, 4), textcoords="offset points", **words)
+        return
+    for part in (1.0, 0.78)[: arrow.heads]:
+        _arrow(axes, np.array([seen[0], seen[0] + part * shift]), LOAD)
+    free = seen[0] if arrow.vector[2] < 0 else seen[1]
+    axes.annotate(arrow.word, free, (4, 2), textcoords="offset points", **words)
+
+
+def _arrow(axes: Axes, ends: np.ndarray, colour: str, dashes: Any = "-") -> None:
+    look = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "linestyle": dashes, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", ends[1], ends[0], arrowprops=look | {"mutation_scale": 8, "path_effects": HALO}, zorder=6)
+
+
+def draw_axes(axes: Axes, view: View, gravity: np.ndarray | None) -> float:
+    """Draw the directions of x, y and z, and of gravity beside them, on axes in inches; the width that this takes."""
+    length, origin = 0.2, np.array([0.16, 0.17])
+    for name, direction in zip("xyz", view.flat(length * np.eye(3)), strict=True):
+        _direction(axes, origin, direction, name, INK)
+    if gravity is None:
+        return 0.5
+    _direction(axes, origin + np.array([0.5, 0.08]), view.flat(0.85 * length * gravity), "g", LOAD)
+    return 0.95
+
+
+def _direction(axes: Axes, origin: np.ndarray, seen: np.ndarray, name: str, colour: str) -> None:
+    look = {"arrowstyle": "-|>", "color": colour, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
+    size = float(np.linalg.norm(seen))
+    if size > 0.03:
+        axes.annotate("", tuple(origin + seen), tuple(origin), arrowprops=look)
+        at = origin + seen * (1.0 + 0.065 / size)
+    else:
+        # Towards the reader or away.
+        axes.plot(*origin, "o", color=colour, markersize=3, fillstyle="none")
+        at = origin - [0.08, 0.06]
+    axes.text(at[0], at[1], name, ha="center", va="center", fontsize=SMALL, color=colour)
+
+
+def legend_handles(views: Sequence[View], marks: Sequence[Marks]) -> list[Line2D | Patch]:
+    """A line for every kind of mark that some picture has."""
+    found: list[Line2D | Patch] = []
+    if not all(view.along for view in views):
+        found.append(Patch(label="clamped base", **_CLAMP))
+    if any(each.outlined and view.offset is not None for view, each in zip(views, marks, strict=True)):
+        found.append(Line2D([], [], color=INK, linewidth=0.6, label="exterior at rest"))
+    if any(len(each.target) for each in marks):
+        found.append(Line2D([], [], **_WANTED | _TARGET, label="target"))
+    if any(len(each.reached) for each in marks):
+        found.append(Line2D([], [], **_REACHED, label="sections of the body"))
+    if any(len(each.place) for each in marks):
+        found.append(Line2D([], [], **_PLACE, label="target of the tip"))
+    if any(len(each.looks) for each in marks):
+        found.append(
+            Line2D([], [], color="black", linewidth=1.2, linestyle=(0, (4, 2)), label="target of its direction")
+        )
+    if any(arrow.heads == 1 for each in marks for arrow in each.arrows):
+        found.append(Line2D([], [], color=LOAD, linewidth=1.2, label="force on the tip"))
+    if any(arrow.heads == 2 for each in marks for arrow in each.arrows):
+        found.append(Line2D([], [], color=LOAD, linewidth=1.2, label="moment on the tip"))
+    return found
+
+
+_CLAMP: dict[str, Any] = {"facecolor": "#e2e2e2", "edgecolor": "#8a8a8a", "hatch": "//////", "linewidth": 0.5}
+_TARGET: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (4, 2))}
+_WANTED: dict[str, Any] = {
+    "marker": "o", "linestyle": "", "markersize": 4.5, "markerfacecolor": "white", "markeredgecolor": "black",
+    "markeredgewidth": 0.8,
+}  # fmt: skip
+_REACHED: dict[str, Any] = {
+    "marker": "D", "linestyle": "", "markersize": 2.6, "markerfacecolor": "#0072b2", "markeredgecolor": "white",
+    "markeredgewidth": 0.4,
+}  # fmt: skip
+_PLACE: dict[str, Any] = {
+    "marker": "+", "linestyle": "", "markersize": 9, "markeredgecolor": "black", "markeredgewidth": 1.5,
+}  # fmt: skip

@@ -1,0 +1,110 @@
+"""What is drawn of a design: at rest, under its loads alone, and inflated for every task."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pneumorph.analysis import Fields, TaskResult
+from pneumorph.output.cuts import task_view, view_of
+from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.marks import Marks, clamp_of, loads_at, task_marks
+from pneumorph.output.view import Shape, Shell, View
+from pneumorph.problem import Problem
+
+MOST = 0.998
+"""Quantile of the stretch at which the colour scale ends, so that one sharp corner does not stretch it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A body with its title, the view of it, its marks, and the direction (3,) of gravity."""
+
+    title: str
+    shape: Shape | Shell
+    view: View
+    marks: Marks = field(default_factory=Marks)
+    gravity: np.ndarray | None = None
+
+    def extent(self) -> np.ndarray:
+        """Left, right, bottom and top (4,) in mm of the smallest picture that holds the body and its marks."""
+        view, rest, points = self.view, self.shape.rest, self.shape.points
+        if view.along and view.offset is not None:
+            kept = rest @ view.normal > view.offset
+            rest, points = rest[kept], points[kept]
+        clamp = rest[:0] if view.along else clamp_of(self.shape)
+        seen = view.flat(np.concatenate([points, rest if self.marks.outlined else rest[:0], clamp, self.marks.points]))
+        (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)
+        return np.array([left, right, bottom, top])
+
+
+def scenes_of(
+    problem: Problem,
+    fields: Fields,
+    results: Mapping[str, TaskResult],
+    view: View | None = None,
+    only: str | None = None,
+) -> list[Scene]:
+    """The scenes of a design.
+
+    Parameters
+    ----------
+    fields, results : of the design.
+    view : of all scenes; by default each task is cut in the plane in which it bends the body.
+    only : a task, to leave out the others.
+    """
+    whole = fields.whole()
+    mesh, gravity = whole.mesh, gravity_of(problem)
+    tasks = [task for task in problem.task if only in (None, task.name)]
+    views = {task.name: view or task_view(problem, task, results[task.name]) for task in tasks}
+    # Bodies that no task moves are seen like the first task, if all tasks are not seen alike.
+    alike = len({str(each) for each in views.values()}) == 1
+    first = views[tasks[0].name] if only is not None or alike else view or view_of(problem)
+    found = [Scene("at rest", Shape(mesh, np.zeros_like(mesh.points)), first, gravity=gravity)]
+    if whole.sag is not None:
+        tip = _tip(problem, whole)
+        marks = Marks([] if first.along else loads_at(problem, tip), outlined=True)
+        found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity))
+    for task in tasks:
+        result = results[task.name]
+        motion = motion_of(task, result)
+        words = f"{format_pressures(result.pressures)}: {motion.word} {motion}"
+        if len(problem.task) > 1:
+            words = f"{task.name}, {words}"
+        shape = Shape(mesh, whole.u[task.name], whole.stretch[task.name])
+        seen = views[task.name]
+        # Seen along the axis, what is marked would lie in front of the cut.
+        marks = Marks(outlined=True) if seen.along else task_marks(problem, task, result)
+        found.append(Scene(words, shape, seen, marks, gravity))
+    return found
+
+
+def highest_stretch(shapes: Iterable[Shape | Shell]) -> float:
+    """Where the scale of colours ends."""
+    fields = [shape.field for shape in shapes if isinstance(shape, Shape) and shape.field is not None]
+    return max((float(np.quantile(each, MOST)) for each in fields), default=1.0)
+
+
+def gravity_of(problem: Problem) -> np.ndarray | None:
+    """The direction (3,) of gravity, None without."""
+    return np.array(problem.gravity.direction) if problem.gravity and problem.gravity.acceleration else None
+
+
+def _loaded(problem: Problem) -> str:
+    """The title of a body that is not inflated: by what it is loaded."""
+    effector = problem.end_effector
+    loads = ["force"] if any(effector.force) else []
+    loads += ["moment"] if any(effector.moment) else []
+    words = ["its weight"] if gravity_of(problem) is not None else []
+    words += [f"the {' and '.join(loads)} on its tip"] if loads else []
+    return f"under {' and '.join(words)}, not inflated"
+
+
+def _tip(problem: Problem, fields: Fields) -> np.ndarray:
+    """The centre (3,) of the tip under the loads alone."""
+    assert fields.sag is not None
+    z = fields.mesh.points[:, 2]
+    top = z > z.max() - 1e-6 * np.ptp(z)
+    return np.array([0.0, 0.0, problem.body.length]) + fields.sag[top].mean(axis=0)

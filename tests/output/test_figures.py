@@ -1,0 +1,206 @@
+"""Diagrams for papers: their width, colours and letters, and that nothing on them is hidden or cut off."""
+
+import re
+import xml.etree.ElementTree
+from dataclasses import replace
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from records import entry, task_result
+from runs import waved
+from tiny import tiny
+
+from pneumorph.geometry import starting_body
+from pneumorph.output.figures import COLOURS, COLUMN, DOTS, PAGE, PLOTS, save
+from pneumorph.output.history import OVER, draw_limits, history_figure
+from pneumorph.output.pressures import pressures_figure
+from pneumorph.output.profile import profile_figure, radius_along_z
+from pneumorph.output.shape import shape_figure
+from pneumorph.problem import loads
+
+CURVE = """{ kind = "match_curve", degree = 2, sections = 4, control_points = [
+["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "12 mm"], ["9 mm", "0 mm", "20 mm"]] }"""
+
+
+def chambers(count):
+    """The tiny problem with chambers above each other."""
+    spans = np.linspace(2.0, 22.0, count + 1)
+    tables = "".join(
+        f'[[body.chamber]]\nname = "{"ABCDE"[k]}"\nradius = "4 mm"\ncenter = ["0 mm", "0 mm"]\n'
+        f'span = ["{spans[k] + 1} mm", "{spans[k + 1] - 1} mm"]\n'
+        for k in range(count)
+    )
+    head, tail = tiny().split("[[body.chamber]]")[0], tiny()[tiny().index("[end_effector]") :]
+    pressures = ", ".join(f'{"ABCDE"[k]} = "60 kPa"' for k in range(count))
+    return loads(head + tables + tail.replace('A = "60 kPa"', pressures))
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return loads(tiny())
+
+
+def story(count, used=lambda k: 0.5, **changes):
+    """A history; `used` is the fraction of its curvature limit that each design uses."""
+    limits = {"wall_mm": 2.5, "fold_mm": 2.0, "skew": 0.01, "stretch": 0.01, "envelope_mm": 9.5}
+    return [
+        entry(
+            k, tasks={"extend": task_result(translation=(0, 0, 1.0 + k))}, limits=limits | {"curvature": 0.3 * used(k)}
+        )
+        for k in range(count)
+    ]
+
+
+def laid_out(figure: Figure):
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return canvas.get_renderer()
+
+
+def assert_nothing_is_cut_off(figure: Figure):
+    """Every text and legend lies within the figure."""
+    renderer = laid_out(figure)
+    width, height = figure.bbox.size
+    parts = [text for axes in figure.axes for text in axes.texts if text.get_text()]
+    parts += [axes.get_legend() for axes in figure.axes if axes.get_legend()] + figure.legends
+    for axes in figure.axes:
+        parts += [axes.title, axes.xaxis.label, axes.yaxis.label]
+    for part in parts:
+        box = part.get_window_extent(renderer)
+        assert box.x0 >= -1 and box.y0 >= -1 and box.x1 <= width + 1 and box.y1 <= height + 1, part
+
+
+def figures(problem):
+    body = starting_body(problem.body)
+    curve = loads(tiny(objective=CURVE, pressure='{ A = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }'))
+    first, last = (
+        task_result(errors={"orientation_rad": error}, section_positions=tuple((0.0, 0.0, z) for z in (3, 9, 15, 21)))
+        for error in (0.3, 0.1)
+    )
+    yield history_figure(problem, story(5))
+    yield profile_figure(body, waved(body, 0.3), 9.0, ("start", "final"))
+    yield pressures_figure(curve, [replace(line, tasks={"extend": last}) for line in story(3)])
+    yield shape_figure(curve.task[0], 24.0, first, last)
+
+
+def test_every_diagram_is_a_column_wide_and_nothing_is_cut_off(problem):
+    for figure in figures(problem):
+        assert figure.get_figwidth() == COLUMN
+        assert_nothing_is_cut_off(figure)
+
+
+@pytest.mark.parametrize("count", [1, 3, 5])
+def test_the_legend_of_a_profile_is_whole_whatever_the_number_of_chambers(count):
+    body = starting_body(chambers(count).body)
+    figure = profile_figure(body, waved(body, 0.2), 12.0, ("start", "final"))
+    assert_nothing_is_cut_off(figure)
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    names = [f"chamber {name}" for name in "ABCDE"[:count]]
+    assert words == ["exterior", *names, "least to largest", "envelope"]
+
+
+def test_the_mean_of_a_profile_does_not_jump_where_a_wall_ends():
+    """Of a wall that is drawn up on one side, the mean stops where the first line does."""
+    body = starting_body(loads(tiny()).body)
+    tube = body.exterior
+    net = tube.net.copy()
+    # One end of the wall is slanted, and wide where it is long.
+    slope = net[-1, :, 0] / 8.0
+    net[-6:, :, 2] += np.linspace(0, 3, 6)[:, None] * slope
+    net[-6:, :, :2] *= 1 + 0.04 * np.arange(6)[:, None, None] * slope[:, None]
+    heights, (least, mean, largest) = radius_along_z(replace(tube, net=net))
+    there = ~np.isnan(mean)
+    reached = heights[there]
+    assert reached[-1] < heights[-1] - 4.0 and not np.isnan(largest[-1])
+    assert np.abs(np.diff(mean[there])).max() < 0.1
+    assert ((least <= mean + 1e-12) & (mean <= largest + 1e-12))[there].all()
+
+
+def test_diagrams_are_saved_for_papers(problem, tmp_path):
+    figure = history_figure(problem, story(5))
+    for suffix in PLOTS:
+        save(figure, tmp_path / f"history.{suffix}")
+    image = matplotlib.image.imread(tmp_path / "history.png")
+    assert image.shape[1] == pytest.approx(COLUMN * DOTS, abs=1)
+    pdf = (tmp_path / "history.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF") and b"/FontFile2" in pdf and b"/Type3" not in pdf, "TrueType letters are embedded"
+    (width,) = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ", pdf)
+    assert float(width) == pytest.approx(72 * COLUMN)
+    svg = (tmp_path / "history.svg").read_text()
+    root = xml.etree.ElementTree.fromstring(svg)
+    assert root.get("width") == f"{72 * COLUMN:g}pt"
+    assert "<text" not in svg and "font-family" not in svg, "outlines need no font"
+    for words in ("motion of the tip", "limits, at the worst place of the body", "time of each design", "curvature"):
+        assert f"<!-- {words} -->" in svg
+
+
+def test_the_same_figure_gives_the_same_file(problem, tmp_path):
+    for suffix in PLOTS:
+        for name in ("one", "two"):
+            save(history_figure(problem, story(3)), tmp_path / f"{name}.{suffix}")
+        assert (tmp_path / f"one.{suffix}").read_bytes() == (tmp_path / f"two.{suffix}").read_bytes()
+
+
+def test_an_overshoot_is_told_and_does_not_flatten_the_limits(problem):
+    axes = Figure().subplots()
+    draw_limits(axes, problem.limits, story(6, lambda k: 40.0 if k == 2 else 0.5))
+    assert axes.get_ylim() == (0.0, OVER)
+    (note,) = [text for text in axes.texts if text.get_text()]
+    assert note.get_text() == "↑ 40" and note.xy == (2, OVER)
+    axes = Figure().subplots()
+    draw_limits(axes, problem.limits, story(6))
+    assert not axes.texts
+
+
+def test_limits_that_coincide_are_all_seen(problem):
+    """Each of two equal lines has colours of its own in the picture: a wider line, and marks at other designs."""
+    both = [
+        replace(line, limits=line.limits | {"wall_mm": problem.limits.wall, "curvature": problem.limits.curvature})
+        for line in story(12)
+    ]
+    figure = history_figure(problem, both)
+    axes = figure.axes[1]
+    lines = {line.get_label(): line for line in axes.get_lines()}
+    wall, curvature = lines["wall"], lines["curvature"]
+    np.testing.assert_allclose(wall.get_ydata(), curvature.get_ydata())
+    marked = [set(range(12)[line.get_markevery()[0] :: line.get_markevery()[1]]) for line in (wall, curvature)]
+    assert marked[0] and marked[1] and not marked[0] & marked[1]
+    laid_out(figure)
+    picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255.0
+    left, bottom = axes.transData.transform((0, 0.97)).astype(int)
+    right, top = axes.transData.transform((11, 1.03)).astype(int)
+    band = picture[picture.shape[0] - top : picture.shape[0] - bottom, left:right]
+    for line in (wall, curvature):
+        near = np.abs(band - to_rgb(line.get_color())).max(axis=-1) < 0.1
+        assert near.sum() > 10, line.get_label()
+
+
+DEUTERANOPIA = np.array(
+    [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+)
+PROTANOPIA = np.array(
+    [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+)
+"""Machado, Oliveira and Fernandes 2009, full severity, of linear RGB."""
+
+
+@pytest.mark.parametrize("seen", [np.eye(3), DEUTERANOPIA, PROTANOPIA])
+def test_colours_differ_with_every_kind_of_colour_vision(seen):
+    linear = np.array(
+        [[c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(name)] for name in COLOURS]
+    )
+    xyz = np.clip(linear @ seen.T, 0, 1) @ np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    ).T / [0.9505, 1.0, 1.089]  # fmt: skip
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    lab = np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
+    apart = np.linalg.norm(lab[:, None] - lab[None], axis=-1)[np.triu_indices(len(COLOURS), 1)]
+    assert apart.min() > 9.0, "five times what an eye just notices"
+
+
+def test_a_page_holds_two_columns():
+    assert 2 * COLUMN < PAGE < 2 * COLUMN + 0.25
