@@ -89,7 +89,7 @@ def _search(points, ways, x, normals, sorted_, reach, weight, distance, near):
     for k in range(len(points)):
         for c in range(3):
             low[c] = max(int(np.floor((points[k, c] - reach - corner[c]) / side)), 0)
-            high[c] = min(int(np.floor((points[k, c] + reach - corner[c]) / side)), count[c] - 1)
+            high[c] = min(int(np.floor((points[k, c] + reach - corner[c]) / side)), size[c] - 1)
         if low[2] > high[2]:
             continue
         best, found = reach * reach, -1

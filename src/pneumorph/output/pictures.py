@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult
 from pneumorph.output.animation import evolution, inflation, save_gif
 from pneumorph.output.bodies import bodies_figure
-from pneumorph.output.cuts import view_of as view_of
 from pneumorph.output.figures import PLOTS, save
 from pneumorph.output.history import history_figure
 from pneumorph.output.pressures import has_free_pressures, pressures_figure

@@ -14,8 +14,8 @@ import pneumorph
 from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.constraint.table import in_history
 from pneumorph.mechanics import rotation, rubber_of
+from pneumorph.output.cuts import view_of
 from pneumorph.output.format import format_duration, format_pressures, motion_of, validity_warning
-from pneumorph.output.pictures import view_of
 from pneumorph.output.shape import target_centre_line
 from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Problem, Reach, Task
 from pneumorph.run import RunDirectory
