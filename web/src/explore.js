@@ -54,7 +54,7 @@ export class Explorer {
     this.sliders = facts.sliders.map(({ chamber, least, most }, number) => {
       const step = stepOf(1e3 * least, 1e3 * most);
       const [low, high] = [Math.floor((1e3 * least) / step) * step, Math.ceil((1e3 * most) / step) * step];
-      const slider = element("input", { type: "range", id: `chamber-${number}`, min: low, max: high, step, list: `ticks-${number}` });
+      const slider = element("input", { type: "range", id: `chamber-${number}`, min: low, max: high, step });
       slider.value = 1e3 * begin[chamber];
       const shown = element("output", { for: slider.id });
       slider.addEventListener("input", () => this.#want());

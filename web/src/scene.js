@@ -5,7 +5,7 @@ import { BodyView } from "./body.js";
 import { Marks, tipOf } from "./marks.js";
 
 const TURN = Math.PI / 24; // of a key
-const [ABOVE, BELOW, BESIDE] = [50, 70, 40]; // pixels left free
+const [FREE, FREE_SMALL] = [[50, 70, 40], [10, 30, 10]]; // pixels above, below and beside
 
 export class View {
   drawn; // called after every picture
@@ -119,8 +119,9 @@ export class View {
       high = Math.max(high, Math.abs(point.dot(up)));
     }
     // Millimetres to a pixel, with room for what is drawn over the picture.
-    const pixel = Math.max((2 * high) / Math.max(height - ABOVE - BELOW, 50), (2 * across) / Math.max(width - 2 * BESIDE, 50));
-    const [half, shift] = [(pixel * height) / 2, (pixel * (ABOVE - BELOW)) / 2];
+    const [above, below, beside] = this.small ? FREE_SMALL : FREE;
+    const pixel = Math.max((2 * high) / Math.max(height - above - below, 50), (2 * across) / Math.max(width - 2 * beside, 50));
+    const [half, shift] = [(pixel * height) / 2, (pixel * (above - below)) / 2];
     const wide = (pixel * width) / 2;
     Object.assign(this.camera, { left: -wide, right: wide, top: half + shift, bottom: shift - half });
     this.camera.updateProjectionMatrix();

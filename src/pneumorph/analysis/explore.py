@@ -142,12 +142,12 @@ class _Meshed:
     def search(self, at: Configuration, stop: Callable[[], bool]) -> Equilibrium | NoEquilibrium:
         """The equilibrium from the two nearest known states, or from rest."""
         self.tangent.stop = stop
+        found: Equilibrium | NoEquilibrium = NoEquilibrium("no equilibrium was sought", 0.0, None)
         near = sorted(self.known, key=lambda each: float(np.linalg.norm(each[0].pressure - at.loads.pressure)))[1::-1]
-        found = None
         if near:
             start = extrapolated(near, at.loads)
             found = solve(at, self.tangent, start, since=near[-1], most=MOST_FACTORISATIONS)
-        if not isinstance(found, Equilibrium) and not stop():
+        if not near or (isinstance(found, NoEquilibrium) and not stop()):
             found = solve(at, self.tangent, most=MOST_FACTORISATIONS)
         if isinstance(found, Equilibrium):
             self.known.append((at.loads, found.state))

@@ -57,6 +57,7 @@ class Server(ThreadingHTTPServer):
         self.runs = [LiveRun(path) for path in paths]
         self.token = secrets.token_urlsafe(16)
         self.solver = Solver()
+        self.closed = False
         try:
             super().__init__((LOOPBACK, port), Handler)
         except (OSError, OverflowError) as error:
@@ -75,7 +76,8 @@ class Server(ThreadingHTTPServer):
         self.close()
 
     def close(self) -> None:
-        """Free the port and end the solver."""
+        """Free the port, leave the browsers that are connected, and end the solver."""
+        self.closed = True
         self.server_close()
         self.solver.close()
 
@@ -89,10 +91,14 @@ class Server(ThreadingHTTPServer):
 class Handler(BaseHTTPRequestHandler):
     """A connection of a browser. Runs and designs are named by numbers: no path comes from a request."""
 
-    server: Server
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "pneumorph", ""
     timeout = 120
+
+    @property
+    def _view(self) -> Server:
+        assert isinstance(self.server, Server)
+        return self.server
 
     def do_GET(self) -> None:
         self._respond("GET")
@@ -104,6 +110,8 @@ class Handler(BaseHTTPRequestHandler):
         """Nothing: the page asks for news every second."""
 
     def _respond(self, method: str) -> None:
+        if self._view.closed:
+            raise ConnectionAbortedError
         status, kind = HTTPStatus.OK, "application/json"
         try:
             # Read in any case, so that the connection can serve the next request.
@@ -150,7 +158,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def _found(self, method: str, body: bytes) -> tuple[str, bytes]:
         """What a path leads to: its kind and its content."""
-        server = self.server
+        server = self._view
         token, *names = urlsplit(self.path).path.removeprefix("/").split("/")
         if not secrets.compare_digest(token.encode(), server.token.encode()):
             raise Refused(HTTPStatus.NOT_FOUND, "this address is not the one that pneumorph view printed")
@@ -171,7 +179,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def _sweep(self, run: LiveRun, design: int, start: bool) -> dict[str, Any]:
         """What is known of a design in kPa, and how much of the sweep is left; `start` has it solved."""
-        solver, wanted = self.server.solver, run.sweep(design)
+        solver, wanted = self._view.solver, run.sweep(design)
         if start:
             solver.sweep(wanted)
         known = [
@@ -183,16 +191,16 @@ class Handler(BaseHTTPRequestHandler):
 
     def _state(self, run: LiveRun, design: int, pressures: dict[str, Any]) -> bytes:
         """The block of a state at pressures in kPa; nothing where a newer demand came first."""
-        answer = self.server.solver.ask(run.wanted(design, pressures))
+        answer = self._view.solver.ask(run.wanted(design, pressures))
         return b"" if answer is None else answer.block
 
 
 def _named(runs: Sequence[LiveRun]) -> list[tuple[str, LiveRun]]:
     """Runs with the ends of their paths that tell them apart."""
-    for parts in range(1, 9):
+    parts, names = 1, [run.path.name for run in runs]
+    while len(set(names)) < len(set(run.path for run in runs)):
+        parts += 1
         names = ["/".join(run.path.parts[-parts:]) for run in runs]
-        if len(set(names)) == len(runs):
-            break
     return list(zip(names, runs, strict=True))
 
 

@@ -7,6 +7,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Iterable
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 
 from pneumorph.serve.worker import Answer, Wanted, failure, work
 
@@ -27,7 +28,7 @@ class Solver:
         self._sent: Wanted | None = None
         self._sweeping = False
         self._connection: Connection | None = None
-        self._process: multiprocessing.process.BaseProcess | None = None
+        self._process: BaseProcess | None = None
 
     def ask(self, wanted: Wanted) -> Answer | None:
         """Wait for an equilibrium; None once a newer demand has come before it was found."""
@@ -94,8 +95,8 @@ class Solver:
             # A fresh process: threads and compiled kernels do not survive a fork.
             context = multiprocessing.get_context("spawn")
             self._connection, other = context.Pipe()
-            self._process = context.Process(target=work, args=(other,), daemon=True)
-            self._process.start()
+            self._process = process = context.Process(target=work, args=(other,), daemon=True)
+            process.start()
             other.close()
             threading.Thread(target=self._listen, args=(self._connection,), daemon=True).start()
         return self._connection
