@@ -140,15 +140,27 @@ class _Meshed:
     known: list[tuple[Loads, State]] = field(default_factory=list)
 
     def search(self, at: Configuration, stop: Callable[[], bool]) -> Equilibrium | NoEquilibrium:
-        """The equilibrium from the two nearest known states, or from rest."""
+        """The equilibrium from the nearest known states, or from rest."""
         self.tangent.stop = stop
-        found: Equilibrium | NoEquilibrium = NoEquilibrium("no equilibrium was sought", 0.0, None)
-        near = sorted(self.known, key=lambda each: float(np.linalg.norm(each[0].pressure - at.loads.pressure)))[1::-1]
+        near = self._near(at.loads)
+        found = None
         if near:
-            start = extrapolated(near, at.loads)
-            found = solve(at, self.tangent, start, since=near[-1], most=MOST_FACTORISATIONS)
-        if not near or (isinstance(found, NoEquilibrium) and not stop()):
+            found = solve(at, self.tangent, extrapolated(near, at.loads), since=near[-1], most=MOST_FACTORISATIONS)
+        if found is None or (isinstance(found, NoEquilibrium) and not stop()):
             found = solve(at, self.tangent, most=MOST_FACTORISATIONS)
         if isinstance(found, Equilibrium):
             self.known.append((at.loads, found.state))
         return found
+
+    def _near(self, loads: Loads) -> list[tuple[Loads, State]]:
+        """The nearest known state, last, and one to draw the secant from that is not much nearer to it than `loads`."""
+        if not self.known:
+            return []
+        last = min(self.known, key=lambda each: _distance(each[0], loads))
+        least = 0.5 * _distance(last[0], loads)
+        others = [each for each in self.known if each is not last and _distance(each[0], last[0]) >= least]
+        return [*sorted(others, key=lambda each: _distance(each[0], loads))[:1], last]
+
+
+def _distance(one: Loads, other: Loads) -> float:
+    return float(np.linalg.norm(one.pressure - other.pressure))
