@@ -90,7 +90,7 @@ export class Explorer {
     const only = this.known.includes(near) ? undefined : stored.find(({ pressures }) => pressures === near);
     if (only) return this.#picture(only.stop, wanted);
     const found = await this.#asked(near);
-    if (ticket === this.ticket && found && !this.states.has(keyOf(wanted))) this.#show(found, wanted);
+    if (ticket === this.ticket && this.solving && found?.shape) this.#show(found, wanted);
   }
 
   async #solve(wanted, ticket) {
