@@ -111,7 +111,7 @@ export function comparedPlots(runs) {
   const plots = new Map();
   const add = (title, unit, made, bound) => {
     const key = `${title} ${unit}`;
-    if (!plots.has(key)) plots.set(key, { title, unit, lines: [], bound });
+    if (!plots.has(key)) plots.set(key, { title, unit, lines: [], bound, named: true });
     const plot = plots.get(key);
     // A bound that is not that of all would mislead.
     if (plot.bound?.value !== bound?.value) plot.bound = undefined;

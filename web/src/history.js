@@ -18,7 +18,7 @@ export function plotCards(plots, designs, place, chosen) {
     const plot = new Plot({ ...asked, designs }, chosen);
     const reading = element("output");
     const legend = element("p", { class: "legend-line" });
-    for (const { name, colour } of asked.lines.length > 1 ? asked.lines : []) {
+    for (const { name, colour } of asked.named || asked.lines.length > 1 ? asked.lines : []) {
       const swatch = element("i");
       swatch.style.background = colour;
       legend.append(element("span", {}, swatch, name));
