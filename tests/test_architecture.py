@@ -27,6 +27,7 @@ PACKAGES = [
     "study",
     "verify",
     "interface",
+    "serve",
     "cli",
 ]
 # The subpackages of mechanics, top to bottom like the packages.
@@ -41,6 +42,7 @@ KEPT_APART = {
     "constraint": {"mesh", "mechanics", "objective", "sensitivity", "analysis"},
     "run": {"optimize"},
     "output": {"optimize"},
+    "serve": {"optimize"},
     "verify": {"optimize"},
 }
 

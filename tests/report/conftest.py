@@ -51,11 +51,13 @@ def plain_browser(launched):
 
 @pytest.fixture
 def opened(browser):
-    """Opens a page; what it asks for and complains of is in its lists `requests` and `complaints`."""
+    """Opens a file without a network, or an address; what the page asks for and complains of is in its lists."""
     contexts = []
 
-    def open_(path, browser=browser, **options):
-        context = browser.new_context(viewport={"width": 1100, "height": 800}, offline=True, **options)
+    def open_(what, browser=browser, **options):
+        address = what if isinstance(what, str) else what.as_uri()
+        offline = not isinstance(what, str)
+        context = browser.new_context(viewport={"width": 1100, "height": 800}, offline=offline, **options)
         contexts.append(context)
         page = context.new_page()
         page.requests, page.complaints = [], []
@@ -63,7 +65,7 @@ def opened(browser):
         page.on("console", lambda message: page.complaints.append(message.text))
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
         page.on("dialog", lambda dialog: (page.complaints.append(dialog.message), dialog.dismiss()))
-        page.goto(path.as_uri())
+        page.goto(address)
         page.wait_for_selector("body[data-ready]", timeout=60_000)
         return page
 

@@ -1,44 +1,17 @@
 """The page of a run in a browser: it draws, it listens, it is right, and it asks nobody for anything."""
 
-import base64
 import csv
 import io
 import json
 
-import matplotlib.image
 import numpy as np
 import pytest
+from pages import differs, picture, slide, words
 from runs import analysed, waving_run
 from tiny import tiny
 
 from pneumorph.output.report import write_report
 from pneumorph.problem import loads
-
-
-def picture(page) -> np.ndarray:
-    """The pixels (height, width, 3) of the drawn body, without what is written over it."""
-    # Two frames: what was chosen is drawn in the next one.
-    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    content = page.evaluate(
-        """() => { const seen = document.querySelector("canvas");
-        const copy = document.createElement("canvas"); [copy.width, copy.height] = [seen.width, seen.height];
-        const pen = copy.getContext("2d"); pen.fillStyle = "white"; pen.fillRect(0, 0, copy.width, copy.height);
-        pen.drawImage(seen, 0, 0); return copy.toDataURL("image/png").split(",")[1]; }"""
-    )
-    return matplotlib.image.imread(io.BytesIO(base64.b64decode(content)))[..., :3]
-
-
-def slide(page, name, value):
-    page.locator(f"#{name}").fill(str(value))
-
-
-def differs(one: np.ndarray, other: np.ndarray) -> float:
-    """The part of all pixels that are clearly not the same."""
-    return float((np.abs(one - other).max(axis=2) > 0.05).mean())
-
-
-def words(page, name) -> str:
-    return page.locator(f"#{name}").inner_text()
 
 
 @pytest.fixture

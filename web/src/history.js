@@ -3,17 +3,22 @@ import { element } from "./elements.js";
 import { short } from "./numbers.js";
 import { Plot } from "./plot.js";
 
-const COLOURS = ["#2f74b5", "#d07a2d", "#3f9160", "#8a5a9e", "#b0496b", "#7d7a2f", "#3aa0a8", "#666f7a"];
+export const COLOURS = ["#2f74b5", "#d07a2d", "#3f9160", "#8a5a9e", "#b0496b", "#7d7a2f", "#3aa0a8", "#666f7a"];
 const PHASES = { geometry: "mesh", equilibrium: "equilibrium", gradient: "gradient", subproblem: "sub-problem" };
 const UNITS = { "°": "degrees" };
 
 export function historyPlots(facts, place, chosen) {
-  const designs = facts.history.map((entry) => entry.iteration);
-  const cards = plotsOf(facts).map((asked) => {
+  return plotCards(plotsOf(facts), facts.history.map((entry) => entry.iteration), place, chosen);
+}
+
+// Diagrams over these designs in place of those that were there; what it returns marks a design in all.
+export function plotCards(plots, designs, place, chosen) {
+  place.replaceChildren();
+  const cards = plots.map((asked) => {
     const plot = new Plot({ ...asked, designs }, chosen);
     const reading = element("output");
     const legend = element("p", { class: "legend-line" });
-    for (const { name, colour } of asked.lines.length > 1 ? asked.lines : []) {
+    for (const { name, colour } of asked.named || asked.lines.length > 1 ? asked.lines : []) {
       const swatch = element("i");
       swatch.style.background = colour;
       legend.append(element("span", {}, swatch, name));

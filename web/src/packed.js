@@ -29,8 +29,9 @@ export class Packed {
   }
 }
 
-export async function unpack(base64) {
-  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+export const unpack = (base64) => unpackBytes(Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)));
+
+export async function unpackBytes(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   const content = new Uint8Array(await new Response(stream).arrayBuffer());
   const begin = 4 + new DataView(content.buffer).getUint32(0, true);

@@ -5,7 +5,8 @@ import { short, ticks } from "./numbers.js";
 const [WIDE, HIGH] = [320, 178];
 const [LEFT, RIGHT, TOP, BOTTOM] = [46, 10, 10, 26];
 
-// lines: [{ name, values, colour }], bound: { value, atLeast }, bars: stacked instead of lines; chosen(design) is called.
+// lines: [{ name, values, colour }], bound: { value, atLeast }, bars: stacked instead of lines, named: with a legend also for
+// one line; chosen(design) is called.
 export class Plot {
   constructor({ title, unit, designs, lines, bound, bars = false, fromZero = bars }, chosen) {
     Object.assign(this, { designs, lines, unit, bound });

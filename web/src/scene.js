@@ -5,34 +5,60 @@ import { BodyView } from "./body.js";
 import { Marks, tipOf } from "./marks.js";
 
 const TURN = Math.PI / 24; // of a key
-const [ABOVE, BELOW, BESIDE] = [50, 70, 40]; // pixels left free
+const [FREE, FREE_SMALL] = [[50, 70, 40], [10, 30, 10]]; // pixels above, below and beside
 
 export class View {
-  // place: the element of the picture; points: everything that should be seen, three numbers each.
-  constructor(place, facts, points) {
-    Object.assign(this, { place, facts, points });
+  drawn; // called after every picture
+  // place: the element of the picture; a small one is seen as another view is, and cannot be turned by itself.
+  constructor(place, small = false) {
+    Object.assign(this, { place, small });
     this.renderer = new THREE.WebGLRenderer({
       canvas: place.querySelector("canvas"), antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true,
     });
     this.renderer.localClippingEnabled = true;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.scene = new THREE.Scene();
     this.camera = new THREE.OrthographicCamera();
-    this.camera.up.copy(upward(facts));
-    this.scene.add(new THREE.HemisphereLight("#ffffff", "#9aa5b1", 1.9), this.camera);
     const lamp = new THREE.DirectionalLight("#ffffff", 1.9);
     lamp.position.set(-0.6, 1, 1.4);
     this.camera.add(lamp);
+    new ResizeObserver(() => this.#resize()).observe(place);
+    if (!small) place.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  // points: everything that should be seen, three numbers each. The same run is looked at as before.
+  load(facts, points, same = false) {
+    Object.assign(this, { facts, points });
+    if (same) {
+      this.marks.facts = facts;
+      return this.#resize();
+    }
+    this.scene?.traverse((each) => (each.geometry?.dispose(), each.material?.dispose?.()));
+    this.scene = new THREE.Scene();
     const box = new THREE.Box3().setFromArray(points);
-    this.middle = box.getCenter(new THREE.Vector3());
+    this.scene.add(new THREE.HemisphereLight("#ffffff", "#9aa5b1", 1.9), this.camera);
     this.extent = box.getSize(new THREE.Vector3()).length();
     this.body = new BodyView(this.scene, this.extent);
     this.marks = new Marks(this.scene, facts, facts.radius);
+    this.middle = box.getCenter(new THREE.Vector3());
+    this.camera.up.copy(upward(facts));
+    // What turns the camera holds on to how up was when it was made.
+    this.controls?.dispose();
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.enabled = !this.small;
+    if (this.small) this.renderer.domElement.style.touchAction = "auto";
     this.controls.addEventListener("change", () => this.draw());
     this.reset();
-    new ResizeObserver(() => this.#resize()).observe(place);
-    place.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  // Look from where another view looks, at the same scale.
+  like(other) {
+    const offset = other.camera.position.clone().sub(other.controls.target);
+    this.camera.position.copy(this.middle).add(offset.setLength(2 * this.extent));
+    this.controls.target.copy(this.middle);
+    this.camera.zoom = other.camera.zoom;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.draw();
   }
 
   // Look as the pictures of the run do: against the plane in which most tasks bend.
@@ -75,12 +101,13 @@ export class View {
       this.camera.updateMatrixWorld();
       this.renderer.render(this.scene, this.camera);
       this.#overlay();
+      this.drawn?.();
     });
   }
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.place;
-    if (!width || !height) return;
+    if (!width || !height || !this.scene) return;
     this.renderer.setSize(width, height, false);
     this.camera.updateMatrixWorld();
     const [right, up] = [0, 1].map((column) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, column));
@@ -92,8 +119,9 @@ export class View {
       high = Math.max(high, Math.abs(point.dot(up)));
     }
     // Millimetres to a pixel, with room for what is drawn over the picture.
-    const pixel = Math.max((2 * high) / Math.max(height - ABOVE - BELOW, 50), (2 * across) / Math.max(width - 2 * BESIDE, 50));
-    const [half, shift] = [(pixel * height) / 2, (pixel * (ABOVE - BELOW)) / 2];
+    const [above, below, beside] = this.small ? FREE_SMALL : FREE;
+    const pixel = Math.max((2 * high) / Math.max(height - above - below, 50), (2 * across) / Math.max(width - 2 * beside, 50));
+    const [half, shift] = [(pixel * height) / 2, (pixel * (above - below)) / 2];
     const wide = (pixel * width) / 2;
     Object.assign(this.camera, { left: -wide, right: wide, top: half + shift, bottom: shift - half });
     this.camera.updateProjectionMatrix();
@@ -125,7 +153,7 @@ export class View {
   #overlay() {
     const { clientWidth: width, clientHeight: height } = this.place;
     const layer = this.place.querySelector(".words-in-space");
-    const { words } = this.marks;
+    const words = this.small ? [] : this.marks.words;
     while (layer.children.length > words.length) layer.lastChild.remove();
     words.forEach(({ at, text, middle }, number) => {
       const label = layer.children[number] ?? layer.appendChild(document.createElement("span"));

@@ -24,7 +24,7 @@ export class Shapes {
   atRest(design) {
     return this.#once(`rest ${design}`, () => {
       const positions = this.lattice.positions(this.surfaces.map((surface) => this.net(surface, design)));
-      return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design };
+      return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design, skin: "rest" };
     });
   }
 
@@ -38,18 +38,26 @@ export class Shapes {
   // A stored design at one of these stops.
   moved(design, stop) {
     return this.#once(`moved ${stop.name}`, () => {
-      const skin = this.#skin(design);
-      const u = this.packed.array(`u ${stop.name}`);
-      const positions = skin.rest.map((value, i) => value + u[i]);
-      const stretch = this.packed.array(`stretch ${stop.name}`);
-      return { ...skin, positions, stretch, design };
+      const { iteration } = this.facts.history[design];
+      const skin = this.#once(`skin ${design}`, () => {
+        return this.#skin(this.packed, this.facts.states.find((state) => state.design === iteration));
+      });
+      return { ...inflated(this.packed, skin, stop.name), design, skin: "stored" };
     });
+  }
+
+  // A design in a state that came alone, in a block of its own.
+  explored(design, packed) {
+    const { state } = packed.facts;
+    const skin = this.#skin(packed, state);
+    // Thickness is measured once for every mesh.
+    const mesh = `explored ${skin.rest.length} ${skin.rest.reduce((sum, value) => sum + value, 0)}`;
+    return { ...inflated(packed, skin, state.tasks[0].stops[0].name), design, skin: mesh };
   }
 
   // Wall thickness at the vertices of a shape up to `most`, by the surfaces of its design at rest.
   thickness(shape, most) {
-    const name = shape.stretch ? "skin" : "rest";
-    return this.#once(`thickness ${name} ${shape.design}`, () => {
+    return this.#once(`thickness ${shape.skin} ${shape.design}`, () => {
       const { positions, index, owner } = this.atRest(shape.design);
       return new Walls(positions, index, owner).distances(shape.rest, shape.owner, most);
     });
@@ -63,21 +71,18 @@ export class Shapes {
     );
   }
 
-  #skin(design) {
-    const { iteration } = this.facts.history[design];
-    return this.#once(`skin ${design}`, () => {
-      const { parts } = this.facts.states.find((state) => state.design === iteration);
-      const rest = Float32Array.from(this.packed.array(`points ${iteration}`));
-      const owner = new Uint16Array(rest.length / 3);
-      let [first, tip] = [0, null];
-      for (const part of parts) {
-        const number = this.surfaces.findIndex((s) => s.cavity === part.cavity && (!s.cavity || s.name === part.surface));
-        owner.fill(number, first, part.vertices);
-        if (part.face === "tip") tip = [first, part.vertices];
-        first = part.vertices;
-      }
-      return { rest, index: Uint32Array.from(this.packed.array(`triangles ${iteration}`)), owner, tip };
-    });
+  // The surfaces of a design's mesh.
+  #skin(packed, { design: number, parts }) {
+    const rest = Float32Array.from(packed.array(`points ${number}`));
+    const owner = new Uint16Array(rest.length / 3);
+    let [first, tip] = [0, null];
+    for (const part of parts) {
+      const surface = this.surfaces.findIndex((s) => s.cavity === part.cavity && (!s.cavity || s.name === part.surface));
+      owner.fill(surface, first, part.vertices);
+      if (part.face === "tip") tip = [first, part.vertices];
+      first = part.vertices;
+    }
+    return { rest, index: Uint32Array.from(packed.array(`triangles ${number}`)), owner, tip };
   }
 
   // The latest of what was made, so that playing does not make it again and again.
@@ -89,4 +94,9 @@ export class Shapes {
     }
     return this.kept.get(key);
   }
+}
+
+function inflated(packed, skin, name) {
+  const u = packed.array(`u ${name}`);
+  return { ...skin, positions: skin.rest.map((value, i) => value + u[i]), stretch: packed.array(`stretch ${name}`) };
 }

@@ -32,6 +32,19 @@ export function tasksTable(facts, entry) {
   ];
 }
 
+// A state at pressures that were set on the page.
+export function exploredTable(step, words) {
+  const volumes = Object.entries(step.volume_mm3).map(([name, volume]) => `${name} ${short(volume)}`);
+  return [
+    ["", words],
+    ["tip moves, mm", three(step.translation_mm)],
+    ["tip turns, °", three(degrees(step.rotation_rad))],
+    ["largest stretch", short(step.max_stretch, 4)],
+    ["chambers, mm³", volumes.join(", ")],
+    ["stable", step.stable ? "yes" : "no"],
+  ];
+}
+
 export function limitsTable(facts, entry) {
   const rows = facts.limits.map(({ key, word, unit, bound, at_least: atLeast, tolerance }) => {
     const value = entry.limits[key];

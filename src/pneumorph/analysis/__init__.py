@@ -10,6 +10,7 @@ from pneumorph.analysis.analyse import (
     predicted,
     stable,
 )
+from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.fields import (
     Fields,
     Inflation,
@@ -31,6 +32,8 @@ __all__ = [
     "Analysis",
     "Curve",
     "Discretisation",
+    "Explored",
+    "Explorer",
     "Fields",
     "GradientCheck",
     "HistoryEntry",
@@ -39,6 +42,7 @@ __all__ = [
     "RunResult",
     "Simulation",
     "Slopes",
+    "Stopped",
     "SweepStep",
     "TaskResult",
     "analyse",

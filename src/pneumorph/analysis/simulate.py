@@ -96,7 +96,7 @@ class Simulation:
                 loads = [loads_of(self.problem, self.model, each) for each in along]
                 configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
                 for pressures, at, found in zip(along, configurations, sweep(configurations, tangent), strict=True):
-                    step = _step(task, pressures, at, found, whole)
+                    step = step_of(task, pressures, at, found, whole)
                     curves[-1].steps.append(step)
                     yield step
 
@@ -145,9 +145,10 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
     return np.array([component in blocked for component in COMPONENTS]) | guided_of(problem)
 
 
-def _step(
+def step_of(
     task: str, pressures: dict[str, float], at: Configuration, found: Equilibrium | NoEquilibrium, whole: Whole | None
 ) -> SweepStep:
+    """The record of an equilibrium, or of none; `whole` is the whole body where half of it was solved."""
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
     motion = measure_features(at.model, at.X, found.state)

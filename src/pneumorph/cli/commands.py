@@ -127,6 +127,17 @@ def draw(
     draw(run, picture, design, cut, at, task, format, out)
 
 
+def view(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories; several are compared.")],
+    port: Annotated[int, typer.Option(min=0, help="The port on this machine; 0 for a free one.")] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
+) -> None:
+    """Show runs in a browser, live while they go on, and let their pressures be set; only on this machine."""
+    from pneumorph.cli.view import view
+
+    view(runs, port, browser)
+
+
 def make(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
     design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,

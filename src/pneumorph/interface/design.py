@@ -18,6 +18,7 @@ from pneumorph.analysis import (
     Analysis,
     Curve,
     Discretisation,
+    Explorer,
     Fields,
     HistoryEntry,
     Simulation,
@@ -180,6 +181,19 @@ class Design:
         """Prepare what `simulate` does, to be run step by step; parameters and errors are the same."""
         names = [block] if isinstance(block, str) else block
         return prepare_simulation(self.problem, self.body, self.pressures, pressures or {}, names, one_by_one)
+
+    def explorer(self) -> Explorer:
+        """Find equilibria at any pressures, one after another, each from the nearest ones that are known.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> explorer = pm.open_run("runs/small").best.explorer()
+        >>> found = explorer.at({"A": 0.055})  # MPa
+        >>> print(found.step.stable, found.fields.whole().stretch["extend"].max() > 1.0)
+        True True
+        """
+        return Explorer(self.problem, self.body)
 
     def export(self, path: str | Path, format: str | None = None, task: str | None = None) -> None:
         """Write the whole body to a file for other programs.

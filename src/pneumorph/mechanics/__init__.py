@@ -6,6 +6,7 @@ from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
 from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of
 from pneumorph.mechanics.solve.equilibrium import (
@@ -20,13 +21,14 @@ from pneumorph.mechanics.solve.equilibrium import (
 from pneumorph.mechanics.solve.mirror import Whole, mirror_of, whole_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
-from pneumorph.mechanics.solve.sweep import sweep
+from pneumorph.mechanics.solve.sweep import extrapolated, sweep
 
 __all__ = [
     "COMPONENTS",
     "TOLERANCE",
     "Configuration",
     "Equilibrium",
+    "Loads",
     "Model",
     "NoEquilibrium",
     "Path",
@@ -40,6 +42,7 @@ __all__ = [
     "configure",
     "diagnose",
     "displacement",
+    "extrapolated",
     "follow",
     "guided_of",
     "loads_of",

@@ -49,8 +49,8 @@ def in_parts(values: np.ndarray, parts: int = 32767) -> Steps:
     return in_steps(values, largest / parts if largest > 0.0 else 1.0)
 
 
-def pack(facts: Mapping[str, Any], arrays: Mapping[str, Steps]) -> bytes:
-    """The block of these facts and arrays."""
+def pack(facts: Mapping[str, Any], arrays: Mapping[str, Steps], level: int = 9) -> bytes:
+    """The block of these facts and arrays; with a lower level of compression it is larger, and made in less time."""
     described, blocks, place = {}, [], 0
     for name, array in arrays.items():
         block, width = _bytes(array)
@@ -64,7 +64,7 @@ def pack(facts: Mapping[str, Any], arrays: Mapping[str, Steps]) -> bytes:
         blocks.append(block)
         place += len(block)
     head = json.dumps({"facts": facts, "arrays": described}, ensure_ascii=False, allow_nan=False).encode()
-    return gzip.compress(b"".join([len(head).to_bytes(4, "little"), head, *blocks]), compresslevel=9, mtime=0)
+    return gzip.compress(b"".join([len(head).to_bytes(4, "little"), head, *blocks]), compresslevel=level, mtime=0)
 
 
 def unpack(block: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

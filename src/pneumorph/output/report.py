@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.errors import ProblemError
@@ -21,12 +23,7 @@ PAGE = "page/report.html"
 def write_report(run: RunDirectory, path: Path | None = None) -> Path:
     """Write the page of a run with at least one design, which may still go on or have failed; see `Run.report`."""
     path = run.path / "report.html" if path is None else Path(path)
-    latest = run.latest()
-    if latest is None:
-        raise ProblemError(f"{run.path}: there is no finished design in it yet; run pneumorph design first")
-    # What lies beyond the checkpoint is a design in progress.
-    history = [entry for entry in run.history() if entry.iteration <= latest]
-    page = page_of(facts_and_shapes(run, history), run.problem.title or run.path.resolve().name)
+    page = page_of(facts_and_shapes(run, finished(run)), run.problem.title or run.path.resolve().name)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, page.encode())
@@ -35,16 +32,41 @@ def write_report(run: RunDirectory, path: Path | None = None) -> Path:
     return path
 
 
-def facts_and_shapes(run: RunDirectory, history: list[HistoryEntry]) -> bytes:
-    """The block of everything that the page shows."""
+def finished(run: RunDirectory) -> list[HistoryEntry]:
+    """The designs that the page shows: what lies beyond the checkpoint is in progress.
+
+    Raises
+    ------
+    ProblemError
+        If there is none.
+    """
+    latest = run.latest()
+    if latest is None:
+        raise ProblemError(f"{run.path}: there is no finished design in it yet; run pneumorph design first")
+    return [entry for entry in run.history() if entry.iteration <= latest]
+
+
+def facts_and_shapes(
+    run: RunDirectory, history: list[HistoryEntry], more: Mapping[str, Any] | None = None, level: int = 9
+) -> bytes:
+    """The block of everything that the page shows, with more facts; the level is that of its compression."""
     surfaces, nets = packed_nets(run.problem, [run.load_design(entry.iteration) for entry in history])
     states, moved, notes = packed_states(run, history)
-    facts = facts_of(run, history) | {"surfaces": surfaces, "states": states, "notes": notes}
-    return pack(facts, nets | moved)
+    facts = facts_of(run, history) | {"surfaces": surfaces, "states": states, "notes": notes, **(more or {})}
+    return pack(facts, nets | moved, level)
 
 
 def page_of(block: bytes, title: str) -> str:
     """The page with a block in it. Of what users write, the title alone stands in the page as text."""
-    empty = resources.files("pneumorph.output").joinpath(PAGE).read_text(encoding="utf-8")
     # The title last: it may hold anything.
-    return empty.replace("{{block}}", as_text(block), 1).replace("{{title}}", html.escape(title), 1)
+    return _empty().replace("{{block}}", as_text(block), 1).replace("{{title}}", html.escape(title), 1)
+
+
+def served_page(title: str) -> str:
+    """The page without a block: it asks the server that it comes from, and may ask nobody else."""
+    allowed = _empty().replace("default-src 'none'", "default-src 'none'; connect-src 'self'", 1)
+    return allowed.replace("{{block}}", "", 1).replace("{{title}}", html.escape(title), 1)
+
+
+def _empty() -> str:
+    return resources.files("pneumorph.output").joinpath(PAGE).read_text(encoding="utf-8")

@@ -30,6 +30,9 @@ FINE = 60
 def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
     """Everything but shapes, for a run with at least one design."""
     problem, result = run.problem, run.result()
+    if result is not None and result.iterations < history[-1].iteration:
+        # Of before the run was resumed.
+        result = None
     view, effector = view_of(problem), problem.end_effector
     return {
         "title": problem.title or run.path.resolve().name,

@@ -112,6 +112,13 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
     yield Stop(dict(pressures), fields.u[task], fields.stretch[task])
 
 
+def packed_state(fields: Fields, pressures: Mapping[str, float]) -> tuple[dict[str, Any], Arrays]:
+    """A state that is not one of a run's as a page is told of it, and its arrays; `fields` have one task."""
+    whole = fields.whole()
+    ((task, u),) = whole.u.items()
+    return _packed_design(0, whole, {task: [Stop(pressures, u, whole.stretch[task])]}, corners=False)
+
+
 def _thinned(stops: list[Stop], part: float) -> list[Stop]:
     """About that part of them; the whole pressures stay."""
     count = max(1, int(part * len(stops)))

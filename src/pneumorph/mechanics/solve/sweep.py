@@ -32,7 +32,7 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
         if stopped is not None:
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
-        found = solve(at, tangent, _start(walked, at.loads), since=walked[-1] if walked else None)
+        found = solve(at, tangent, extrapolated(walked, at.loads), since=walked[-1] if walked else None)
         if isinstance(found, NoEquilibrium):
             found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
@@ -42,8 +42,8 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
         yield found
 
 
-def _start(walked: list[tuple[Loads, State]], loads: Loads) -> State | None:
-    """The last state, extrapolated along the secant through the last two; None before the first."""
+def extrapolated(walked: list[tuple[Loads, State]], loads: Loads) -> State | None:
+    """The last state, extrapolated along the secant through the last two; None without any."""
     if len(walked) < 2:
         return walked[-1][1] if walked else None
     (before, earlier), (now, state) = walked

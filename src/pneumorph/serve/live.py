@@ -1,0 +1,150 @@
+"""A run as the server sees it: read again when its files have changed, and its designs as the solver's demands."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pneumorph.errors import ProblemError
+from pneumorph.interface.runs import open_run
+from pneumorph.output.report import facts_and_shapes, finished
+from pneumorph.problem import Pressure, Problem
+from pneumorph.run import RunDirectory
+from pneumorph.serve.worker import Wanted
+
+PARTS = 6
+"""Steps of a sweep from no pressure to those of a task."""
+
+BEYOND = 1.25
+"""Sliders reach so many times the largest pressure of the tasks."""
+
+WATCHED = ("problem.toml", "history.jsonl", "checkpoint.npz", "fields", "result.json", "make")
+"""What changes in a run directory when there is something new to show."""
+
+READINGS = 4
+"""A run that goes on removes files; so often a reading is tried before its error counts."""
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A chamber whose pressure can be set from `least` to `most`, MPa."""
+
+    chamber: str
+    least: float
+    most: float
+
+
+class LiveRun:
+    """A run directory, in which a run may go on.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    ProblemError
+        If it is not a run directory.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path.resolve()
+        problem = open_run(path).problem
+        self.title = problem.title or self.path.name
+        self._reading = threading.Lock()
+        self._read: tuple[str, bytes] | None = None
+
+    def stamp(self) -> str | None:
+        """Text that changes when the run has something new to show; None before its first design."""
+        if not (self.path / "checkpoint.npz").exists():
+            return None
+        return "-".join(f"{_written(self.path / name):x}" for name in WATCHED)
+
+    def block(self) -> bytes:
+        """What its page shows; see `output.packed`.
+
+        Raises
+        ------
+        ProblemError
+            If the directory cannot be read.
+        """
+        with self._reading:
+            # Taken first: what changes while it is read is read again.
+            stamp = self.stamp() or ""
+            if self._read is None or self._read[0] != stamp:
+                self._read = stamp, self._packed()
+            return self._read[1]
+
+    def wanted(self, design: int, pressures: Mapping[str, Any]) -> Wanted:
+        """The demand for a design at pressures in kPa by chamber.
+
+        Raises
+        ------
+        ProblemError
+            If there is no such design, or the pressures are not numbers for its chambers.
+        """
+        run = open_run(self.path)
+        chambers = [chamber.name for chamber in run.problem.body.chamber]
+        if set(pressures) != set(chambers):
+            raise ProblemError(f"pressures: need a number in kPa for each of {', '.join(chambers)}")
+        if not all(isinstance(value, int | float) and abs(value) < 1e6 for value in pressures.values()):
+            raise ProblemError("pressures: are not numbers in kPa")
+        written = _written(run.directory.path / "designs" / f"{design:04d}.npz")
+        if not written:
+            raise ProblemError(f"design {design}: {self.path} has no design of this number")
+        return Wanted(self.path, design, written, tuple((name, pressures[name] / 1e3) for name in chambers))
+
+    def sweep(self, design: int) -> list[Wanted]:
+        """Demands for a design on the way to the pressures of its tasks, without any pressure first."""
+        stored = open_run(self.path).design(design).pressures
+        kilopascals = [
+            {name: round(1e3 * part / PARTS * value, 3) for name, value in pressures.items()}
+            for pressures in stored.values()
+            for part in range(PARTS + 1)
+        ]
+        return list(dict.fromkeys(self.wanted(design, each) for each in kilopascals))
+
+    def _packed(self) -> bytes:
+        for _ in range(READINGS - 1):
+            try:
+                return _block(open_run(self.path).directory)
+            except ProblemError:
+                time.sleep(0.2)
+        return _block(open_run(self.path).directory)
+
+
+def _block(run: RunDirectory) -> bytes:
+    sliders = [{"chamber": each.chamber, "least": each.least, "most": each.most} for each in sliders_of(run.problem)]
+    return facts_and_shapes(run, finished(run), {"sliders": sliders}, level=1)
+
+
+def sliders_of(problem: Problem) -> Iterator[Slider]:
+    """The chambers with the pressures that are sensible for them: from none to beyond those of the tasks."""
+    ranges = {
+        chamber.name: [
+            end for task in problem.task for free in [task.pressure[chamber.name]] for end in (free.min, free.max)
+        ]
+        for chamber in problem.body.chamber
+    }
+    usual = max(abs(end) for ends in ranges.values() for end in ends)
+    for name, ends in ranges.items():
+        least, most = min(0.0, *ends), max(0.0, *ends)
+        if least == most:
+            most = usual
+        yield Slider(name, BEYOND * least, BEYOND * most)
+
+
+def _ends(pressure: Pressure) -> tuple[float, float]:
+    return pressure.min, pressure.max
+
+
+def _written(path: Path) -> int:
+    """When a file was written, in ns; 0 without one."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0

@@ -1,0 +1,67 @@
+"""Equilibria at any pressures: those of a simulation, from the nearest known one, on half a body where that serves."""
+
+import numpy as np
+import pytest
+from tiny import tiny
+
+import pneumorph as pm
+from pneumorph.analysis import Stopped, to_json
+from pneumorph.problem import loads
+
+HALF = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz"] }\n[[body.chamber]]')
+
+
+@pytest.fixture(scope="module", params=[tiny(), HALF], ids=["whole", "half"])
+def start(request):
+    return pm.starting_design(loads(request.param))
+
+
+def same(one, other):
+    """Whether two steps have the same numbers, as far as the solver's tolerance goes."""
+    found, expected = to_json(one), to_json(other)
+    assert found.keys() == expected.keys()
+    for key in ("translation_mm", "rotation_rad", "max_stretch"):
+        np.testing.assert_allclose(found[key], expected[key], rtol=1e-6, atol=1e-8)
+    assert found["volume_mm3"] == pytest.approx(expected["volume_mm3"])
+    assert found["pressure_MPa"] == pytest.approx(expected["pressure_MPa"])
+    return found["stable"] == expected["stable"]
+
+
+def test_the_numbers_are_those_of_a_simulation(start):
+    explorer = start.explorer()
+    for kilopascals in (60, 20, -5, 35):
+        found = explorer.at({"A": kilopascals / 1e3})
+        assert same(found.step, start.simulate({"A": f"{kilopascals} kPa"}).steps[0]), kilopascals
+
+
+def test_the_fields_are_those_of_the_whole_body(start):
+    found = start.explorer().at(start.pressures["extend"])
+    np.testing.assert_allclose(
+        found.fields.whole().stretch["extend"].max(), start.fields.stretch["extend"].max(), rtol=1e-4
+    )
+    assert found.fields.whole().mesh.mirror is None
+
+
+def test_from_a_near_state_it_takes_less(start):
+    explorer, counts = start.explorer(), []
+    for pressure in (0.06, 0.055, 0.0575):
+        asked = []
+        explorer.at({"A": pressure}, lambda asked=asked: bool(asked.append(1)))
+        counts.append(len(asked))
+    assert counts[2] <= counts[1] <= counts[0]
+
+
+def test_what_is_given_up_leaves_nothing_behind(start):
+    explorer = start.explorer()
+    with pytest.raises(Stopped):
+        explorer.at({"A": 0.06}, lambda: True)
+    asked = []
+    with pytest.raises(Stopped):
+        explorer.at({"A": 0.06}, lambda: bool(asked.append(1)) or len(asked) > 1)
+    assert same(explorer.at({"A": 0.06}).step, start.simulate().steps[0])
+
+
+def test_where_there_is_nothing_there_is_a_reason():
+    found = pm.starting_design(loads(tiny())).explorer().at({"A": 5.0})
+    assert not found.step.converged and found.fields is None
+    assert "no equilibrium found" in found.step.reason
