@@ -61,6 +61,14 @@ def test_a_piece_in_the_rubbers_room_fails_the_proof(bodies):
     } <= failed
 
 
+def test_no_rubber_gets_into_the_clearance_around_stems():
+    """Between stem and mould the part's surface had nothing to lie on."""
+    body = tube((("A", 4, (0, 0), (3, 18)), ("B", 4, (0, 0), (21, 37))))
+    loose = MakeSpec.model_validate({"clearance": "1 mm"})
+    _, checks = proved(plan(body, loose, 2.0, DENSITY))
+    assert not [check for check in checks if not check.passed]
+
+
 def test_chambers_behind_others_get_their_ports_through_the_side_and_a_parting_there():
     body = tube((("A", 4, (0, 0), (3, 18)), ("B", 4, (0, 0), (21, 37))))
     planned = plan(body, MakeSpec(), 2.0, DENSITY)

@@ -26,7 +26,7 @@ from OCP.TopoDS import TopoDS_Shape
 from pneumorph.errors import ComputationError
 from pneumorph.make.mould.plan import PLATE, RECESS, Plan
 from pneumorph.make.mould.release import sectors
-from pneumorph.make.mould.stems import Stem
+from pneumorph.make.mould.stems import INTO, Stem
 from pneumorph.make.solid import filled, solid
 
 Array = NDArray[np.float64]
@@ -38,6 +38,7 @@ ROD, SCREW = 4.5, 3.4
 _GATE, _FUNNEL, _VENT = 2.0, 6.0, 0.6  # radii
 _KEY, _KEY_HEIGHT = 2.2, 0.7  # radius of the spheres that align the pieces, and how far they stand out
 _PRY = (10.0, 2.0, 3.0)  # slots for a screwdriver: height, width, depth
+_TIGHT = 1.0  # length next to the rubber on which stems have no clearance
 _CLAMP = 4.0  # thickness of the clamp's parts
 _SQUEEZE = 0.85  # of the flange's thickness, which the clamp leaves
 
@@ -121,12 +122,18 @@ def _flat(plan: Plan, stem: Stem, gap: float) -> TopoDS_Shape:
 
 
 def _seat(plan: Plan, stem: Stem) -> TopoDS_Shape:
-    """The hole for a stem in the mould, with its flat."""
+    """The hole for a stem in the mould, with its flat.
+
+    Next to the rubber it is as narrow as the stem: rubber would run into a gap.
+    """
     gap = plan.spec.clearance / 2.0
-    # The hole begins in the rubber: clearance belongs to the mould, and the rubber is cut out anyway.
+    # The hole begins in the rubber, which is cut out anyway.
     start = stem.start + (stem.wall * 0.5) * stem.direction
-    length = _reach(plan, stem) - stem.wall * 0.5
-    bar = _cylinder(start, stem.direction, plan.stem + gap, length + 1.0)
+    length = _reach(plan, stem) - stem.wall * 0.5 + 1.0
+    flange = -plan.bottom if stem.way == "base" else 0.0
+    tight = INTO + stem.wall * 0.5 + flange + _TIGHT
+    wide = _cylinder(start + tight * stem.direction, stem.direction, plan.stem + gap, length - tight)
+    bar = _fuse(_cylinder(start, stem.direction, plan.stem, tight + 0.5 * _TIGHT), [wide])
     return _cut(bar, [_flat(plan, stem, gap)])
 
 
