@@ -33,7 +33,8 @@ class MakeSpec(Table):
     is the least thickness of the mould, `clearance` the gap between parts that slide on each other. `shrinkage` is the
     relative shrinkage of the rubber as it cures. When a piece of the mould is pulled off, the rubber may be stretched
     up to `release_stretch`. `core_sag` is the largest sideways deflection of a core while the rubber is poured.
-    `waste` is the fraction of rubber that stays in cups and channels.
+    `waste` is the fraction of rubber that stays in cups and channels. Tubes in the ports may change the motion of the
+    tip by the fraction `port_effect`.
     """
 
     tube: PositiveLength = 4.0
@@ -44,4 +45,5 @@ class MakeSpec(Table):
     release_stretch: Annotated[Number, Field(gt=1)] = 1.5
     core_sag: PositiveLength = 0.1
     waste: Annotated[Number, Field(ge=0, lt=5)] = 0.2
+    port_effect: Annotated[Number, Field(gt=0)] = 0.1
     printer: PrinterSpec = PrinterSpec()

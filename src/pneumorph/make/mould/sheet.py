@@ -13,6 +13,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 
 from pneumorph.make.mould.bill import Item
+from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.plan import PLATE, Plan
 from pneumorph.make.mould.proof import Part
 
@@ -23,7 +24,9 @@ LEAK = 20.0
 _PAGE = (8.27, 11.69)  # A4 upright, inches
 
 
-def write_sheet(plan: Plan, parts: Sequence[Part], items: Sequence[Item], title: str, path: Path) -> None:
+def write_sheet(
+    plan: Plan, parts: Sequence[Part], items: Sequence[Item], effects: Sequence[PortEffect], title: str, path: Path
+) -> None:
     """Write the sheet as PDF.
 
     Raises
@@ -33,7 +36,8 @@ def write_sheet(plan: Plan, parts: Sequence[Part], items: Sequence[Item], title:
     """
     with PdfPages(path, metadata={"Title": title, "CreationDate": None}) as pages:
         pages.savefig(_sections(plan, parts, title))
-        pages.savefig(_text("Steps", [f"{n}. {step}" for n, step in enumerate(steps(plan, items), start=1)]))
+        told = [f"{n}. {step}" for n, step in enumerate(steps(plan, items), start=1)]
+        pages.savefig(_text("Steps", [*told, *(effect.sentence for effect in effects)]))
         rows = [f"{item.quantity:10.4g}  {item.unit:9s} {item.item}" + _note(item) for item in items]
         pages.savefig(_text("Bill of materials", rows))
 
