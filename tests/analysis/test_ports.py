@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from netgen.occ import Axes, Cylinder, Glue, OCCGeometry, X, Z
+from netgen.occ import Cylinder, Glue, OCCGeometry, X, Z
 
 from pneumorph.analysis.ports import Port, compared, with_and_without, with_tubes
 from pneumorph.geometry import starting_body
