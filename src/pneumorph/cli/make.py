@@ -11,7 +11,6 @@ from rich.table import Table
 
 from pneumorph import units
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.interface.making import make_design
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import keep_netgen_quiet
 
@@ -24,7 +23,7 @@ def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     folder = out or run / "make"
     keep_netgen_quiet()
     try:
-        made = make_design(chosen, folder, allowed)
+        made = chosen.make(folder, allowed)
     except ModuleNotFoundError as error:
         raise ProblemError(str(error)) from None
     except OSError as error:

@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 
 
 def make_design(design: Design, folder: Path, chord: float) -> MadeFiles:
-    """Write all files for manufacturing a design, see `pneumorph.make.make`.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        Without the extra ``cad``; the message says how to install it.
-    """
+    """See `Design.make`."""
     from pneumorph.make import make
 
     return make(design.body, folder, chord, design.problem, lambda plan: _effects(design, plan))

@@ -56,6 +56,7 @@ def make_mould(
     """
     rubber = problem.material
     planned = plan(body, problem.make, problem.limits.wall, rubber.density)
+    told = effects(planned) if effects else []
     made = pieces(planned)
     folder.mkdir(parents=True, exist_ok=True)
     written, parts, checks = [], [], []
@@ -72,7 +73,6 @@ def make_mould(
     assembly = folder / "assembly.step"
     write_step({piece.name: piece.shape for piece in made if piece.role in ("mould", "core")}, assembly)
     checks += [validity(assembly.name, read_step(assembly)), *proof(planned, parts, chord)]
-    told = effects(planned) if effects else []
     checks += [effect.check(problem.make.port_effect) for effect in told]
     items = bill(planned, parts, rubber.name, rubber.density)
     table, sheet, walls = folder / "bill.csv", folder / "assembly.pdf", folder / "wall.png"

@@ -58,8 +58,8 @@ def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
         plugged = [f"Close the holes of the second stems (of chambers {names}) with plugs of the same rubber."]
     return [
         "Print all pieces of the folder mould; cores that the bill does not call rigid in soluble filament (such as "
-        "PVA) or as brittle shells of one perimeter, everything else in any rigid plastic. Seal resin prints: some stop "
-        "platinum silicone from curing.",
+        "PVA) or as brittle shells of one perimeter, everything else in any rigid plastic. Seal resin prints: some "
+        "stop platinum silicone from curing.",
         *_joining(plan, items),
         "Brush release agent on all faces that rubber touches.",
         "Put the cores' stems into the base, flats against flats." + lying,
