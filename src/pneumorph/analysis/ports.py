@@ -1,8 +1,8 @@
 """How much tubes in the ports of a body change its motion.
 
-A tube that is pressed and glued into its port is much stiffer than the rubber. Every element that a port touches gets
-the stiffness of a tube, so that the stiffened room is larger than the port. The same mesh is solved with and without
-tubes: errors of the mesh cancel in the difference.
+A tube that is pressed and glued into its port is much stiffer than the rubber. The elements of a port, whose nodes are
+moved onto its surface, get the stiffness of a tube. The same mesh is solved with and without tubes: errors of the mesh
+cancel in the difference.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ from pneumorph.mechanics import (
     rubber_of,
     solve,
 )
-from pneumorph.mesh import TetMesh, mesh_body
+from pneumorph.mesh import TetMesh, mesh_body, scaled_jacobian
+from pneumorph.mesh.tets import TET_EDGES
 from pneumorph.objective import Features, measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS
@@ -37,7 +38,9 @@ from pneumorph.problem.symmetry import MIRRORS
 STIFFER = 100.0
 """Stiffness of tubes relative to the rubber: soft ones of silicone have less, those of polyurethane about as much."""
 
-_SPLITS = 5  # every edge of an element is divided into as many parts to see whether a port touches it
+_SPLITS = 6  # every edge of an element is divided into as many parts to see how much of it is in a port
+_FLATTEST = 0.1  # least quality of elements whose nodes are moved, see `scaled_jacobian`
+_HALVINGS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,17 +90,51 @@ def tube_of(rubber: Rubber) -> Rubber:
 
 
 def with_tubes(mesh: TetMesh, ports: Sequence[Port]) -> TetMesh:
-    """The mesh with the elements that ports touch as the region "tubes", and all others as "rubber"."""
-    touched = np.zeros(len(mesh.tets), bool)
-    shares = _shares(_SPLITS)
-    corners = mesh.points[mesh.tets[:, :4]]
-    points = np.einsum("pk,ekc->epc", shares, corners)
+    """The mesh with the elements that lie in ports as the region "tubes", and all others as "rubber".
+
+    An element belongs to a port if more than half of it is inside. Nodes between both regions are then moved onto the
+    ports' surfaces as far as elements stay well-shaped.
+    """
+    inside = np.zeros(len(mesh.tets), bool)
+    points = mesh.points
+    still = np.isin(np.arange(len(points)), np.unique([*mesh.faces["base"].ravel(), *mesh.faces["tip"].ravel()]))
+    samples = np.einsum("pk,ekc->epc", _shares(_SPLITS), points[mesh.tets[:, :4]])
     for port in ports:
-        gap = points - port.start
-        along = gap @ port.direction
-        away = np.linalg.norm(gap - along[..., None] * port.direction, axis=2)
-        touched |= ((away <= port.radius) & (along >= 0.0)).any(axis=1)
-    return replace(mesh, regions={"rubber": np.flatnonzero(~touched), "tubes": np.flatnonzero(touched)})
+        away, along, _ = _polar(samples, port)
+        own = ((away <= port.radius) & (along >= 0.0)).mean(axis=1) > 0.5
+        inside |= own
+        between = np.intersect1d(mesh.tets[own, :4], mesh.tets[~own, :4])
+        between = between[~still[between]]
+        away, along, radial = _polar(points[between], port)
+        between, shift = between[along > 0.0], ((port.radius - away)[:, None] * radial)[along > 0.0]
+        points = _moved(mesh, points, between, shift)
+    return replace(mesh, points=points, regions={"rubber": np.flatnonzero(~inside), "tubes": np.flatnonzero(inside)})
+
+
+def _polar(points: np.ndarray, port: Port) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distances of points (..., 3) from the axis of a port, positions along it, and unit vectors away from it."""
+    gap = points - port.start
+    along = gap @ port.direction
+    radial = gap - along[..., None] * port.direction
+    away = np.linalg.norm(radial, axis=-1)
+    return away, along, radial / np.maximum(away, 1e-9)[..., None]
+
+
+def _moved(mesh: TetMesh, points: np.ndarray, nodes: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """The points with corners moved, those of elements that would become too flat by less; edges there are straight."""
+    share = np.ones(len(nodes))
+    for _ in range(_HALVINGS):
+        found = points.copy()
+        found[nodes] += share[:, None] * shift
+        near = np.isin(mesh.tets[:, :4], nodes).any(axis=1)
+        tets = mesh.tets[near]
+        touched = np.isin(tets[:, TET_EDGES], nodes).any(axis=2)
+        found[tets[:, 4:][touched]] = found[tets[:, TET_EDGES]].mean(axis=2)[touched]
+        flat = tets[scaled_jacobian(found, tets) < _FLATTEST]
+        if not len(flat):
+            return found
+        share[np.isin(nodes, flat[:, :4])] /= 2.0
+    return points
 
 
 def compared(
