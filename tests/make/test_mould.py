@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("OCP", reason="needs the extra cad")
+pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import starting_body

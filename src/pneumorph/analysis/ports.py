@@ -101,7 +101,8 @@ def with_tubes(mesh: TetMesh, ports: Sequence[Port]) -> TetMesh:
     samples = np.einsum("pk,ekc->epc", _shares(_SPLITS), points[mesh.tets[:, :4]])
     for port in ports:
         away, along, _ = _polar(samples, port)
-        own = ((away <= port.radius) & (along >= 0.0)).mean(axis=1) > 0.5
+        share = ((away <= port.radius) & (along >= 0.0)).mean(axis=1)
+        own = (share > 0.5) | (share == share.max())  # in a coarse mesh no element may be half inside
         inside |= own
         between = np.intersect1d(mesh.tets[own, :4], mesh.tets[~own, :4])
         between = between[~still[between]]
