@@ -90,3 +90,8 @@ def test_triangles_that_are_amiss_are_told(bodies, tmp_path, form):
     assert written(make.triangles(body.surfaces, 0.3)) == ["chord error"]
     assert written(make.Triangles(part.points, part.corners[1:])) == ["open or inconsistently oriented edges"]
     assert written(make.Triangles(part.points, part.corners[:, ::-1])) == ["volume error"]
+
+
+def test_results_computed_by_numpy_can_be_stored():
+    check = make.Check("core-A", "deflection", np.float64(0.1), 0.2)
+    assert json.loads(json.dumps({"value": check.value, "passed": check.passed})) == {"value": 0.1, "passed": True}

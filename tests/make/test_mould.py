@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("OCP", reason="needs the extra cad")
+pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import starting_body
@@ -61,6 +61,14 @@ def test_a_piece_in_the_rubbers_room_fails_the_proof(bodies):
     } <= failed
 
 
+def test_no_rubber_gets_into_the_clearance_around_stems():
+    """Between stem and mould the part's surface had nothing to lie on."""
+    body = tube((("A", 4, (0, 0), (3, 18)), ("B", 4, (0, 0), (21, 37))))
+    loose = MakeSpec.model_validate({"clearance": "1 mm"})
+    _, checks = proved(plan(body, loose, 2.0, DENSITY))
+    assert not [check for check in checks if not check.passed]
+
+
 def test_chambers_behind_others_get_their_ports_through_the_side_and_a_parting_there():
     body = tube((("A", 4, (0, 0), (3, 18)), ("B", 4, (0, 0), (21, 37))))
     planned = plan(body, MakeSpec(), 2.0, DENSITY)
@@ -78,6 +86,66 @@ def test_a_slender_core_is_held_at_both_ends():
     assert [stem.way for stem in core.stems] == ["base", "tip"]
     assert [stem.closed for stem in core.stems] == [False, True]
     assert core.sag < 0.1
+
+
+def test_a_core_behind_another_is_held_by_two_stems_through_the_side():
+    spans = ((3, 17), (20, 90), (93, 107))
+    body = tube(tuple((n, 4, (0, 0), span) for n, span in zip("ABC", spans, strict=True)), length=110)
+    planned = plan(body, THIN.model_copy(update={"core_sag": 0.02}), 1.5, DENSITY)
+    core = planned.cores[1]
+    port, second = core.stems
+    assert (port.way, port.closed, second.way, second.closed) == ("side", False, "side", True)
+    assert port.start[2] < 30.0 and second.start[2] > 80.0
+    assert port.angle == pytest.approx(second.angle)  # no further parting
+    assert core.sag < 0.02
+    _, checks = proved(planned)
+    assert not [check for check in checks if not check.passed]
+
+
+def test_a_core_that_sags_too_far_is_refused_with_the_place():
+    body = tube((("A", 4, (0, 0), (3, 197)),), length=200, control_density="0.3 /mm")
+    with pytest.raises(ComputationError, match=r"chamber A, z = 100 mm: the core sags.*make\.core_sag"):
+        plan(body, THIN.model_copy(update={"core_sag": 1e-4}), 2.0, DENSITY)
+
+
+def test_only_a_core_that_is_little_wider_than_its_port_is_pulled_out():
+    body = tube((("A", 4, (0, 0), (3, 37)),))
+    for size, whole in (("2 mm", False), ("6 mm", True)):
+        (core,) = plan(body, MakeSpec.model_validate({"tube": size}), 2.0, DENSITY).cores
+        assert core.leaves_whole(1.5) == whole
+
+
+def test_the_outer_mould_and_stems_have_the_draft(bodies):
+    spec = THIN.model_copy(update={"draft": np.radians(3.0)})
+    planned = plan(bodies("plain"), spec, 1.0, DENSITY)
+    parts, checks = proved(planned)
+    assert not [check for check in checks if not check.passed]
+    found = {each.name: each.mesh.triangles.points for each in parts}
+    radius, z = np.hypot(*found["outer-1"][:, :2].T), found["outer-1"][:, 2]
+    for end in (planned.bottom, planned.length):
+        assert radius[np.abs(z - end) < 1e-6].max() == pytest.approx(planned.outer - 6.0 * np.tan(spec.draft))
+    assert radius.max() == pytest.approx(planned.outer, abs=1e-6)
+    stem = found["core-A"][found["core-A"][:, 2] < planned.bottom - 7.9]
+    assert np.hypot(*stem[:, :2].T).max() == pytest.approx(0.9 - 0.2 * 0.9, abs=1e-6)  # a thin one keeps 80 %
+
+
+def test_what_is_too_tall_for_the_printer_is_split_with_keys():
+    body = tube((("A", 4, (0, 0), (3, 87)),), length=90, control_density="0.3 /mm")
+    small = MakeSpec.model_validate({"tube": "3 mm", "printer": {"volume": ["60 mm", "60 mm", "60 mm"]}})
+    parts, checks = proved(plan(body, small, 2.0, DENSITY))
+    assert not [check for check in checks if not check.passed]
+    names = {each.name for each in parts}
+    assert {"outer-1-1", "outer-1-2", "outer-2-1", "outer-2-2", "core-A-1", "core-A-2", "base", "lid"} <= names
+    lower, upper = (next(each for each in parts if each.name == f"outer-1-{k}") for k in (1, 2))
+    plane = upper.mesh.triangles.points[:, 2].min()
+    assert lower.mesh.triangles.points[:, 2].max() > plane + 0.4  # the keys
+
+
+def test_what_cannot_be_split_for_the_printer_is_refused():
+    body = tube((("A", 4, (0, 0), (3, 37)),))
+    small = MakeSpec.model_validate({"printer": {"volume": ["45 mm", "45 mm", "250 mm"]}})
+    with pytest.raises(ComputationError, match=r"base is .* too large for make\.printer\.volume.*larger printer"):
+        pieces(plan(body, small, 2.0, DENSITY))
 
 
 def test_a_tube_that_is_thicker_than_the_chamber_is_refused_with_the_place():
@@ -145,3 +213,5 @@ def test_bad_values_are_answered_in_one_line():
         load("examples/small.toml").with_changes({"make.tube": "0 mm"})
     with pytest.raises(ProblemError, match=r'make\.tubes.*did you mean "tube"'):
         load("examples/small.toml").with_changes({"make.tubes": "4 mm"})
+    with pytest.raises(ProblemError, match=r"make\.draft.*more than 5 deg"):
+        load("examples/small.toml").with_changes({"make.draft": "10 deg"})

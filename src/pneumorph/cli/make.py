@@ -12,6 +12,7 @@ from rich.table import Table
 from pneumorph import units
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
+from pneumorph.mesh import keep_netgen_quiet
 
 
 def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
@@ -20,13 +21,11 @@ def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     allowed = _chord(chord)
     chosen = open_run(run).design(design)
     folder = out or run / "make"
+    keep_netgen_quiet()
     try:
-        # Imported here, because the libraries belong to an optional extra and take a second to load.
-        from pneumorph.make import make as made_of
+        made = chosen.make(folder, allowed)
     except ModuleNotFoundError as error:
         raise ProblemError(str(error)) from None
-    try:
-        made = made_of(chosen.body, folder, allowed, chosen.problem)
     except OSError as error:
         raise ProblemError(f"--out {folder}: cannot be written ({error.strerror or error}); name another") from None
     console = Console()

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     import pyvista
     from matplotlib.figure import Figure
 
+    from pneumorph.make import MadeFiles
     from pneumorph.output.view import View
 
 
@@ -194,6 +195,41 @@ class Design:
         True True
         """
         return Explorer(self.problem, self.body)
+
+    def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
+        """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.
+
+        The effect of the ports on the motion is simulated.
+
+        Parameters
+        ----------
+        folder : Path
+            Where to write; created if it does not exist. Existing files of the same names are replaced.
+        chord : float
+            Largest distance in mm between the surfaces and the triangles of 3MF and STL.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Without the extra ``cad``; the message says how to install it.
+        ComputationError
+            If the chord error needs too many triangles, the body cannot be moulded, or it has no equilibrium with tubes
+            in its ports.
+        MeshError
+            If the body cannot be meshed.
+        OSError
+            If a file cannot be written.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> made = pm.open_run("runs/small").best.make("parts")  # doctest: +SKIP (needs the extra cad)
+        >>> [check for check in made.checks if not check.passed]  # doctest: +SKIP
+        []
+        """
+        from pneumorph.interface.making import make_design
+
+        return make_design(self, Path(folder), chord)
 
     def export(self, path: str | Path, format: str | None = None, task: str | None = None) -> None:
         """Write the whole body to a file for other programs.

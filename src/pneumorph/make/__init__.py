@@ -10,6 +10,8 @@ load()
 
 from pneumorph.make.checks import Check, mesh_checks, step_checks  # noqa: E402
 from pneumorph.make.files import MadeFiles, make  # noqa: E402
+from pneumorph.make.mould.effect import PortEffect  # noqa: E402
+from pneumorph.make.mould.plan import Plan  # noqa: E402
 from pneumorph.make.printing import read_3mf, read_stl, write_3mf, write_stl  # noqa: E402
 from pneumorph.make.solid import filled  # noqa: E402
 from pneumorph.make.step import body_step, chamber_step, read_step  # noqa: E402
@@ -18,6 +20,8 @@ from pneumorph.make.triangles import Triangles, triangles  # noqa: E402
 __all__ = [
     "Check",
     "MadeFiles",
+    "Plan",
+    "PortEffect",
     "Triangles",
     "body_step",
     "chamber_step",

@@ -61,7 +61,7 @@ class Check:
     @property
     def passed(self) -> bool:
         """Whether the value is within its limit."""
-        return self.value <= self.limit
+        return bool(self.value <= self.limit)  # for JSON also where NumPy computed it
 
 
 def volume_inside(surfaces: Sequence[TubeSurface]) -> float:

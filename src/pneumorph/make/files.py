@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, mesh_checks, step_checks
+from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.files import make_mould
+from pneumorph.make.mould.plan import Plan
 from pneumorph.make.printing import write_3mf, write_stl
 from pneumorph.make.solid import filled
 from pneumorph.make.step import body_step, chamber_step
@@ -38,7 +40,13 @@ class MadeFiles:
         return tuple(check for check in self.checks if not check.passed)
 
 
-def make(body: Body, folder: Path, chord: float = 0.02, problem: Problem | None = None) -> MadeFiles:
+def make(
+    body: Body,
+    folder: Path,
+    chord: float = 0.02,
+    problem: Problem | None = None,
+    effects: Callable[[Plan], Sequence[PortEffect]] | None = None,
+) -> MadeFiles:
     """Write a body as STEP, 3MF and STL, every chamber as STEP, and the results of checking them as ``checks.json``.
 
     Parameters
@@ -51,6 +59,8 @@ def make(body: Body, folder: Path, chord: float = 0.02, problem: Problem | None 
         Largest distance in mm between the surfaces and the triangles of 3MF and STL.
     problem : Problem, optional
         The problem that the body was designed for. With it the body's mould is made too, in the folder ``mould``.
+    effects : callable, optional
+        Computes what the ports of a planned mould change in the motion of the body.
 
     Raises
     ------
@@ -80,7 +90,7 @@ def make(body: Body, folder: Path, chord: float = 0.02, problem: Problem | None 
     report.write_text(_as_json(checks), encoding="utf-8")
     files = [step, *cores, mesh, plain]
     if problem is not None:
-        moulded, proved = make_mould(body, problem, folder / "mould", chord)
+        moulded, proved = make_mould(body, problem, folder / "mould", chord, effects)
         files += moulded
         checks += proved
         report.write_text(_as_json(checks), encoding="utf-8")

@@ -22,7 +22,9 @@ def load() -> None:
         import_module("OCP.BRep")
         return
     # Netgen brings another release of OpenCASCADE and makes its symbols global. Bound to those symbols OCP crashes the
-    # process, so it is loaded such that it looks for symbols in its own libraries first.
+    # process, so it is loaded such that it looks for symbols in its own libraries first; and after Netgen, because
+    # symbols that OCP has not bound yet would later be found among Netgen's.
+    import_module("netgen.meshing")
     flags = sys.getdlopenflags()
     sys.setdlopenflags(flags | getattr(os, "RTLD_DEEPBIND", 0))
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf, sqrt
 
 import numpy as np
@@ -58,12 +59,12 @@ def equibiaxial_stretch(first_invariant: float) -> float:
     return root_scalar(lambda stretch: 2 * stretch**2 + stretch**-4 - first_invariant, bracket=(1.0, rest)).root
 
 
-def model_of(problem: Problem, mesh: TetMesh) -> Model:
-    """The model of a meshed body: its rubber, clamped base, and plate or free tip."""
+def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | None = None) -> Model:
+    """The model of a meshed body: its rubber, clamped base, and plate or free tip; `rubbers` are those of regions."""
     solid = rubber_of(problem.material)
     mixed = problem.mesh.element == "mixed" or (problem.mesh.element == "auto" and asks_for_mixed(solid))
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
-    return build_model(mesh, solid, plate=plate, mixed=mixed, weight=weight)
+    return build_model(mesh, rubbers or solid, plate=plate, mixed=mixed, weight=weight)
 
 
 def asks_for_mixed(rubber: Rubber) -> bool:

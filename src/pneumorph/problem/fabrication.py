@@ -1,14 +1,23 @@
 """The table [make] of a problem file: what a mould and the parts around the body are made with."""
 
+from math import radians
 from typing import Annotated
 
-from pydantic import Field, Strict
+from pydantic import AfterValidator, Field, Strict
 
 from pneumorph import units
 from pneumorph.problem.table import Quantity, Table
 
+
+def _small(draft: float) -> float:
+    if draft > radians(5.0):
+        raise ValueError('is more than 5 deg; write e.g. "1 deg"')
+    return draft
+
+
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 Clearance = Annotated[float, Quantity(units.LENGTH, "not negative")]
+Draft = Annotated[float, Quantity(units.ANGLE, "not negative"), AfterValidator(_small)]
 Number = Annotated[float, Strict()]
 
 
@@ -31,9 +40,11 @@ class MakeSpec(Table):
 
     `tube` is the outer diameter of the supply tubes; ports are 10 % narrower, so that tubes fit tightly. `mould_wall`
     is the least thickness of the mould, `clearance` the gap between parts that slide on each other. `shrinkage` is the
-    relative shrinkage of the rubber as it cures. When a piece of the mould is pulled off, the rubber may be stretched
-    up to `release_stretch`. `core_sag` is the largest sideways deflection of a core while the rubber is poured.
-    `waste` is the fraction of rubber that stays in cups and channels.
+    relative shrinkage of the rubber as it cures. `draft` is the angle of faces that are not the rubber's: where plates
+    embrace the outer mould, and of stems inside plates. When a piece of the mould is pulled off, the rubber may be
+    stretched up to `release_stretch`. `core_sag` is the largest sideways deflection of a core while the rubber is
+    poured. `waste` is the fraction of rubber that stays in cups and channels. Tubes in the ports may change the motion
+    of the tip by the fraction `port_effect`. Pieces larger than the `printer` makes them are split.
     """
 
     tube: PositiveLength = 4.0
@@ -41,7 +52,9 @@ class MakeSpec(Table):
     mould_wall: PositiveLength = 6.0
     clearance: Clearance = 0.15
     shrinkage: Annotated[Number, Field(ge=0, lt=0.2)] = 0.0
+    draft: Draft = radians(1.0)
     release_stretch: Annotated[Number, Field(gt=1)] = 1.5
     core_sag: PositiveLength = 0.1
     waste: Annotated[Number, Field(ge=0, lt=5)] = 0.2
+    port_effect: Annotated[Number, Field(gt=0)] = 0.1
     printer: PrinterSpec = PrinterSpec()

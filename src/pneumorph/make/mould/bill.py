@@ -69,8 +69,7 @@ def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list
     for part in parts:
         if part.role == "product":
             continue
-        note = "soluble filament, or a brittle shell; leaves through the port" if part.role == "core" else ""
-        items.append(Item(f"print {part.name}", part.solid.volume() / 1000.0, "cm³", note))
+        items.append(Item(f"print {part.name}", part.solid.volume() / 1000.0, "cm³", _core_note(plan, part)))
     height = plan.length - plan.bottom + 2.0 * PLATE
     items += [
         Item("threaded rods M4", 4, "pieces", f"at least {height + 15.0:.0f} mm, holes of {ROD:g} mm"),
@@ -80,8 +79,18 @@ def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list
     ]
     closed = sum(stem.closed for stem in plan.stems)
     if closed:
-        items.append(Item("plugs of the same rubber", closed, "pieces", "for the holes of supports in the tip"))
+        items.append(Item("plugs of the same rubber", closed, "pieces", "for the holes of second stems"))
     return items
+
+
+def _core_note(plan: Plan, part: Part) -> str:
+    """What a core is printed of, which depends on how it leaves."""
+    for core in plan.cores:
+        if f"{part.name}-".startswith(f"core-{core.chamber}-"):
+            whole = core.leaves_whole(plan.spec.release_stretch)
+            soluble = "soluble filament, or a brittle shell; leaves through the port"
+            return "rigid plastic; is pulled out through the port" if whole else soluble
+    return ""
 
 
 def write_bill(items: Sequence[Item], path: Path) -> None:

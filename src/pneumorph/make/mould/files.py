@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, validity
 from pneumorph.make.mould.bill import bill, write_bill
+from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.picture import draw_mould
 from pneumorph.make.mould.pieces import pieces
-from pneumorph.make.mould.plan import plan
+from pneumorph.make.mould.plan import Plan, plan
 from pneumorph.make.mould.proof import part, proof
 from pneumorph.make.mould.sheet import write_sheet
 from pneumorph.make.mould.tessellation import Tessellation, tessellated
@@ -19,7 +21,13 @@ from pneumorph.make.step import read_step, write_step
 from pneumorph.problem import Problem
 
 
-def make_mould(body: Body, problem: Problem, folder: Path, chord: float) -> tuple[tuple[Path, ...], tuple[Check, ...]]:
+def make_mould(
+    body: Body,
+    problem: Problem,
+    folder: Path,
+    chord: float,
+    effects: Callable[[Plan], Sequence[PortEffect]] | None = None,
+) -> tuple[tuple[Path, ...], tuple[Check, ...]]:
     """Write the pieces of a body's mould, their assembly, and how to use them; check what was written.
 
     Parameters
@@ -31,6 +39,8 @@ def make_mould(body: Body, problem: Problem, folder: Path, chord: float) -> tupl
         Where to write; created if it does not exist.
     chord : float
         Largest distance in mm between the surfaces and the triangles of the 3MF files.
+    effects : callable, optional
+        Computes what the ports change in the motion of the body.
 
     Returns
     -------
@@ -46,6 +56,7 @@ def make_mould(body: Body, problem: Problem, folder: Path, chord: float) -> tupl
     """
     rubber = problem.material
     planned = plan(body, problem.make, problem.limits.wall, rubber.density)
+    told = effects(planned) if effects else []
     made = pieces(planned)
     folder.mkdir(parents=True, exist_ok=True)
     written, parts, checks = [], [], []
@@ -62,10 +73,11 @@ def make_mould(body: Body, problem: Problem, folder: Path, chord: float) -> tupl
     assembly = folder / "assembly.step"
     write_step({piece.name: piece.shape for piece in made if piece.role in ("mould", "core")}, assembly)
     checks += [validity(assembly.name, read_step(assembly)), *proof(planned, parts, chord)]
+    checks += [effect.check(problem.make.port_effect) for effect in told]
     items = bill(planned, parts, rubber.name, rubber.density)
     table, sheet, walls = folder / "bill.csv", folder / "assembly.pdf", folder / "wall.png"
     write_bill(items, table)
-    write_sheet(planned, parts, items, problem.title or "Mould", sheet)
+    write_sheet(planned, parts, items, told, problem.title or "Mould", sheet)
     draw_walls(planned, walls)
     picture = folder / "mould.png"
     drawn = (picture,) if draw_mould(folder, picture) else ()

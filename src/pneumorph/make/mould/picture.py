@@ -49,8 +49,8 @@ def main() -> None:
     for name, piece in pieces.items():
         kind = name.split("-")[0]
         look = {"color": _COLOURS[kind], "smooth_shading": True, "split_sharp_edges": True, "ambient": 0.25}
-        # Left: closed, without the last outer piece, seen from there. Middle: apart. Right: the part.
-        if kind != "body" and name != outer[-1]:
+        # Left: closed, without the last sector, seen from there. Middle: apart. Right: the part.
+        if kind != "body" and not (kind == "outer" and name.split("-")[1] == outer[-1].split("-")[1]):
             plotter.add_mesh(piece.rotate_z(90.0 - turn), **look)
         aside = piece.rotate_z(-turn)
         away = np.array([2.4 * wide, 0.0, 0.0])
@@ -58,6 +58,9 @@ def main() -> None:
             centre = np.array(aside.center) * [1.0, 1.0, 0.0]
             away += 0.7 * wide * centre / max(float(np.linalg.norm(centre)), 1e-9)
         away[2] += {"lid": 0.3 * tall, "base": -0.3 * tall}.get(kind, 0.0)
+        number = name.split("-")
+        if kind == "outer" and len(number) == 3:  # a part of a sector
+            away[2] += 0.1 * tall * (float(number[2]) - 1.5)
         if kind == "body":
             away = np.array([4.4 * wide, 0.0, 0.0])
         plotter.add_mesh(aside.translate(away), **look)

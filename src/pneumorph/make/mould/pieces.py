@@ -4,33 +4,24 @@
 # OCP has no stubs: neither its names nor its types are known.
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-from OCP.BRepPrimAPI import (
-    BRepPrimAPI_MakeBox,
-    BRepPrimAPI_MakeCone,
-    BRepPrimAPI_MakeCylinder,
-    BRepPrimAPI_MakePrism,
-    BRepPrimAPI_MakeSphere,
-)
-from OCP.collections import List_TopoDS_Shape
-from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeSphere
 from OCP.TopoDS import TopoDS_Shape
 
-from pneumorph.errors import ComputationError
+from pneumorph.make.checks import manifold
+from pneumorph.make.mould.piece import Piece
 from pneumorph.make.mould.plan import PLATE, RECESS, Plan
 from pneumorph.make.mould.release import sectors
-from pneumorph.make.mould.stems import Stem
+from pneumorph.make.mould.shapes import across, common, cone, cut, cylinder, fuse, point, prism, radial
+from pneumorph.make.mould.split import Keys, room_for_key, split
+from pneumorph.make.mould.stems import INTO, Stem, roomiest
+from pneumorph.make.mould.tessellation import tessellated
 from pneumorph.make.solid import filled, solid
 
 Array = NDArray[np.float64]
-Role = Literal["mould", "core", "product", "mount"]
 
 ROD, SCREW = 4.5, 3.4
 """Diameters in mm of clearance holes for M4 rods that hold the mould together and for M3 screws of the clamp."""
@@ -38,47 +29,42 @@ ROD, SCREW = 4.5, 3.4
 _GATE, _FUNNEL, _VENT = 2.0, 6.0, 0.6  # radii
 _KEY, _KEY_HEIGHT = 2.2, 0.7  # radius of the spheres that align the pieces, and how far they stand out
 _PRY = (10.0, 2.0, 3.0)  # slots for a screwdriver: height, width, depth
+_TIGHT = 1.0  # length next to the rubber on which stems have no clearance
 _CLAMP = 4.0  # thickness of the clamp's parts
 _SQUEEZE = 0.85  # of the flange's thickness, which the clamp leaves
-
-
-@dataclass(frozen=True, eq=False)
-class Piece:
-    """One part: a solid with a name.
-
-    Attributes
-    ----------
-    name : str
-    role : "mould", "core", "product" or "mount"
-        Parts of the mould, cores that are cast in, the rubber part itself, and what holds it in use.
-    shape : TopoDS_Shape
-        At its place in the mould; parts of the mount are placed about the finished body.
-    """
-
-    name: str
-    role: Role
-    shape: TopoDS_Shape
 
 
 def pieces(plan: Plan) -> list[Piece]:
     """Build everything: the rubber part, the cores, the outer mould, base plate and lid, and the mount."""
     exterior = solid([plan.body.exterior])
-    flange = _cylinder((0, 0, plan.bottom), (0, 0, 1), plan.flange, -plan.bottom)
+    flange = cylinder((0, 0, plan.bottom), (0, 0, 1), plan.flange, -plan.bottom)
     made = [Piece("body", "product", _product(plan, flange)), *_cores(plan)]
-    block = _cylinder((0, 0, plan.bottom), (0, 0, 1), plan.outer, plan.length - plan.bottom)
+    block = _block(plan)
     outside = [exterior, flange, *(_seat(plan, stem) for stem in plan.stems if stem.way == "side")]
     outside += [_vent(plan, top) for top in plan.vents]
     outside += [_pry(plan, angle) for angle in plan.angles]
-    outer = _cut(block, outside)
+    outer = cut(block, outside)
     ranges = sectors(list(plan.angles))
     for number, (start, stop) in enumerate(ranges, start=1):
-        piece = _common(outer, _wedge(start, stop, plan))
-        piece = _fuse(piece, [_key(plan, stop, height, 0.0) for height in _key_heights(plan, stop)])
+        piece = common(outer, _wedge(start, stop, plan))
+        piece = fuse(piece, [_key(plan, stop, height, 0.0) for height in _key_heights(plan, stop)])
         gap = plan.spec.clearance
-        piece = _cut(piece, [_key(plan, start, height, gap) for height in _key_heights(plan, start)])
-        made.append(Piece(f"outer-{number}", "mould", piece))
-    made += [Piece("base", "mould", _base(plan)), Piece("lid", "mould", _lid(plan))]
-    return [*made, *_mount(plan)]
+        piece = cut(piece, [_key(plan, start, height, gap) for height in _key_heights(plan, start)])
+        made += split(Piece(f"outer-{number}", "mould", piece), plan, _taken(plan), _keys_across(plan, start, stop))
+    for piece in (Piece("base", "mould", _base(plan)), Piece("lid", "mould", _lid(plan)), *_mount(plan)):
+        made += split(piece, plan, [], lambda height: [])  # not split, but refused if it is too large
+    return made
+
+
+def _block(plan: Plan) -> TopoDS_Shape:
+    """The outside of the mould: round, with a draft at both ends, which the plates embrace."""
+    height, slope = plan.length - plan.bottom, plan.slope
+    block = cylinder((0, 0, plan.bottom), (0, 0, 1), plan.outer, height)
+    narrow = plan.outer - (RECESS + 1.0) * slope
+    wide = narrow + (height + 2.0) * slope
+    for start, way in ((plan.bottom - 1.0, 1), (plan.length + 1.0, -1)):
+        block = common(block, cone((0, 0, start), (0, 0, way), narrow, wide, height + 2.0))
+    return block
 
 
 def _product(plan: Plan, flange: TopoDS_Shape) -> TopoDS_Shape:
@@ -86,8 +72,8 @@ def _product(plan: Plan, flange: TopoDS_Shape) -> TopoDS_Shape:
     holes = []
     for stem in plan.stems:
         reach = 4.0 * plan.outer if stem.way == "side" else 2.0 * plan.length
-        holes.append(_cylinder(stem.start, stem.direction, plan.stem, reach))
-    return _cut(_fuse(solid(plan.body.surfaces), [flange]), holes)
+        holes.append(cylinder(stem.start, stem.direction, plan.stem, reach))
+    return cut(fuse(solid(plan.body.surfaces), [flange]), holes)
 
 
 def _cores(plan: Plan) -> list[Piece]:
@@ -96,10 +82,47 @@ def _cores(plan: Plan) -> list[Piece]:
     for chamber, core in zip(plan.body.chambers, plan.cores, strict=True):
         shape = solid([filled(chamber)])
         for stem in core.stems:
-            bar = _cylinder(stem.start, stem.direction, plan.stem, _reach(plan, stem))
-            shape = _fuse(shape, [_cut(bar, [_flat(plan, stem, 0.0)])])
-        found.append(Piece(f"core-{core.chamber}", "core", shape))
+            shape = fuse(shape, [cut(_bar(plan, stem), [_flat(plan, stem, 0.0)])])
+        piece = Piece(f"core-{core.chamber}", "core", shape)
+        sideways = [(float(stem.start[2]), plan.stem + 1.0) for stem in core.stems if stem.way == "side"]
+        found += split(piece, plan, sideways, _key_inside(shape))
     return found
+
+
+def _key_inside(core: TopoDS_Shape) -> Keys:
+    """One key in the middle of the largest circle inside a section of a core."""
+    solid_core = manifold(tessellated(core, 0.1).triangles)
+
+    @cache
+    def keys(height: float) -> list[tuple[Array, float]]:
+        loops = [np.asarray(loop)[:, :2] for loop in solid_core.slice(height).to_polygons()]
+        if len(loops) != 1:
+            return []  # a fold
+        place, room = roomiest(loops[0])
+        radius = room_for_key(room, _KEY)
+        return [] if radius is None else [(place, radius)]
+
+    return keys
+
+
+def _bar(plan: Plan, stem: Stem) -> TopoDS_Shape:
+    """A stem: round in the rubber and next to it, with a draft inside the plates, out of which it is pulled."""
+    length, round_part, slope = _reach(plan, stem), _tight(plan, stem), _taper(plan, stem)
+    bar = cylinder(stem.start, stem.direction, plan.stem, length)
+    first = plan.stem + (round_part + 1.0) * slope
+    return common(
+        bar, cone(stem.start - stem.direction, stem.direction, first, first - (length + 2.0) * slope, length + 2.0)
+    )
+
+
+def _tight(plan: Plan, stem: Stem) -> float:
+    """Length of a stem on which the mould has no clearance around it: in the rubber, and a little farther."""
+    return INTO + stem.wall + (-plan.bottom if stem.way == "base" else 0.0) + _TIGHT
+
+
+def _taper(plan: Plan, stem: Stem) -> float:
+    """Slope of a stem inside a plate. Stems in a parting need none; a thin stem must not become much thinner."""
+    return 0.0 if stem.way == "side" else min(plan.slope, 0.2 * plan.stem / (PLATE - _TIGHT))
 
 
 def _reach(plan: Plan, stem: Stem) -> float:
@@ -117,31 +140,35 @@ def _flat(plan: Plan, stem: Stem, gap: float) -> TopoDS_Shape:
     across = np.cross(stem.direction, aside)
     corner = end - RECESS * stem.direction + (0.55 * plan.stem + gap) * aside - 2.0 * plan.stem * across
     steps = [4.0 * plan.stem * across, 2.0 * plan.stem * aside]
-    return _prism([corner, corner + steps[0], corner + steps[0] + steps[1], corner + steps[1]], 8.0 * stem.direction)
+    return prism([corner, corner + steps[0], corner + steps[0] + steps[1], corner + steps[1]], 8.0 * stem.direction)
 
 
 def _seat(plan: Plan, stem: Stem) -> TopoDS_Shape:
-    """The hole for a stem in the mould, with its flat."""
+    """The hole for a stem in the mould, with its flat.
+
+    Next to the rubber it is as narrow as the stem: rubber would run into a gap.
+    """
     gap = plan.spec.clearance / 2.0
-    # The hole begins in the rubber: clearance belongs to the mould, and the rubber is cut out anyway.
-    start = stem.start + (stem.wall * 0.5) * stem.direction
-    length = _reach(plan, stem) - stem.wall * 0.5
-    bar = _cylinder(start, stem.direction, plan.stem + gap, length + 1.0)
-    return _cut(bar, [_flat(plan, stem, gap)])
+    # The hole begins in the rubber, which is cut out anyway.
+    start, tight, length = stem.wall * 0.5, _tight(plan, stem), _reach(plan, stem) + 1.0
+    close = cylinder(stem.start + start * stem.direction, stem.direction, plan.stem, tight - start + 0.5 * _TIGHT)
+    radius = plan.stem + gap
+    last = radius - (length - tight) * _taper(plan, stem)
+    wide = cone(stem.start + tight * stem.direction, stem.direction, radius, last, length - tight)
+    return cut(fuse(close, [wide]), [_flat(plan, stem, gap)])
 
 
 def _vent(plan: Plan, top: Array) -> TopoDS_Shape:
     outward = np.array([top[0], top[1], 0.0]) / max(float(np.hypot(top[0], top[1])), 1e-9)
-    return _cylinder(top - [0.0, 0.0, 0.5 * _VENT] - 0.5 * outward, outward, _VENT, 2.0 * plan.outer)
+    return cylinder(top - [0.0, 0.0, 0.5 * _VENT] - 0.5 * outward, outward, _VENT, 2.0 * plan.outer)
 
 
 def _pry(plan: Plan, angle: float) -> TopoDS_Shape:
     """A slot across a parting, half way up the outside."""
     height, width, depth = _PRY
-    radial, across = _radial(angle), _across(angle)
-    corner = (plan.outer - depth) * radial - 0.5 * width * across + [0.0, 0.0, plan.length / 2.0 - height / 2.0]
-    far = 2.0 * depth * radial
-    return _prism([corner, corner + far, corner + far + width * across, corner + width * across], (0, 0, height))
+    far, wide = 2.0 * depth * radial(angle), width * across(angle)
+    corner = (plan.outer - depth) * radial(angle) - 0.5 * wide + [0.0, 0.0, plan.length / 2.0 - height / 2.0]
+    return prism([corner, corner + far, corner + far + wide, corner + wide], (0, 0, height))
 
 
 def _key_heights(plan: Plan, angle: float) -> list[float]:
@@ -159,14 +186,30 @@ def _key_heights(plan: Plan, angle: float) -> list[float]:
 
 def _key(plan: Plan, angle: float, height: float, gap: float) -> TopoDS_Shape:
     """A spherical cap on a parting, pointing in the direction of growing angles; a larger one with a gap."""
-    centre = (plan.outer - plan.spec.mould_wall / 2.0) * _radial(angle) - (_KEY - _KEY_HEIGHT) * _across(angle)
-    return BRepPrimAPI_MakeSphere(_point(centre + np.array([0.0, 0.0, height])), _KEY + gap).Shape()
+    centre = (plan.outer - plan.spec.mould_wall / 2.0) * radial(angle) - (_KEY - _KEY_HEIGHT) * across(angle)
+    return BRepPrimAPI_MakeSphere(point(centre + np.array([0.0, 0.0, height])), _KEY + gap).Shape()
+
+
+def _taken(plan: Plan) -> list[tuple[float, float]]:
+    """Heights at which outer pieces must not be split, with distances: pry slots, keys, stems, vents and the plates."""
+    heights = [(plan.length / 2.0, _PRY[0] / 2.0 + 1.0), (plan.bottom, RECESS + 1.0), (plan.length, RECESS + 1.0)]
+    heights += [(height, _KEY + 0.5) for angle in plan.angles for height in _key_heights(plan, angle)]
+    heights += [(float(stem.start[2]), plan.stem + 1.0) for stem in plan.stems if stem.way == "side"]
+    return heights + [(float(top[2]), _VENT + 1.0) for top in plan.vents]
+
+
+def _keys_across(plan: Plan, start: float, stop: float) -> Keys:
+    """Two keys in the outside wall of a sector, at every height."""
+    radius = room_for_key(plan.spec.mould_wall / 2.0, _KEY)
+    middle = plan.outer - plan.spec.mould_wall / 2.0
+    places = [(middle * radial(start + share * (stop - start)))[:2] for share in (0.25, 0.75)]
+    return lambda height: [] if radius is None else [(place, radius) for place in places]
 
 
 def _base(plan: Plan) -> TopoDS_Shape:
     """The plate under the flange: it holds the cores' stems, and its rim holds the outer mould."""
     plate = _plate(plan, plan.bottom - PLATE, plan.bottom, plan.bottom + RECESS)
-    return _cut(plate, [_seat(plan, stem) for stem in plan.stems if stem.way == "base"])
+    return cut(plate, [_seat(plan, stem) for stem in plan.stems if stem.way == "base"])
 
 
 def _lid(plan: Plan) -> TopoDS_Shape:
@@ -175,10 +218,9 @@ def _lid(plan: Plan) -> TopoDS_Shape:
     plate = _plate(plan, top, top + PLATE, top - RECESS)
     openings = [_seat(plan, stem) for stem in plan.stems if stem.way == "tip"]
     gate, vents = _openings(plan)
-    axis = gp_Ax2(_point([*gate, top - 0.01]), gp_Dir(0, 0, 1))
-    openings.append(BRepPrimAPI_MakeCone(axis, _GATE, _FUNNEL, PLATE + 0.02).Shape())
-    openings += [_cylinder([*vent, top - 1.0], (0, 0, 1), _VENT, PLATE + 2.0) for vent in vents]
-    return _cut(plate, openings)
+    openings.append(cone([*gate, top - 0.01], (0, 0, 1), _GATE, _FUNNEL, PLATE + 0.02))
+    openings += [cylinder([*vent, top - 1.0], (0, 0, 1), _VENT, PLATE + 2.0) for vent in vents]
+    return cut(plate, openings)
 
 
 def _openings(plan: Plan) -> tuple[Array, list[Array]]:
@@ -198,28 +240,30 @@ def _openings(plan: Plan) -> tuple[Array, list[Array]]:
 
 
 def _plate(plan: Plan, low: float, high: float, rim: float) -> TopoDS_Shape:
-    """A square plate with a rim that embraces the outer mould up to the height `rim`, and holes for four rods."""
+    """A square plate with holes for four rods, and a rim that embraces the outer mould, with its draft, up to `rim`."""
     inner = plan.outer + plan.spec.clearance
     wide = inner + plan.spec.mould_wall
     hole = (wide + ROD / 2.0 + 1.0) / np.sqrt(2.0)
     half = max(wide, hole + ROD / 2.0 + 4.0)
-    plate = BRepPrimAPI_MakeBox(_point([-half, -half, low]), _point([half, half, high])).Shape()
+    plate = BRepPrimAPI_MakeBox(point([-half, -half, low]), point([half, half, high])).Shape()
     edge = high if rim > high else low
-    start, height = min(edge, rim), abs(rim - edge)
+    start, height, way = min(edge, rim), abs(rim - edge), 1 if rim > high else -1
     # The rim begins inside the plate: faces that only touch are the hard case of a union.
-    ring = _cut(
-        _cylinder((0, 0, start - 1.0), (0, 0, 1), wide, height + 2.0),
+    ring = cut(
+        cylinder((0, 0, start - 1.0), (0, 0, 1), wide, height + 2.0),
         [
-            _cylinder((0, 0, start - 2.0), (0, 0, 1), inner, height + 4.0),
-            _cylinder((0, 0, rim if rim > high else rim - 2.0), (0, 0, 1), 2.0 * wide, 2.0),
+            cone(
+                (0, 0, rim + way), (0, 0, -way), inner + plan.slope, inner - (height + 2.0) * plan.slope, height + 3.0
+            ),
+            cylinder((0, 0, rim if rim > high else rim - 2.0), (0, 0, 1), 2.0 * wide, 2.0),
         ],
     )
     rods = [
-        _cylinder((x * hole, y * hole, low - 1.0), (0, 0, 1), ROD / 2.0, high - low + 2.0)
+        cylinder((x * hole, y * hole, low - 1.0), (0, 0, 1), ROD / 2.0, high - low + 2.0)
         for x in (-1, 1)
         for y in (-1, 1)
     ]
-    return _cut(_fuse(plate, [ring]), rods)
+    return cut(fuse(plate, [ring]), rods)
 
 
 def _mount(plan: Plan) -> list[Piece]:
@@ -231,32 +275,32 @@ def _mount(plan: Plan) -> list[Piece]:
     inner = plan.flange - plan.spec.flange.width + 2.0 * gap
     wide = plan.flange + 10.0
     low = -_SQUEEZE * thick
-    ring = _cut(
-        _cylinder((0, 0, low), (0, 0, 1), wide, _CLAMP - low),
+    ring = cut(
+        cylinder((0, 0, low), (0, 0, 1), wide, _CLAMP - low),
         [
-            _cylinder((0, 0, -1.0), (0, 0, 1), inner, _CLAMP + 2.0),
-            _cylinder((0, 0, low - 1.0), (0, 0, 1), plan.flange + gap, 1.0 - low),
+            cylinder((0, 0, -1.0), (0, 0, 1), inner, _CLAMP + 2.0),
+            cylinder((0, 0, low - 1.0), (0, 0, 1), plan.flange + gap, 1.0 - low),
         ],
     )
     angles = np.radians(np.arange(30.0, 390.0, 60.0))
     middle = plan.flange + 5.0
     screws = [
-        _cylinder((middle * np.cos(a), middle * np.sin(a), low - 2.0 * PLATE), (0, 0, 1), SCREW / 2.0, 4.0 * PLATE)
+        cylinder((middle * np.cos(a), middle * np.sin(a), low - 2.0 * PLATE), (0, 0, 1), SCREW / 2.0, 4.0 * PLATE)
         for a in angles
     ]
-    ring = _cut(ring, screws)
-    halves = [_common(ring, _wedge(start, start + np.pi, plan)) for start in (0.0, np.pi)]
+    ring = cut(ring, screws)
+    halves = [common(ring, _wedge(start, start + np.pi, plan)) for start in (0.0, np.pi)]
     tubes = [
-        _cylinder([*stem.start[:2], low - 2.0 * PLATE], (0, 0, 1), plan.spec.tube / 2.0 + gap, 4.0 * PLATE)
+        cylinder([*stem.start[:2], low - 2.0 * PLATE], (0, 0, 1), plan.spec.tube / 2.0 + gap, 4.0 * PLATE)
         for stem in plan.stems
         if stem.way == "base"
     ]
-    plate = _cut(_cylinder((0, 0, low - _CLAMP), (0, 0, 1), wide, _CLAMP), [*screws, *tubes])
+    plate = cut(cylinder((0, 0, low - _CLAMP), (0, 0, 1), wide, _CLAMP), [*screws, *tubes])
     rim = plan.body.exterior.net[-1]
     centre = rim.mean(axis=0)
     radius = float(np.hypot(*(rim - centre)[:, :2].T).min())
-    tip = _cylinder(centre, (0, 0, 1), radius, 3.0)
-    tip = _cut(tip, [_cylinder(centre - [0.0, 0.0, 1.0], (0, 0, 1), SCREW / 2.0, 5.0)])
+    tip = cylinder(centre, (0, 0, 1), radius, 3.0)
+    tip = cut(tip, [cylinder(centre - [0.0, 0.0, 1.0], (0, 0, 1), SCREW / 2.0, 5.0)])
     return [
         Piece("clamp-1", "mount", halves[0]),
         Piece("clamp-2", "mount", halves[1]),
@@ -269,62 +313,9 @@ def _wedge(start: float, stop: float, plan: Plan) -> TopoDS_Shape:
     """A sector about z, wider and higher than everything."""
     far, low = 8.0 * plan.outer, plan.bottom - 10.0 * PLATE
     angles = np.linspace(start, stop, 5)
-    corners = [np.array([0.0, 0.0, low]), *(far * _radial(angle) + [0.0, 0.0, low] for angle in angles)]
-    return _prism(corners, (0, 0, plan.length - low + 10.0 * PLATE))
-
-
-def _radial(angle: float) -> Array:
-    return np.array([np.cos(angle), np.sin(angle), 0.0])
-
-
-def _across(angle: float) -> Array:
-    return np.array([-np.sin(angle), np.cos(angle), 0.0])
+    corners = [np.array([0.0, 0.0, low]), *(far * radial(angle) + [0.0, 0.0, low] for angle in angles)]
+    return prism(corners, (0, 0, plan.length - low + 10.0 * PLATE))
 
 
 def _same(one: float, other: float) -> bool:
     return abs((one - other + np.pi) % (2.0 * np.pi) - np.pi) < 1e-6
-
-
-def _point(coordinates: Sequence[float] | Array) -> gp_Pnt:
-    return gp_Pnt(*map(float, coordinates))
-
-
-def _cylinder(start: Sequence[float] | Array, direction: Sequence[float] | Array, radius: float, height: float):
-    axis = gp_Ax2(_point(start), gp_Dir(*map(float, direction)))
-    return BRepPrimAPI_MakeCylinder(axis, float(radius), float(height)).Shape()
-
-
-def _prism(corners: Sequence[Array], along: Sequence[float] | Array) -> TopoDS_Shape:
-    polygon = BRepBuilderAPI_MakePolygon()
-    for corner in corners:
-        polygon.Add(_point(corner))
-    polygon.Close()
-    face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
-    return BRepPrimAPI_MakePrism(face, gp_Vec(*map(float, along))).Shape()
-
-
-def _fuse(shape: TopoDS_Shape, others: Sequence[TopoDS_Shape]) -> TopoDS_Shape:
-    return _boolean(BRepAlgoAPI_Fuse(), shape, others)
-
-
-def _cut(shape: TopoDS_Shape, others: Sequence[TopoDS_Shape]) -> TopoDS_Shape:
-    return _boolean(BRepAlgoAPI_Cut(), shape, others)
-
-
-def _common(shape: TopoDS_Shape, other: TopoDS_Shape) -> TopoDS_Shape:
-    return _boolean(BRepAlgoAPI_Common(), shape, [other])
-
-
-def _boolean(operation, shape: TopoDS_Shape, others: Sequence[TopoDS_Shape]) -> TopoDS_Shape:
-    if not others:
-        return shape
-    arguments, tools = List_TopoDS_Shape(), List_TopoDS_Shape()
-    arguments.Append(shape)
-    for other in others:
-        tools.Append(other)
-    operation.SetArguments(arguments)
-    operation.SetTools(tools)
-    operation.Build()
-    if not operation.IsDone():
-        raise ComputationError("OpenCASCADE could not combine two solids of the mould; try another make.mould_wall")
-    return operation.Shape()

@@ -13,7 +13,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body, TubeSurface, enclosed_volume
 from pneumorph.make.mould.release import Release, partings
 from pneumorph.make.mould.samples import Samples, sampled
-from pneumorph.make.mould.stems import INTO, Stem, ports, upright
+from pneumorph.make.mould.stems import INTO, Stem, ports, support
 from pneumorph.make.mould.tops import tops
 from pneumorph.problem import MakeSpec
 
@@ -43,11 +43,18 @@ class Core:
     stems : tuple of Stem
     sag : float
         Sideways deflection of its free end, or of its middle if it is held at both ends, mm.
+    pull : float
+        Stretch of its port if it were pulled out in one piece: its widest section relative to the stem.
     """
 
     chamber: str
     stems: tuple[Stem, ...]
     sag: float
+    pull: float
+
+    def leaves_whole(self, stretch: float) -> bool:
+        """Whether it can be pulled through its port, which may be stretched by that; otherwise it leaves in pieces."""
+        return self.pull <= stretch and self.stems[0].way != "side"
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +106,11 @@ class Plan:
         return tuple(stem for core in self.cores for stem in core.stems)
 
     @property
+    def slope(self) -> float:
+        """Tangent of the draft."""
+        return float(np.tan(self.spec.draft))
+
+    @property
     def bottom(self) -> float:
         """Height of the underside of the flange."""
         return -self.spec.flange.thickness
@@ -125,11 +137,11 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
     body = enlarged(body, 1.0 / (1.0 - spec.shrinkage))
     samples = tuple(sampled(surface) for surface in body.surfaces)
     radius = FIT * spec.tube / 2.0
+    found = ports(body, samples, radius, wall)
+    sideways = [stem.angle for stem in found if stem.way == "side"]
     cores = tuple(
-        _core(number, chamber, stem, samples, radius, wall, spec, density)
-        for number, (chamber, stem) in enumerate(
-            zip(body.chambers, ports(body, samples, radius, wall), strict=True), start=1
-        )
+        _core(number, chamber, stem, samples, radius, wall, spec, density, sideways)
+        for number, (chamber, stem) in enumerate(zip(body.chambers, found, strict=True), start=1)
     )
     exterior = samples[0]
     thickness = KDTree(np.concatenate([one.closed for one in samples[1:]])).query(exterior.points)[0]
@@ -181,15 +193,26 @@ def _core(
     wall: float,
     spec: MakeSpec,
     density: float,
+    angles: Sequence[float],
 ) -> Core:
-    """A core on its port's stem; with a second stem through the tip where it would sag too far."""
-    sag = _sag(chamber, samples[number], port, radius, density, ends=1)
+    """A core on its port's stem, with a second stem at its upper end where it would sag too far."""
+    own = samples[number]
+    away = np.hypot(*(own.points[:, :2] - port.start[:2]).T) if port.way != "side" else np.full(1, np.inf)
+    pull = float(away.max() / radius)
+    sag = _sag(chamber, own, port, radius, density, ends=1)
     if sag <= spec.core_sag:
-        return Core(chamber.name, (port,), sag)
-    support = upright(number, chamber, samples, radius, wall, tip=True)
-    if support is None:
-        return Core(chamber.name, (port,), sag)
-    return Core(chamber.name, (port, support), _sag(chamber, samples[number], port, radius, density, ends=2))
+        return Core(chamber.name, (port,), sag, pull)
+    second = support(number, chamber, samples, radius, wall, angles)
+    held = sag if second is None else _sag(chamber, own, port, radius, density, ends=2)
+    if second is None or held > spec.core_sag:
+        middle, way = np.ptp(own.points[:, 2]) / 2.0 + own.points[:, 2].min(), f"held at both ends by {held:.2g} mm"
+        if second is None:
+            middle, way = own.points[:, 2].max(), f"by {sag:.2g} mm, and there is no room for a second stem"
+        raise ComputationError(
+            f"chamber {chamber.name}, z = {middle:.0f} mm: the core sags {way}, more than make.core_sag = "
+            f"{spec.core_sag:g} mm; allow more, or take a thicker make.tube"
+        )
+    return Core(chamber.name, (port, second), held, pull)
 
 
 def _sag(chamber: TubeSurface, own: Samples, stem: Stem, radius: float, density: float, ends: int) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.make.checks import Check, closure, distances, manifold
-from pneumorph.make.mould.pieces import Role
+from pneumorph.make.mould.piece import Role
 from pneumorph.make.mould.plan import Plan
 from pneumorph.make.mould.tessellation import Tessellation
 from pneumorph.make.triangles import together

@@ -13,6 +13,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 
 from pneumorph.make.mould.bill import Item
+from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.plan import PLATE, Plan
 from pneumorph.make.mould.proof import Part
 
@@ -23,7 +24,9 @@ LEAK = 20.0
 _PAGE = (8.27, 11.69)  # A4 upright, inches
 
 
-def write_sheet(plan: Plan, parts: Sequence[Part], items: Sequence[Item], title: str, path: Path) -> None:
+def write_sheet(
+    plan: Plan, parts: Sequence[Part], items: Sequence[Item], effects: Sequence[PortEffect], title: str, path: Path
+) -> None:
     """Write the sheet as PDF.
 
     Raises
@@ -33,7 +36,8 @@ def write_sheet(plan: Plan, parts: Sequence[Part], items: Sequence[Item], title:
     """
     with PdfPages(path, metadata={"Title": title, "CreationDate": None}) as pages:
         pages.savefig(_sections(plan, parts, title))
-        pages.savefig(_text("Steps", [f"{n}. {step}" for n, step in enumerate(steps(plan, items), start=1)]))
+        told = [f"{n}. {step}" for n, step in enumerate(steps(plan, items), start=1)]
+        pages.savefig(_text("Steps", [*told, *(effect.sentence for effect in effects)]))
         rows = [f"{item.quantity:10.4g}  {item.unit:9s} {item.item}" + _note(item) for item in items]
         pages.savefig(_text("Bill of materials", rows))
 
@@ -47,13 +51,16 @@ def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
     whole, *mixed = [f"{item.quantity:.4g} g of {item.item}" for item in items if item.unit == "g"]
     lying, plugged = "", []
     if side:
-        lying = f" Cores of chambers {', '.join(stem.chamber for stem in side)} lie with their stems in a parting."
+        lain = ", ".join(dict.fromkeys(stem.chamber for stem in side))
+        lying = f" Cores of chambers {lain} lie with their stems in a parting."
     if closed:
         names = ", ".join(stem.chamber for stem in closed)
-        plugged = [f"Close the holes in the tip (of chambers {names}) with plugs of the same rubber."]
+        plugged = [f"Close the holes of the second stems (of chambers {names}) with plugs of the same rubber."]
     return [
-        "Print all pieces of the folder mould; the cores in soluble filament (such as PVA) or as brittle shells of one "
-        "perimeter, everything else in any rigid plastic. Seal resin prints: some stop platinum silicone from curing.",
+        "Print all pieces of the folder mould; cores that the bill does not call rigid in soluble filament (such as "
+        "PVA) or as brittle shells of one perimeter, everything else in any rigid plastic. Seal resin prints: some "
+        "stop platinum silicone from curing.",
+        *_joining(plan, items),
         "Brush release agent on all faces that rubber touches.",
         "Put the cores' stems into the base, flats against flats." + lying,
         f"Close the outer pieces around them (partings at {angles}), put on the lid, and tighten the four rods.",
@@ -63,12 +70,34 @@ def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
         "Let it cure as the data sheet says, at a temperature that the cores bear.",
         "Loosen the rods, lift off the lid, open the outer pieces with a screwdriver in the slots, pull each straight "
         f"away from the axis; the rubber is stretched by up to {max(each.stretch for each in plan.releases):.2f}.",
-        "Dissolve the cores in warm water, or break them and shake them out through the ports. Trim the gate.",
+        " ".join([*_leaving(plan), "Trim the gate."]),
         *plugged,
         f"Press tubes of {plan.spec.tube:g} mm into the ports with silicone adhesive; clamp the flange between the "
         "mount and the clamp's halves; glue the tip plate to the tip.",
         f"Test for leaks under water at {LEAK:g} kPa, then at the largest pressure of the problem file.",
     ]
+
+
+def _joining(plan: Plan, items: Sequence[Item]) -> list[str]:
+    """The step that puts split pieces together, if there are any."""
+    printed = {item.item.removeprefix("print ") for item in items}
+    planned = [f"outer-{number}" for number in range(1, len(plan.angles) + 1)]
+    split = [name for name in (*planned, *(f"core-{core.chamber}" for core in plan.cores)) if name not in printed]
+    told = f"Put the parts of {', '.join(split)} together, keys into their sockets; glue those of cores."
+    return [told] if split else []
+
+
+def _leaving(plan: Plan) -> list[str]:
+    """How the cores leave the part."""
+    whole = [core.chamber for core in plan.cores if core.leaves_whole(plan.spec.release_stretch)]
+    broken = [core.chamber for core in plan.cores if core.chamber not in whole]
+    found = [f"Pull the cores of chambers {', '.join(whole)} out through their ports."] if whole else []
+    if broken:
+        found.append(
+            f"The cores of chambers {', '.join(broken)} are wider than their ports: dissolve them in warm water, or "
+            "break them and shake them out."
+        )
+    return found
 
 
 def _note(item: Item) -> str:

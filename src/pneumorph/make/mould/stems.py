@@ -82,7 +82,9 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
     rest = [number for number, stem in enumerate(found, start=1) if stem is None]
     if rest:
         # One angle for all chambers on the axis, so that few partings are needed.
-        options = {angle: [_sideways(body, n, samples, radius, wall, angle) for n in rest] for angle in _ANGLES}
+        options = {
+            angle: [_sideways(body.chambers[n - 1], n, samples, radius, wall, angle) for n in rest] for angle in _ANGLES
+        }
         missing = {angle: sum(stem is None for stem in stems) for angle, stems in options.items()}
         best = min(options, key=lambda angle: (missing[angle], sum(s.wall for s in options[angle] if s is not None)))
         for number, stem in zip(rest, options[best], strict=True):
@@ -109,7 +111,7 @@ def upright(
     sign = 1.0 if tip else -1.0
     rim = chamber.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [float(tip)])[0]
     if chamber.ends == "flat":
-        place, room = _roomiest(rim[:, :2])
+        place, room = roomiest(rim[:, :2])
         height = float(rim[0, 2])
     else:
         place, height = rim[0, :2], float(rim[0, 2])
@@ -132,14 +134,38 @@ def upright(
     return Stem(chamber.name, "tip" if tip else "base", start, np.array([0.0, 0.0, sign]), abs(end - height), tip)
 
 
-def _sideways(
-    body: Body, number: int, samples: Sequence[Samples], radius: float, wall: float, angle: float
+def support(
+    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, angles: Sequence[float]
 ) -> Stem | None:
-    """A stem along a line through the axis at an angle, as near to the chamber's base as there is room for it."""
-    chamber, own = body.chambers[number - 1], samples[number]
+    """A second stem, which holds the upper end of a core: through the tip, or else through the side; None without room.
+
+    Angles at which there are partings anyway are tried first.
+    """
+    straight = upright(number, chamber, samples, radius, wall, tip=True)
+    if straight is not None:
+        return straight
+    options = (_sideways(chamber, number, samples, radius, wall, angle, top=True) for angle in (*angles, *_ANGLES))
+    return next((stem for stem in options if stem is not None), None)
+
+
+def _sideways(
+    chamber: TubeSurface,
+    number: int,
+    samples: Sequence[Samples],
+    radius: float,
+    wall: float,
+    angle: float,
+    top: bool = False,
+) -> Stem | None:
+    """A stem along a line through the axis at an angle, as near to an end of the chamber as there is room for it.
+
+    At the base it is the port; at the top it only supports the core, and its hole is closed after casting.
+    """
+    own = samples[number]
     direction, across = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
     low, high = own.points[:, 2].min(), own.points[:, 2].max()
-    for height in np.arange(low + radius + INTO, min(high - radius - INTO, low + 0.6 * (high - low)), 0.5):
+    heights = np.arange(low + radius + INTO, min(high - radius - INTO, low + 0.6 * (high - low)), 0.5)
+    for height in low + high - heights if top else heights:
         ring = own.points[np.abs(own.points[:, 2] - height) < radius]
         middle = ring.mean(axis=0)
         if abs(middle @ across) > 0.2 * radius and np.hypot(*middle[:2]) > 0.5:
@@ -157,7 +183,7 @@ def _sideways(
         if any(_distance(points, line, direction, start).min() < radius + wall for points in others):
             continue
         start_point = line + direction * (inner_end - INTO)
-        return Stem(chamber.name, "side", start_point, direction, outer - inner_end, closed=False)
+        return Stem(chamber.name, "side", start_point, direction, outer - inner_end, closed=top)
     return None
 
 
@@ -179,7 +205,7 @@ def _distance(points: Array, line: Array, direction: Array, start: float) -> Arr
     return np.linalg.norm(gap - along[:, None] * direction, axis=1)
 
 
-def _roomiest(polygon: Array) -> tuple[Array, float]:
+def roomiest(polygon: Array) -> tuple[Array, float]:
     """Centre and radius of a largest circle inside a closed polygon (n, 2), by a search on finer and finer grids."""
     centre, step = polygon.mean(axis=0), np.ptp(polygon, axis=0).max() / 2.0
     best = _depth(centre[None], polygon)[0]

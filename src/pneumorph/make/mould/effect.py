@@ -1,0 +1,50 @@
+"""What tubes in the ports change in the motion of the body, as it is told and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.make.checks import Check
+
+
+@dataclass(frozen=True)
+class PortEffect:
+    """The motion of the tip in a task, and how much tubes change it.
+
+    Attributes
+    ----------
+    task : str
+    moved, turned : float
+        Lengths of the tip's displacement, mm, and of its rotation vector, radians, without tubes.
+    shift, turn : float
+        Lengths of the changes of both.
+    length : float
+        Of the body, mm: a rotation moves what the tip carries by about the angle times this.
+    """
+
+    task: str
+    moved: float
+    turned: float
+    shift: float
+    turn: float
+    length: float
+
+    @property
+    def relative(self) -> float:
+        """The change relative to the motion."""
+        motion = np.hypot(self.moved, self.length * self.turned)
+        return float(np.hypot(self.shift, self.length * self.turn) / max(motion, 1e-12))
+
+    @property
+    def sentence(self) -> str:
+        """For the sheet."""
+        return (
+            f"Tubes in the ports change the motion of task {self.task} by {self.shift:.2g} mm of {self.moved:.3g} mm "
+            f"and {np.degrees(self.turn):.2g}° of {np.degrees(self.turned):.3g}°."
+        )
+
+    def check(self, most: float) -> Check:
+        """Whether the change is within a fraction of the motion."""
+        return Check("body", f"change of the motion by tubes in the ports, task {self.task}", self.relative, most)
