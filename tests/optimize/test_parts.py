@@ -1,5 +1,7 @@
 """The parts of the sub-problem: smoothing, scale of the proxy, DFP, prices of the limits."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -22,7 +24,9 @@ from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import build_smoothing
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, least_motion, within
-from pneumorph.problem import loads
+from pneumorph.problem import load, loads
+
+CROWDED = Path(__file__).parent / "data" / "crowded.npz"
 
 REST = """
 [[task]]
@@ -241,3 +245,14 @@ def test_bringing_steps_within_the_limits_leaves_most_of_their_gain(stage):
         left.append(slope @ (found.phi - phi) / (slope @ step.change))
         phi, stepper = found.phi, stepper.after(step)
     assert min(left) > 0.8
+
+
+def test_a_crowded_design_is_brought_within_all_its_limits():
+    """Two chambers with poles, and walls, folds and stretch near their bounds nearly everywhere."""
+    problem = load(CROWDED.with_suffix(".toml"))
+    body = starting_body(problem.body)
+    space = build_design_space(problem, body)
+    phi = np.load(CROWDED)["phi"]
+    found = within(space, build_smoothing(space), sample_limits(body, problem.limits), phi)
+    assert isinstance(found, Within)
+    assert np.abs(found.phi - phi).max() < 1.5

@@ -25,7 +25,7 @@ from pneumorph.optimize.smoothing import Smoothing
 ACCURACY = 0.3
 """Fraction of the tolerances to which limits are met on samples."""
 
-PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 16, 5, 200
+PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 16, 7, 200
 """Most linearisations between two certificates, most certificates, and most iterations for each motion."""
 
 HOPELESS = 100.0
@@ -61,7 +61,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.
     margins, places, pairs = MARGIN.copy(), None, None
     phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
     found = certify(space.body(phi), limits.spec)
-    for attempt in range(1, CERTIFICATES):
+    for _ in range(1, CERTIFICATES):
         if found.satisfied():
             break
         # New places come first: of places close together the first is kept.
@@ -69,8 +69,9 @@ def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.
         new = found.places.pairs
         pairs = new if pairs is None else {name: joined(known, new[name]) for name, known in pairs.items()}
         for reading in found.violated():
-            # Added samples cannot repair what is certified beyond what is seen; after the first try, count all of it.
-            short = reading.excess() - (0.0 if attempt > 1 else reading.seen_excess())
+            # Only by what is certified beyond every point seen: added points repair the rest, and where every limit is
+            # near, a wider margin would push others beyond theirs, again and again.
+            short = reading.excess() - reading.seen_excess()
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
