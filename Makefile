@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.installed
+DOCS := $(VENV)/.installed-docs
 
-.PHONY: demo test lint web
+.PHONY: demo test lint web docs
 
 demo: $(READY)
 	$(BIN)/pneumorph design examples/linear.toml --out runs/linear --resume
@@ -28,7 +29,16 @@ web:
 		echo "web: skipped, there is no Node.js here (npm)"; \
 	fi
 
+# The site, in build/site; warnings are errors, as mkdocs.yml says. It is to be opened from disk: build/site/index.html.
+docs: $(DOCS)
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m mkdocs build --quiet
+	@du -sh build/site
+
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -c constraints.txt -e '.[dev,cad]'
+	touch $@
+
+$(DOCS): $(READY)
+	$(BIN)/python -m pip install -c constraints.txt -e '.[docs]'
 	touch $@
