@@ -84,13 +84,12 @@ def _section(heading: str, schema: Node, name: str | None = None) -> str:
     # What the schema says of the whole is written for Python; it stands in the API reference.
     text = "" if name is None else f"\n{table.get('description', '')}\n"
     anchor = "" if name is None else f" {{ #{_anchor(name)} }}"
-    rows = [
-        f"| `{key}` | {_cell(_value(value, schema))} | {_cell(_unit(value, schema))} | {_cell(_default(key, value, table))}"
-        f" | {_cell(value.get('description', ''))} |"
-        for key, value in table["properties"].items()
-    ]
-    head = "| key | value | unit | default | meaning |\n|---|---|---|---|---|"
-    return f"## {heading}{anchor}\n{text}\n" + "\n".join([head, *rows]) + "\n"
+    rows = [["key", "value", "unit", "default", "meaning"], ["---"] * 5]
+    for key, value in table["properties"].items():
+        said = _value(value, schema), _unit(value, schema), _default(key, value, table), value.get("description", "")
+        rows.append([f"`{key}`", *map(_cell, said)])
+    lines = (f"| {' | '.join(row)} |" for row in rows)
+    return f"## {heading}{anchor}\n{text}\n" + "\n".join(lines) + "\n"
 
 
 def _cell(text: str) -> str:

@@ -25,14 +25,18 @@ class FlangeSpec(Table):
     """The rubber flange at the base, which is clamped: its width beyond the body, and its thickness."""
 
     width: PositiveLength = 5.0
+    """Width beyond the body."""
     thickness: PositiveLength = 3.0
+    """Thickness."""
 
 
 class PrinterSpec(Table):
     """The printer: the size of the largest part that it prints, and its thinnest wall."""
 
     volume: tuple[PositiveLength, PositiveLength, PositiveLength] = (220.0, 220.0, 250.0)
+    """Largest part along x, y, z."""
     wall: PositiveLength = 0.8
+    """Thinnest wall."""
 
 
 class MakeSpec(Table):
@@ -48,13 +52,24 @@ class MakeSpec(Table):
     """
 
     tube: PositiveLength = 4.0
+    """Outer diameter of the supply tubes; ports are 10 % narrower."""
     flange: FlangeSpec = FlangeSpec()
+    """Rubber flange at the base."""
     mould_wall: PositiveLength = 6.0
+    """Least thickness of the mould."""
     clearance: Clearance = 0.15
+    """Gap between parts that slide on each other."""
     shrinkage: Annotated[Number, Field(ge=0, lt=0.2)] = 0.0
+    """Relative shrinkage of the rubber as it cures."""
     draft: Draft = radians(1.0)
+    """Angle of faces that are not the rubber's; at most 5°."""
     release_stretch: Annotated[Number, Field(gt=1)] = 1.5
+    """Largest stretch of the rubber when a piece is pulled off."""
     core_sag: PositiveLength = 0.1
+    """Largest sideways deflection of a core."""
     waste: Annotated[Number, Field(ge=0, lt=5)] = 0.2
+    """Fraction of rubber that stays in cups and channels."""
     port_effect: Annotated[Number, Field(gt=0)] = 0.1
+    """Largest change of the motion by tubes, as a fraction."""
     printer: PrinterSpec = PrinterSpec()
+    """The printer of the mould."""

@@ -20,7 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
-from pneumorph.problem.table import TAG, InvalidKey, Quantity, Table
+from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 AnyModulus = Annotated[float, Quantity(units.MODULUS)]
 Modulus = Annotated[float, Quantity(units.MODULUS, "positive")]
@@ -31,10 +31,15 @@ class RubberModel(Table):
     """What all rubbers have: bulk modulus (MPa), density (t/mm³), largest stretch at which the parameters are valid."""
 
     name: str = "rubber"
+    """A name for messages."""
     bulk_modulus: Modulus
+    """κ; 1000 times the shear modulus is nearly incompressible."""
     density: Annotated[float, Quantity(units.DENSITY, "positive")]
+    """Density of the undeformed rubber."""
     valid_stretch: Annotated[Number, Field(gt=1)] | None = None
+    """Largest stretch for which the parameters hold; states beyond it are reported."""
     source: str = ""
+    """Where the parameters come from."""
     blamed_key: ClassVar[str] = "shear_modulus"
     """The key named in the error when the initial shear modulus is not positive."""
 
@@ -57,7 +62,9 @@ class NeoHookean(RubberModel):
     """μ/2 (Ī₁ − 3): the paper's energy (41)."""
 
     model: Literal["neo-hookean"] = "neo-hookean"
+    """The model; neo-Hookean if it is left out."""
     shear_modulus: Modulus
+    """μ."""
 
     @property
     def initial_shear_modulus(self) -> float:
@@ -68,8 +75,11 @@ class MooneyRivlin(RubberModel):
     """c10 (Ī₁ − 3) + c01 (Ī₂ − 3)."""
 
     model: Literal["mooney-rivlin"]
+    """The model."""
     c10: AnyModulus
+    """Coefficient of Ī₁ − 3."""
     c01: AnyModulus
+    """Coefficient of Ī₂ − 3."""
     blamed_key: ClassVar[str] = "c10"
 
     @property
@@ -81,9 +91,11 @@ class Yeoh(RubberModel):
     """Σ cᵢ (Ī₁ − 3)ⁱ with the coefficients c₁, c₂, …"""
 
     model: Literal["yeoh"]
-    coefficients: tuple[AnyModulus, ...] = Field(
-        min_length=1, max_length=6, description='coefficients = ["0.11 MPa", "0.02 MPa"]'
+    """The model."""
+    coefficients: Annotated[tuple[AnyModulus, ...], Example('coefficients = ["0.11 MPa", "0.02 MPa"]')] = Field(
+        min_length=1, max_length=6
     )
+    """c₁, c₂, …"""
     blamed_key: ClassVar[str] = "coefficients"
 
     @property
@@ -95,8 +107,11 @@ class Gent(RubberModel):
     """−μ J_m/2 ln(1 − (Ī₁ − 3)/J_m), where `limit` is J_m, the limiting value of Ī₁ − 3."""
 
     model: Literal["gent"]
+    """The model."""
     shear_modulus: Modulus
-    limit: Annotated[Number, Field(gt=0)] = Field(description="limit = 30.0, the largest Ī₁ − 3")
+    """μ."""
+    limit: Annotated[Number, Field(gt=0), Example("limit = 30.0, the largest Ī₁ − 3")]
+    """J_m, the largest Ī₁ − 3, a pure number."""
 
     @property
     def initial_shear_modulus(self) -> float:
@@ -107,8 +122,11 @@ class ArrudaBoyce(RubberModel):
     """Eight-chain model as a series of five terms; shear modulus n k T of the chains, locking stretch λ_m."""
 
     model: Literal["arruda-boyce"]
+    """The model."""
     shear_modulus: Modulus
-    locking_stretch: Annotated[Number, Field(gt=1)] = Field(description="locking_stretch = 3.0")
+    """n k T of the chains."""
+    locking_stretch: Annotated[Number, Field(gt=1), Example("locking_stretch = 3.0")]
+    """λ_m, the stretch of a chain at its full length."""
 
     @property
     def initial_shear_modulus(self) -> float:
@@ -121,7 +139,9 @@ class OgdenTerm(Table):
     """One term of Ogden's energy, 2 μᵢ/αᵢ² (Σ λ̄^αᵢ − 3)."""
 
     modulus: AnyModulus
-    exponent: Number = Field(description="exponent = 2.0")
+    """μᵢ."""
+    exponent: Annotated[Number, Example("exponent = 2.0")]
+    """αᵢ, not zero."""
 
     @model_validator(mode="after")
     def _has_a_power(self) -> OgdenTerm:
@@ -134,9 +154,11 @@ class Ogden(RubberModel):
     """Σ 2 μᵢ/αᵢ² (λ̄₁^αᵢ + λ̄₂^αᵢ + λ̄₃^αᵢ − 3); the moduli μᵢ add up to the initial shear modulus."""
 
     model: Literal["ogden"]
-    terms: tuple[OgdenTerm, ...] = Field(
-        min_length=1, max_length=6, description='terms = [{ modulus = "0.4 MPa", exponent = 2.0 }]'
+    """The model."""
+    terms: Annotated[tuple[OgdenTerm, ...], Example('terms = [{ modulus = "0.4 MPa", exponent = 2.0 }]')] = Field(
+        min_length=1, max_length=6
     )
+    """Its terms."""
     blamed_key: ClassVar[str] = "terms"
 
     @property

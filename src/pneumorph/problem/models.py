@@ -23,7 +23,7 @@ from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, component_of
 from pneumorph.problem.objective import ObjectiveSpec
-from pneumorph.problem.table import InvalidKey, Quantity, Table
+from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
@@ -46,8 +46,11 @@ class Ripple(Table):
     """
 
     amplitude: PositiveLength
+    """How far the radii depart from the mean."""
     period: PositiveLength
+    """Distance of neighbouring waves along z."""
     lobes: Annotated[Whole, Field(ge=-12, le=12)] = 0
+    """Number of waves around the axis; 0 is rings, others are helices."""
 
 
 class Symmetry(Table):
@@ -58,31 +61,47 @@ class Symmetry(Table):
     """
 
     mirror: tuple[Literal["xz", "yz", "xy"], ...] = ()
+    """Mirror planes."""
     rotation: Annotated[Whole, Field(ge=1, le=24)] = 1
+    """Order of the rotational symmetry about z; 1 is none."""
     point: Annotated[bool, Strict()] = False
+    """Whether the shape is point symmetric about its centre."""
     half_turn: Literal["x", "y"] | None = None
+    """Axis of a half turn about the centre."""
 
 
 class ChamberSpec(Table):
     """A starting chamber: a cylinder parallel to z, with flat or hemispherical ends."""
 
-    name: Name = Field(description='e.g. name = "A"')
+    name: Annotated[Name, Example('e.g. name = "A"')]
+    """By which tasks and results name the chamber."""
     radius: PositiveLength
-    center: tuple[Length, Length] = Field(description='e.g. center = ["0 mm", "0 mm"]')
-    span: tuple[Length, Length] = Field(description='e.g. span = ["3 mm", "77 mm"]')
+    """Radius of the cylinder."""
+    center: Annotated[tuple[Length, Length], Example('e.g. center = ["0 mm", "0 mm"]')]
+    """Position of its axis in x and y."""
+    span: Annotated[tuple[Length, Length], Example('e.g. span = ["3 mm", "77 mm"]')]
+    """From where to where it reaches along z."""
     ends: Literal["flat", "pole"] = "flat"
-    ripple: Ripple | None = Field(None, description="a ripple for this chamber instead of the body's")
+    """Planes, or hemispheres that close in a pole."""
+    ripple: Ripple | None = None
+    """Waves that this chamber starts with, instead of the body's."""
 
 
 class BodySpec(Table):
     """The starting body: a cylinder from z = 0 to z = length with chambers in it; control_density in 1/mm."""
 
     length: PositiveLength
+    """Length of the body, which the design keeps."""
     radius: PositiveLength
+    """Radius at the start."""
     control_density: Annotated[float, Quantity(units.PER_LENGTH, "positive")] = 0.6
+    """Control points per length, around and along."""
     ripple: Ripple | None = None
+    """Waves that the exterior and every chamber without its own start with."""
     symmetry: Symmetry = Symmetry()
-    chamber: tuple[ChamberSpec, ...] = Field(min_length=1, description="a table [[body.chamber]]")
+    """Symmetries that every design keeps."""
+    chamber: Annotated[tuple[ChamberSpec, ...], Example("a table [[body.chamber]]")] = Field(min_length=1)
+    """The chambers, each a table [[body.chamber]]."""
 
     def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
         """The ripple a chamber starts with: its own or, if it has none, the body's."""
@@ -96,11 +115,17 @@ class Spring(Table):
     """
 
     shift_x: Stiffness = 0.0
+    """Stiffness against motion along x."""
     shift_y: Stiffness = 0.0
+    """Stiffness against motion along y."""
     axial: Stiffness = 0.0
+    """Stiffness against motion along z."""
     bending_x: RotationalStiffness = 0.0
+    """Stiffness against rotation about x."""
     bending_y: RotationalStiffness = 0.0
+    """Stiffness against rotation about y."""
     torsion: RotationalStiffness = 0.0
+    """Stiffness against rotation about z."""
 
     @model_validator(mode="before")
     @classmethod
@@ -120,10 +145,15 @@ class EndEffector(Table):
     """
 
     kind: Literal["plate", "free"] = "plate"
+    """A rigid plate that is bonded to the tip, or a free tip."""
     spring: Spring = Spring()
+    """Springs from the plate to the ground."""
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    """Dead force on the plate: x, y, z."""
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
+    """Moment on the plate about x, y, z."""
     hold: tuple[Component, ...] = ()
+    """Motions of the plate that a guide blocks."""
 
     @model_validator(mode="after")
     def _nothing_on_a_free_tip(self) -> "EndEffector":
@@ -137,7 +167,9 @@ class Gravity(Table):
     """Acceleration in mm/s² and its direction, which is normalised on reading."""
 
     acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = 9810.0
-    direction: tuple[Number, Number, Number] = Field(description="e.g. direction = [0, 0, -1]")
+    """Magnitude of the acceleration."""
+    direction: Annotated[tuple[Number, Number, Number], Example("e.g. direction = [0, 0, -1]")]
+    """Its direction, of any length; the body's axis is z, from the base to the tip."""
 
     @model_validator(mode="after")
     def _unit_direction(self) -> "Gravity":
@@ -156,8 +188,11 @@ class Pressure(Table):
     """The gauge pressure of a chamber in MPa: fixed, or free between min and max and designed along with the shape."""
 
     start: GaugePressure
+    """Pressure of the start."""
     min: GaugePressure
+    """Lower bound; negative is vacuum."""
     max: GaugePressure
+    """Upper bound."""
 
     @property
     def free(self) -> bool:
@@ -192,24 +227,32 @@ class Pressure(Table):
 class Task(Table):
     """One task: the pressures of the chambers and the objective they serve."""
 
-    name: Name = Field(description='e.g. name = "extend"')
+    name: Annotated[Name, Example('e.g. name = "extend"')]
+    """By which results name the task."""
     weight: Annotated[Number, Field(gt=0)] = 1.0
-    pressure: dict[Name, Pressure] = Field(description='e.g. pressure = { A = "60 kPa" }')
-    objective: ObjectiveSpec = Field(description='e.g. objective = { kind = "maximize", motion = "extension" }')
+    """Factor of its objective in the sum over tasks."""
+    pressure: Annotated[dict[Name, Pressure], Example('e.g. pressure = { A = "60 kPa" }')]
+    """Gauge pressure of each chamber; one that is left out has none."""
+    objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
+    """What the shape and the free pressures are designed for."""
 
 
 class Fold(Table):
     """Smallest distance within one surface, of points outside each other's neighbourhood on the starting tube (23)."""
 
     distance: PositiveLength = 1.0
+    """Least distance."""
     neighbourhood: PositiveLength = 2.0
+    """Points nearer than this on the starting tube are neighbours and do not count."""
 
 
 class Stretch(Table):
     """Limit of h₃ in 1/mm²: the stretch gradient per millimetre ("per_mm"), or (29) as printed in the paper."""
 
     limit: Curvature = 0.1
+    """Largest value."""
     form: Literal["per_mm", "printed"] = "per_mm"
+    """Per millimetre, or as printed in the paper."""
 
     @model_validator(mode="before")
     @classmethod
@@ -228,17 +271,24 @@ class Envelope(Table):
     """The cylinder about z in which the body must stay."""
 
     radius: PositiveLength
+    """Radius of the cylinder."""
 
 
 class Limits(Table):
     """Limits that every design keeps; the defaults are those of the paper's Table I."""
 
     wall: PositiveLength = 2.0
+    """Least distance of two surfaces, and of a chamber from the end planes."""
     fold: Fold = Fold()
+    """Least width of slots and ridges."""
     curvature: Curvature = 0.3
+    """Largest (k₁² + k₂²)/2 of the principal curvatures."""
     skew: Annotated[Number, Field(gt=0, lt=1)] = 0.2
+    """Largest cos² of the angle between parameter lines."""
     stretch: Stretch = Stretch()
+    """Largest squared relative change of the spacing of parameter lines per length."""
     envelope: Envelope | None = None
+    """Cylinder in which the exterior stays."""
 
 
 class MeshSpec(Table):
@@ -249,7 +299,9 @@ class MeshSpec(Table):
     """
 
     size: PositiveLength = 2.0
+    """Desired edge length of the tetrahedra."""
     element: Literal["auto", "quadratic", "mixed"] = "auto"
+    """Kind of the elements."""
 
 
 def _method(name: Any) -> Any:
@@ -266,5 +318,8 @@ class OptimizerSpec(Table):
     """
 
     step: PositiveLength = 0.2
+    """Largest motion of a control point in the first step."""
     method: Annotated[Literal["sqp", "dfp"], BeforeValidator(_method)] = "sqp"
+    """How steps are computed."""
     iterations: Annotated[Whole, Field(ge=1, le=100_000)] = 40
+    """Largest number of designs after the start."""

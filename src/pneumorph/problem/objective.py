@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, Validat
 
 from pneumorph import units
 from pneumorph.problem.components import MOTION_OF
-from pneumorph.problem.table import TAG, InvalidKey, Quantity, Table
+from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 Angle = Annotated[float, Quantity(units.ANGLE)]
@@ -40,11 +40,13 @@ class Maximize(Table):
     """
 
     kind: Literal["maximize"] = "maximize"
+    """The kind of objective; this one if it is left out."""
     motion: Annotated[Literal[
         "extension", "bending_x", "bending_y", "twist",
         "+extension", "+bending_x", "+bending_y", "+twist",
         "-extension", "-bending_x", "-bending_y", "-twist",
-    ], BeforeValidator(_motion)] = Field(description='e.g. motion = "extension"')  # fmt: skip
+    ], BeforeValidator(_motion), Example('e.g. motion = "extension"')]  # fmt: skip
+    """The motion of the tip; with a minus sign, its other sense."""
 
     @property
     def sign(self) -> float:
@@ -70,13 +72,19 @@ class MatchCurve(Table):
     """
 
     kind: Literal["match_curve"]
-    control_points: tuple[Position, ...] = Field(
-        min_length=2, description='e.g. control_points = [["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "80 mm"]]'
-    )
+    """The kind of objective."""
+    control_points: Annotated[
+        tuple[Position, ...], Example('e.g. control_points = [["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "80 mm"]]')
+    ] = Field(min_length=2)
+    """Control points of the curve, from the centre of the base."""
     degree: Annotated[int, Strict(), Field(ge=1, le=5)] = 3
+    """Degree of the B-spline."""
     sections: Sections = 10
+    """Number of sections that are compared."""
     orientation_weight: Weight = 1.0
+    """Weight of the squared angles, 1/rad²."""
     position_weight: Weight = 0.0
+    """Weight of the squared distances, 1/mm²."""
 
     @model_validator(mode="after")
     def _is_a_curve(self) -> "MatchCurve":
@@ -108,9 +116,11 @@ class MatchSections(Table):
     """Objective: equidistant sections take these orientations, given as rotation vectors from the base upwards."""
 
     kind: Literal["match_sections"]
-    rotations: tuple[RotationVector, ...] = Field(
-        min_length=2, max_length=100, description='e.g. rotations = [["0 deg", "10 deg", "0 deg"], …]'
+    """The kind of objective."""
+    rotations: Annotated[tuple[RotationVector, ...], Example('e.g. rotations = [["0 deg", "10 deg", "0 deg"], …]')] = (
+        Field(min_length=2, max_length=100)
     )
+    """Rotation vector of each section relative to the base."""
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `Maximize.keeps`."""
@@ -124,10 +134,15 @@ class Reach(Table):
     """
 
     kind: Literal["reach"]
+    """The kind of objective."""
     position: Position | None = None
+    """Position of the plate's centre relative to the centre of the base."""
     rotation: RotationVector | None = None
+    """Rotation vector of the plate."""
     position_weight: Weight = 0.01
+    """Weight of the squared distance, 1/mm²."""
     rotation_weight: Weight = 1.0
+    """Weight of the squared angle, 1/rad²."""
 
     @model_validator(mode="after")
     def _has_a_target(self) -> "Reach":
@@ -160,9 +175,13 @@ class Custom(Table):
     """
 
     kind: Literal["custom"]
-    code: Annotated[str, Strict()] = Field(description='a file next to the problem file, e.g. file = "objective.py"')
+    """The kind of objective."""
+    code: Annotated[str, Strict(), Example('a file next to the problem file, e.g. file = "objective.py"')]
+    """The text of the Python file; write `file = "objective.py"` in its place, a file beside the problem file."""
     function: Annotated[str, Strict()] = "objective"
+    """Name of the function."""
     sections: Annotated[int, Strict(), Field(ge=0, le=100)] = 0
+    """Number of sections in the features; 0 for none."""
 
     @model_validator(mode="before")
     @classmethod

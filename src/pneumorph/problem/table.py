@@ -62,6 +62,13 @@ class Quantity:
         }
 
 
+@dataclass(frozen=True)
+class Example:
+    """Annotation of a field that must be given and is not a quantity: what the message says to add if it is missing."""
+
+    text: str
+
+
 def _as_in_the_file(schema: dict[str, Any], table: type[BaseModel]) -> None:
     """Write the defaults in the JSON schema as in a problem file."""
     optional = [key for key, described in schema.get("properties", {}).items() if "default" in described]
@@ -72,10 +79,15 @@ def _as_in_the_file(schema: dict[str, Any], table: type[BaseModel]) -> None:
 
 
 class Table(BaseModel):
-    """A table of the problem file."""
+    """A table of the problem file; the text after each key is its description in the schema."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, hide_input_in_errors=True, json_schema_extra=_as_in_the_file
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        hide_input_in_errors=True,
+        json_schema_extra=_as_in_the_file,
+        use_attribute_docstrings=True,
     )
 
     @model_validator(mode="before")
@@ -89,7 +101,10 @@ class Table(BaseModel):
                 raise InvalidKey(key, f"unknown key; {fix}")
             for key, field in cls.model_fields.items():
                 if field.is_required() and key not in data:
-                    quantities = [part for part in field.metadata if isinstance(part, Quantity)]
-                    example = f'e.g. {key} = "{quantities[0].kind.example}"' if quantities else field.description
+                    told = next(
+                        (part for part in field.metadata if isinstance(part, Quantity | Example)),
+                        Example(f"the key {key}"),
+                    )
+                    example = told.text if isinstance(told, Example) else f'e.g. {key} = "{told.kind.example}"'
                     raise InvalidKey(key, f"is missing; add {example}")
         return data

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import tomli_w
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
@@ -15,7 +15,7 @@ from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import BodySpec, EndEffector, Gravity, Limits, MeshSpec, OptimizerSpec, Pressure, Task
 from pneumorph.problem.reasons import faults_of, one_line
-from pneumorph.problem.table import Table
+from pneumorph.problem.table import Example, Table
 
 
 class Problem(Table):
@@ -46,15 +46,25 @@ class Problem(Table):
     """
 
     title: str = ""
-    material: Material = Field(description='[material] with name = "Hei-Cast 8400"')
-    body: BodySpec = Field(description="[body] with its length, radius and chambers")
+    """A title for messages and pictures."""
+    material: Annotated[Material, Example('[material] with name = "Hei-Cast 8400"')]
+    """The rubber: a name of the library alone, or a model with its parameters."""
+    body: Annotated[BodySpec, Example("[body] with its length, radius and chambers")]
+    """The starting body with its chambers."""
     end_effector: EndEffector = EndEffector()
+    """What the tip carries."""
     gravity: Gravity | None = None
-    task: tuple[Task, ...] = Field(min_length=1, description="a table [[task]]")
+    """Weight of the body; without it there is none."""
+    task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1)
+    """Tasks, each a table [[task]]; all share the shape."""
     limits: Limits = Limits()
+    """Limits that every design keeps."""
     mesh: MeshSpec = MeshSpec()
+    """Size and kind of the elements."""
     optimizer: OptimizerSpec = OptimizerSpec()
+    """Steps and number of designs."""
     make: MakeSpec = MakeSpec()
+    """How the body and its mould are made."""
 
     @model_validator(mode="wrap")
     @classmethod
