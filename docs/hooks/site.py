@@ -20,6 +20,9 @@ from pneumorph.problem.schema import json_schema
 ROOT = Path(__file__).parents[2]
 PAGES = {"README.md": "readme.md", "ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
 """Pages of the repository's root, and where they are on the site."""
+SCHEMA = "src/pneumorph/problem/schema.json"
+"""On the site, a link to it leads to the page that is made from it."""
+PLACES = PAGES | {SCHEMA: "file_reference.md"}
 CARRIED = ("examples/**/*.toml", "benchmarks/*.py", "CITATION.cff", "LICENSE")
 """Other files that pages link to."""
 LINK = re.compile(r'(?<=\]\()[^)\s]+(?=\))|(?<=src=")[^"]+(?=")')
@@ -34,7 +37,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         for path in sorted(ROOT.glob(pattern)):
             name = path.relative_to(ROOT).as_posix()
             files.append(File.generated(config, name, abs_src_path=str(path)))
-    files.append(File.generated(config, "file_reference.md", content=page(json.loads(json_schema()))))
+    files.append(File.generated(config, PLACES[SCHEMA], content=page(json.loads(json_schema()))))
     return files
 
 
@@ -48,7 +51,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         if not link or ":" in link:
             return match[0]
         target = posixpath.normpath(posixpath.join(posixpath.dirname(origin), link))
-        place = PAGES.get(target, target.removeprefix("docs/"))
+        place = PLACES.get(target, target.removeprefix("docs/"))
         if not files.get_file_from_path(place):
             raise PluginError(f"{origin}: {match[0]} is not on the site ({place})")
         return posixpath.relpath(place, posixpath.dirname(here) or ".") + (f"#{anchor}" if anchor else "")
