@@ -66,7 +66,10 @@ def _references(node: Node, in_array: bool = False) -> Iterator[tuple[str, bool]
 
 
 def _heading(name: str, paths: list[str]) -> str:
-    return f"{', '.join(f'`{path}`' for path in paths)}: {_words(name)}"
+    """The places of a table, and its name if these do not say it."""
+    said = ", ".join(f"`{path}`" for path in paths)
+    last = paths[0].removesuffix("[]").rpartition(".")[2].replace("_", "-")
+    return said if last == _words(name) else f"{said}: {_words(name)}"
 
 
 def _words(name: str) -> str:

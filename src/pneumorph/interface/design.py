@@ -144,7 +144,7 @@ class Design:
 
         Parameters
         ----------
-        pressures : {chamber: "60 kPa" or "0:60:5 kPa"}
+        pressures : mapping of chambers to "60 kPa" or "0:60:5 kPa"
             Constant or swept pressures; constant ones also as pint quantities. Other chambers have the pressures of the
             design. Swept chambers change together.
         block : str or several

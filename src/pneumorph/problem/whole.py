@@ -95,7 +95,7 @@ class Problem(Table):
 
         Parameters
         ----------
-        changes : {key: value}
+        changes : mapping of keys to values
             Dotted keys as in a problem file, with an index for tables that occur several times, such as
             ``task[0].pressure.A``. Values as in the constructor; False removes a key. ``material.name`` selects another
             elastomer of the library.
