@@ -29,9 +29,10 @@ web:
 		echo "web: skipped, there is no Node.js here (npm)"; \
 	fi
 
-# The site, in build/site; warnings are errors, as mkdocs.yml says. It is to be opened from disk: build/site/index.html.
+# The site, in build/site; warnings are errors, as mkdocs.yml says. It is to be opened from disk:
+# build/site/index.html. The variable leaves out a note about other programs, which is not a warning.
 docs: $(DOCS)
-	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m mkdocs build --quiet
 	@du -sh build/site
 
 $(READY): pyproject.toml constraints.txt

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 import pneumorph as pm
+from pneumorph.problem.objective import Custom
 from pneumorph.problem.schema import json_schema
 from pneumorph.problem.table import Table
 
@@ -55,11 +56,11 @@ def test_reference_lists_every_key():
     assert len(sections) == len(tables())
     for table in tables():
         rows = sections["" if table is pm.Problem else table.__name__.lower()]
-        assert list(rows) == list(table.model_fields), table.__name__
+        assert list(rows) == [*table.model_fields, *(["file"] if table is Custom else [])], table.__name__
         for key, field in table.model_fields.items():
             _, value, _, default, meaning = rows[key]
             assert value and meaning == field.description, f"{table.__name__}.{key}"
-            assert (default == "must be given") == field.is_required() or value.startswith("`")
+            assert ("must be given" in default) == field.is_required(), f"{table.__name__}.{key}"
 
 
 def test_reference_has_units_and_defaults():
@@ -68,6 +69,7 @@ def test_reference_has_units_and_defaults():
     assert sections["spring"]["torsion"][2:4] == ["`N*mm/rad`", '`"0 N*mm/rad"`']
     assert sections["makespec"]["draft"][2:4] == ["`deg`", '`"1 deg"`']
     assert sections["task"]["pressure"][2] == "`kPa`"
+    assert sections["custom"]["file"][3] == "this or `code` must be given"
     assert sections["ogden"]["terms"][1] == "list (at least 1, at most 6) of [ogden-term](#table-ogdenterm)"
 
 

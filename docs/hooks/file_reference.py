@@ -111,6 +111,9 @@ def _toml(value: Any) -> str:
 def _default(key: str, value: Node, table: Node) -> str:
     if key in table.get("required", ()):
         return "must be given"
+    alternatives = [one for choice in table.get("oneOf", ()) for one in choice["required"]]
+    if key in alternatives:
+        return f"this or {', '.join(f'`{other}`' for other in alternatives if other != key)} must be given"
     default = value.get("default", value.get("const"))
     if isinstance(default, dict):
         return "those of its keys"

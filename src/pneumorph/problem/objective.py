@@ -5,7 +5,17 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo, model_validator
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    Strict,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import CoreSchema
 
 from pneumorph import units
 from pneumorph.problem.components import MOTION_OF
@@ -177,7 +187,7 @@ class Custom(Table):
     kind: Literal["custom"]
     """The kind of objective."""
     code: Annotated[str, Strict(), Example('a file next to the problem file, e.g. file = "objective.py"')]
-    """The text of the Python file; write `file = "objective.py"` in its place, a file beside the problem file."""
+    """The text of the Python file; `file` is given in its place."""
     function: Annotated[str, Strict()] = "objective"
     """Name of the function."""
     sections: Annotated[int, Strict(), Field(ge=0, le=100)] = 0
@@ -199,6 +209,19 @@ class Custom(Table):
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
             raise InvalidKey("file", f"{path} cannot be read ({why}); put it next to the problem file") from None
         return {key: value for key, value in data.items() if key != "file"} | {"code": code}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        reference = handler(schema)
+        table = handler.resolve_ref_schema(reference)
+        table["properties"]["file"] = {
+            "type": "string",
+            "title": "File",
+            "description": 'Name of a Python file beside the problem file, e.g. file = "objective.py".',
+        }
+        table["required"].remove("code")
+        table["oneOf"] = [{"required": ["file"]}, {"required": ["code"]}]
+        return reference
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `Maximize.keeps`; False because the symmetry of a user's function is unknown."""
