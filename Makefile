@@ -32,7 +32,7 @@ web:
 # The site, in build/site; warnings are errors, as mkdocs.yml says. It is to be opened from disk:
 # build/site/index.html. The variable leaves out a note about other programs, which is not a warning.
 docs: $(DOCS)
-	NO_MKDOCS_2_WARNING=1 PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m mkdocs build
 	@du -sh build/site
 
 $(READY): pyproject.toml constraints.txt

@@ -144,6 +144,19 @@ def test_schema_describes_the_file():
         assert not validator.is_valid(tomllib.loads(LEAST.replace('length = "80 mm"', wrong)))
 
 
+def test_schema_knows_the_file_of_an_objective():
+    validator = jsonschema.Draft202012Validator(json.loads(json_schema()))
+    table = tomllib.loads(LEAST)
+    for source, valid in (
+        ({"file": "a.py"}, True),
+        ({"code": "…"}, True),
+        ({"file": "a.py", "code": "…"}, False),
+        ({}, False),
+    ):
+        table["task"][0]["objective"] = {"kind": "custom", **source}
+        assert validator.is_valid(table) == valid
+
+
 def test_schema_states_defaults_as_the_file_would():
     definitions = json.loads(json_schema())["$defs"]
     assert definitions["Limits"]["properties"]["wall"]["default"] == "2 mm"
