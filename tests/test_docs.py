@@ -65,7 +65,7 @@ def test_reference_lists_every_key():
 
 def test_reference_has_units_and_defaults():
     sections = keys_by_section(file_reference())
-    assert sections["limits"]["wall"][1:4] == ['`"80 mm"`', "`mm`", '`"2 mm"`']
+    assert sections["limits"]["wall"][1:4] == ['`"… mm"`, not negative', "`mm`", '`"2 mm"`']
     assert sections["spring"]["torsion"][2:4] == ["`N*mm/rad`", '`"0 N*mm/rad"`']
     assert sections["makespec"]["draft"][2:4] == ["`deg`", '`"1 deg"`']
     assert sections["task"]["pressure"][2] == "`kPa`"

@@ -120,13 +120,16 @@ def _default(key: str, value: Node, table: Node) -> str:
     return "none" if default is None else f"`{_toml(default)}`"
 
 
+def _unit_of(quantity: str) -> str:
+    return re.sub(r"^\s*[-+\d.eE]+\s*", "", quantity)
+
+
 def _unit(value: Node, schema: Node) -> str:
     """The unit in the example of a quantity; empty for anything else."""
     units = []
     for part in _parts(value, schema):
         for example in part.get("examples", ()) if "pattern" in part else ():
-            unit = re.sub(r"^\s*[-+\d.eE]+\s*", "", example)
-            units.append(f"`{unit}`")
+            units.append(f"`{_unit_of(example)}`")
     return ", ".join(dict.fromkeys(units))
 
 
@@ -172,7 +175,7 @@ def _value(value: Node, schema: Node) -> str:
     if kind == "boolean":
         return "`true`, `false`"
     if "examples" in value:
-        return f'`"{value["examples"][0]}"`'
+        return f'`"… {_unit_of(value["examples"][0])}"`' + ("" if "[+-]" in value["pattern"] else ", not negative")
     return "text"
 
 
