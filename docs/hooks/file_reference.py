@@ -175,7 +175,9 @@ def _value(value: Node, schema: Node) -> str:
     if kind == "boolean":
         return "`true`, `false`"
     if "examples" in value:
-        return f'`"… {_unit_of(value["examples"][0])}"`' + ("" if "[+-]" in value["pattern"] else ", not negative")
+        return f'`"… {_unit_of(value["examples"][0])}"`' + (
+            "" if value["pattern"].startswith(r"^\s*[+-]") else ", not negative"
+        )
     return "text"
 
 
