@@ -223,7 +223,7 @@ class Design:
         Examples
         --------
         >>> import pneumorph as pm
-        >>> made = pm.open_run("runs/small").best.make("parts")  # doctest: +SKIP (needs the extra cad)
+        >>> made = pm.open_run("runs/small").best.make("parts")  # doctest: +SKIP
         >>> [check for check in made.checks if not check.passed]  # doctest: +SKIP
         []
         """
