@@ -50,7 +50,11 @@ def test_other_columns_are_left_alone(tmp_path):
         ("length, stress_MPa", POINTS, "has no column for stretch or strain"),
         ("stretch, force_N", POINTS, "is a force; add --section"),
         ("extension (mm), nominal stress_MPa", POINTS, "is a displacement; add --gauge-length"),
-        ("strain, nominal stress_MPa", [(*p[:1], p[1]) for p in [(100 * a, b) for a, b in POINTS]], "add --strain percent"),
+        (
+            "strain, nominal stress_MPa",
+            [(*p[:1], p[1]) for p in [(100 * a, b) for a, b in POINTS]],
+            "add --strain percent",
+        ),
         ("stretch, strain, nominal_stress_MPa", [(*p, 1) for p in POINTS], "more than one column"),
         ("stretch, nominal_stress_MPa", [*POINTS, (3.0, "much")], 'line 7: "much" is not a number'),
         ("stretch, nominal_stress_MPa", [*POINTS, (3.0,)], "line 7: column 2 is empty"),
@@ -107,7 +111,9 @@ def test_a_file_of_a_machine_with_preamble_units_row_quotes_and_psi(tmp_path):
     assert read.stretch == pytest.approx([1, 1.2, 1.5, 2, 2.5])
     assert read.stress == pytest.approx(np.array([0, 14.5, 29, 43.5, 58]) * 6.894757e-3)
     told = "\n".join(read.told)
-    assert "commas" in told and 'column 4 "Tensile strain [mm/mm]"' in told and 'column 5 "Tensile stress [psi]"' in told
+    assert (
+        "commas" in told and 'column 4 "Tensile strain [mm/mm]"' in told and 'column 5 "Tensile stress [psi]"' in told
+    )
     with pytest.raises(ProblemError, match="--stress nominal or --stress true"):
         read_tension(tmp_path / "a.csv")
 

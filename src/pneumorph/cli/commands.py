@@ -205,8 +205,8 @@ def fit_material(
         list[str],
         typer.Argument(
             metavar="[MODE=]FILE...",
-            help="CSV or text files of tests, as machines write them; MODE is uniaxial (default), equibiaxial or planar "
-            "(pure shear).",
+            help="CSV or text files of tests, as machines write them; MODE is uniaxial (by default), equibiaxial or "
+            "planar (pure shear).",
         ),
     ],
     model: Annotated[

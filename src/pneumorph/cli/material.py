@@ -187,9 +187,7 @@ def _weights(entries: list[str], modes: list[str]) -> dict[str, float]:
     return weights
 
 
-def _test(
-    console: Console, mode: str, path: Path, weight: float, reading: Reading, most: float | None
-) -> TensionTest:
+def _test(console: Console, mode: str, path: Path, weight: float, reading: Reading, most: float | None) -> TensionTest:
     """A test from a file; what was recognised in it is printed."""
     read = read_tension(path, reading)
     kept = read.stretch <= (most or np.inf)
@@ -206,8 +204,12 @@ def _test(
 def _refused(fits: list[Fit], model: str) -> str:
     """Why there is no table [material], and which models can be had."""
     had = [one.form.label for one in fits if one.is_acceptable]
-    instead = f"use one of {', '.join(had)}" if had else "--model all tries the others" if model != "all" else (
-        "give more modes (equibiaxial=FILE, planar=FILE) or a smaller --max-stretch"
+    instead = (
+        f"use one of {', '.join(had)}"
+        if had
+        else "--model all tries the others"
+        if model != "all"
+        else ("give more modes (equibiaxial=FILE, planar=FILE) or a smaller --max-stretch")
     )
     why = ", ".join(faults(fits[0])) or "its initial shear modulus is not positive"
     return f"no [material] is written: {fits[0].form.label} is {why}; {instead}"

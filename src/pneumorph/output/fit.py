@@ -46,7 +46,9 @@ def draw_fits(path: Path, tests: Sequence[TensionTest], fits: Sequence[Fit], tit
         plain(axes)
     figure.axes[0].set_ylabel("nominal stress / MPa", fontsize=TEXT)
     figure.suptitle(title, fontsize=TEXT)
-    handles = {label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels())}
+    handles = {
+        label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
     figure.legend(
         handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False,
         labelspacing=0.3,

@@ -23,8 +23,10 @@ NAMES = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "spaces"}
 TRIED = 400
 """Number of lines that decide about the layout."""
 
-UNITS_ROW = re.compile(r"[(\[]?\s*(-|1|%|mm/mm|in/in|m/m|mm|cm|m|in|inch|µm|s|sec|min|°c|[mk]?n|lbf?|k?gf|[kmg]?pa|psi|ksi"
-                       r"|n/mm(\^?2|²))?\s*[)\]]?", re.IGNORECASE)  # fmt: skip
+UNITS_ROW = re.compile(
+    r"[(\[]?\s*(-|1|%|mm/mm|in/in|m/m|[cmµ]?m|in|inch|s|sec|min|°c|[mk]?n|lbf?|k?gf|[kmg]?pa|psi|ksi|n/mm(\^?2|²))?\s*[)\]]?",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,8 @@ def _score(lines: list[str], separator: str, decimal: str) -> int:
 def _titles(above: list[list[str]], width: int) -> list[str]:
     """Titles from the header over a table, joined with a row of units between them."""
     wide = [cells + [""] * (width - len(cells)) for cells in above if sum(bool(cell) for cell in cells) > 1]
-    if not wide or wide[-1] is None or above[-1] not in (cells[: len(above[-1])] for cells in wide[-1:]):
+    # A header stands directly above its table.
+    if not wide or sum(bool(cell) for cell in above[-1]) < 2:
         return [""] * width
     if len(wide) > 1 and all(UNITS_ROW.fullmatch(cell) for cell in wide[-1]):
         return [

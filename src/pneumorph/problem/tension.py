@@ -117,7 +117,9 @@ def read_tension(path: Path, reading: Reading = Reading(), mode: str = "uniaxial
 
 
 def _word(kind: str) -> str:
-    return {"percent": "strain in per cent", "true": "logarithmic strain", "displacement": "displacement"}.get(kind, kind)
+    return {"percent": "strain in per cent", "true": "logarithmic strain", "displacement": "displacement"}.get(
+        kind, kind
+    )
 
 
 def _recognised(index: int, title: str) -> Column | None:
@@ -247,7 +249,9 @@ def _stress(table: Delimited, column: Column, stretch: np.ndarray, reading: Read
     units = FORCE_UNITS if column.kind == "force" else STRESS_UNITS
     if unit not in units:
         wrong = f'"{unit[:20]}" is not a known unit' if unit else f"{column} has no unit"
-        raise ProblemError(f"{table.path}: {wrong}; write it into the title or add --stress-unit, one of {', '.join(units)}")
+        raise ProblemError(
+            f"{table.path}: {wrong}; write it into the title or add --stress-unit, one of {', '.join(units)}"
+        )
     values = units[unit] * np.array(table.numbers(column.index))
     if column.kind == "force":
         if reading.area is None:

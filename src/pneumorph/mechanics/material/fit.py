@@ -45,14 +45,10 @@ class Points:
 def points(tests: Sequence[TensionTest]) -> Points:
     """The points of all tests, scaled."""
     count, weights = sum(len(test.stretch) for test in tests), sum(test.weight for test in tests)
-    size = [
-        np.sqrt(test.weight / weights * count / len(test.stretch) / np.mean(test.stress**2)) for test in tests
-    ]
+    size = [np.sqrt(test.weight / weights * count / len(test.stretch) / np.mean(test.stress**2)) for test in tests]
 
     def repeated(values: Sequence[object]) -> np.ndarray:
-        return np.concatenate(
-            [np.full(len(test.stretch), value) for test, value in zip(tests, values, strict=True)]
-        )
+        return np.concatenate([np.full(len(test.stretch), value) for test, value in zip(tests, values, strict=True)])
 
     return Points(
         np.concatenate([test.stretch for test in tests]),

@@ -97,6 +97,12 @@ class Fit:
         ]
 
     @property
+    def distance(self) -> float:
+        """The largest logarithm of its stress over a neo-Hookean one in the modes without a test, of either sign."""
+        ends = [end for mode, ends in self.ratios.items() if mode not in self.measured for end in ends]
+        return max((abs(float(np.log(end))) if end > 0 else np.inf for end in ends), default=0.0)
+
+    @property
     def undetermined(self) -> list[int]:
         """Indices of parameters that the tests do not tell from zero."""
         return [k for k, known in enumerate(np.abs(self.parameters) > 2 * self.deviations) if not known]
@@ -130,19 +136,18 @@ def fit_all(tests: Sequence[TensionTest], model: str | None = None) -> list[Fit]
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:
-    """Acceptable ones first, and stable before unstable ones; among them the simplest of those that are as good."""
+    """Acceptable ones first, and stable before unstable ones; among them the simplest of those that are as good.
+
+    Of equally simple ones, that comes first which is closest to a neo-Hookean rubber in the modes that were not
+    measured: where two are equally close, they say the same there, and it does not matter which is taken.
+    """
     order: list[Fit] = []
     for acceptable, stable in ((True, True), (False, True), (False, False)):
         group = [one for one in fits if (one.is_acceptable, one.is_stable) == (acceptable, stable)]
         best = min((one.criterion for one in group), default=0.0)
-        order += sorted(
-            group,
-            key=lambda one: (
-                one.criterion > best + MARGIN,
-                one.form.count if one.criterion <= best + MARGIN else 0,
-                one.criterion,
-            ),
-        )
+        near = [one for one in group if one.criterion <= best + MARGIN]
+        order += sorted(near, key=lambda one: (one.form.count, one.distance, one.criterion))
+        order += sorted((one for one in group if one not in near), key=lambda one: one.criterion)
     return order
 
 
