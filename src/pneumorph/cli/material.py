@@ -61,7 +61,7 @@ def _entry(name: str) -> dict[str, Any]:
         "name": name,
         "shear_modulus_MPa": rubber.shear_modulus,
         "bulk_modulus_MPa": rubber.bulk_modulus,
-        "density_g_per_cm3": rubber.density * 1e9,
+        "density_g_per_cm3": float(f"{rubber.density * 1e9:.6g}"),
         "valid_stretch": rubber.valid_stretch,
         "assumed": library()[name].get("assumed"),
         "exports": list(formats_of(rubber)),
