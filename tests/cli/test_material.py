@@ -104,3 +104,32 @@ def test_a_stretch_beyond_the_rubber_s_range_is_said(run, tiny):
     tiny.write_text(text.replace("1.01", "3.0"))
     result = run("simulate", tiny, "--json", report)
     assert "beyond" not in result.stdout and json.loads(report.read_text())["steps"][0]["beyond_validity"] is False
+
+
+def test_the_picture_shows_all_modes_with_a_band(tmp_path, monkeypatch):
+    from pneumorph.mechanics.material.fit import TensionTest
+    from pneumorph.mechanics.material.judge import band, fit_all
+    from pneumorph.output import fit as output
+
+    figures = []
+    monkeypatch.setattr(output, "save", lambda figure, path: figures.append(figure))
+    stretch = np.linspace(1.1, 2.5, 20)
+    test = TensionTest(stretch, 0.3 * (stretch - stretch**-2))
+    fits = fit_all([test], "neo-hookean")
+    output.draw_fits(tmp_path / "fit.png", [test], fits, "a test")
+    (figure,) = figures
+    assert [axes.get_title().split()[0].strip(",") for axes in figure.axes] == ["uniaxial", "equibiaxial", "planar"]
+    for axes, mode in zip(figure.axes, fits[0].curves, strict=True):
+        low, high = band(fits, mode)
+        edge = axes.collections[0].get_paths()[0].vertices[:, 1]
+        assert (edge.min(), edge.max()) == pytest.approx((low.min(), high.max())) and (high > low).all()
+
+
+def test_a_recorded_curve_is_averaged(run, tmp_path):
+    stretch = np.linspace(1.0, 2.5, 5000)
+    rows = "".join(f"{a},{0.3 * (a - a**-2)}\n" for a in stretch)
+    (tmp_path / "a.csv").write_text(f"stretch, nominal stress (MPa)\n{rows}")
+    result = run("material", "fit", tmp_path / "a.csv", "--model", "neo-hookean", "--out", tmp_path / "out")
+    assert result.exit_code == 0 and "averaged to 200" in result.stdout
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
+    assert float(table["shear_modulus"].split()[0]) == pytest.approx(0.3, rel=1e-4)

@@ -28,6 +28,9 @@ from pneumorph.run import atomic
 BULK_RATIO = 1000.0
 """Bulk over shear modulus of fitted models, which a tension test does not determine: ν = 0.4995."""
 
+MOST_POINTS = 200
+"""Points of a file beyond which neighbours are averaged: a recorded curve has thousands, which tell no more."""
+
 COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "source")
 
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
@@ -198,7 +201,13 @@ def _test(console: Console, mode: str, path: Path, weight: float, reading: Readi
         console.print(Text(f"  {np.count_nonzero(~kept)} points beyond --max-stretch {most:g} are left out"))
     if np.count_nonzero(kept) < FEWEST or not read.stress[kept].max() > 0:
         raise ProblemError(f"--max-stretch {most:g} leaves fewer than {FEWEST} useful points of {path}; raise it")
-    return TensionTest(read.stretch[kept], read.stress[kept], mode, weight)
+    stretch, stress = read.stretch[kept], read.stress[kept]
+    if len(stretch) > MOST_POINTS:
+        console.print(Text(f"  neighbouring points are averaged to {MOST_POINTS}"))
+        stretch, stress = (
+            np.array([part.mean() for part in np.array_split(values, MOST_POINTS)]) for values in (stretch, stress)
+        )
+    return TensionTest(stretch, stress, mode, weight)
 
 
 def _refused(fits: list[Fit], model: str) -> str:
@@ -254,9 +263,9 @@ def _record(one: Fit) -> dict[str, Any]:
         "form": one.form.label,
         "parameters": _written(one),
         "not_determined": [_names(one)[k] for k in one.undetermined],
-        "r2": one.r2,
-        "rms_MPa": one.rms,
-        "criterion": one.criterion,
+        "r2": finite(one.r2),
+        "rms_MPa": finite(one.rms),
+        "criterion": finite(one.criterion),
         "largest_stretch": one.reach,
         "stable_up_to": one.stable,
         "stable": one.is_stable,

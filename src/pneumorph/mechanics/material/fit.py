@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from pneumorph.mechanics.material import energies
-from pneumorph.mechanics.material.homogeneous import first_invariant, nominal_stress, stretch_at
+from pneumorph.mechanics.material.homogeneous import first_invariant, nominal_stress
 from pneumorph.mechanics.material.rubber import Energy
 
 
@@ -62,11 +62,6 @@ def points(tests: Sequence[TensionTest]) -> Points:
 def borne(tests: Sequence[TensionTest]) -> float:
     """The largest Ī₁ of the tests."""
     return max(float(np.max(first_invariant(test.stretch, test.mode))) for test in tests)
-
-
-def uniaxial_reach(tests: Sequence[TensionTest]) -> float:
-    """The stretch in uniaxial tension that has the largest Ī₁ of the tests."""
-    return stretch_at(borne(tests), "uniaxial")
 
 
 @dataclass(frozen=True)
