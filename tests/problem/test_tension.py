@@ -174,3 +174,10 @@ def test_only_bounded_regular_files_are_read(tmp_path, monkeypatch):
     (tmp_path / "b.csv").write_bytes(b"\0\1\2")
     with pytest.raises(ProblemError, match="is not a text file"):
         read_tension(tmp_path / "b.csv")
+
+
+def test_unloading_is_said(tmp_path):
+    loop = [(a, a - 1) for a in (1.0, 1.3, 1.6, 2.0, 2.4, 2.0, 1.5, 1.1)]
+    header = "stretch, nominal stress (MPa)"
+    assert "goes back" in read_tension(written(tmp_path / "a.csv", header, loop)).told[-1]
+    assert len(read_tension(written(tmp_path / "b.csv", header, loop[:5])).told) == 3

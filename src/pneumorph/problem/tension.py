@@ -40,6 +40,9 @@ OTHER = r"rate|time|transverse|lateral|quer\w*|width|modulus|speed|geschwindigke
 LARGEST = 15.0
 """Stretch beyond which a plain strain is taken for one in per cent: no rubber bears it."""
 
+UNLOADED = 0.8
+"""Share of the largest strain below which later points are taken for unloading."""
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -88,11 +91,10 @@ class Column:
         return f'column {self.index + 1} "{self.title}"' if self.title else f"column {self.index + 1}"
 
 
-def read_tension(path: Path, reading: Reading = Reading(), mode: str = "uniaxial") -> Tension:
+def read_tension(path: Path, reading: Reading = Reading()) -> Tension:
     """Read stretch and nominal stress of a test from the file of a machine.
 
-    Columns are found by their titles, English or German, with units in the titles or in a row below. The mode matters
-    where true stresses are converted.
+    Columns are found by their titles, English or German, with units in the titles or in a row below.
 
     Raises
     ------
@@ -113,6 +115,8 @@ def read_tension(path: Path, reading: Reading = Reading(), mode: str = "uniaxial
         f"stretch {ends} from {along}, read as {_word(along.kind)}",
         f"nominal stress {stress.min():.4g} to {stress.max():.4g} MPa from {across}, read as {how}",
     )
+    if stretch[np.argmax(stretch) :].min() < 1.0 + UNLOADED * (stretch.max() - 1.0):
+        told += ("the stretch goes back from its largest value; if that is unloading, keep the lines of loading alone",)
     return Tension(stretch[order], stress[order], told)
 
 
