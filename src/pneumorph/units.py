@@ -34,6 +34,7 @@ class Kind:
 
 
 LENGTH = Kind("a length", "mm", "mm", "80 mm")
+AREA = Kind("an area", "mm^2", "mm^2", "8 mm^2")
 PER_LENGTH = Kind("a number per length", "1/mm", "/mm", "0.6 /mm")
 CURVATURE = Kind("a number per area", "1/mm^2", "/mm^2", "0.3 /mm^2")
 PRESSURE = Kind("a pressure", "MPa", "kPa", "60 kPa")

@@ -39,9 +39,48 @@ def test_fit_writes_a_table_to_paste(run, tmp_path):
     assert (tmp_path / "out" / "fit.png").stat().st_size > 10_000
 
 
+def test_list_as_json(run):
+    result = run("material", "list", "--json")
+    assert result.exit_code == 0
+    entries = {entry["name"]: entry for entry in json.loads(result.stdout)}
+    assert entries.keys() == library().keys()
+    assert entries["Hei-Cast 8400"]["shear_modulus_MPa"] == 0.49
+    assert entries["Hei-Cast 8400"]["exports"] == ["vtu", "inp"] and entries["Ecoflex 00-30"]["exports"] == ["vtu"]
+
+
+def test_several_modes_weights_and_the_largest_stretch(run, tmp_path):
+    stretch = np.linspace(1.05, 3, 20)
+    for name, stress in (("pull", stretch - stretch**-2), ("shear", stretch - stretch**-3)):
+        rows = "".join(f"{a};{0.3 * b}\n".replace(".", ",") for a, b in zip(stretch, stress, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"lambda;Spannung\n-;MPa\n{rows}")
+    result = run(
+        "material", "fit", tmp_path / "pull.csv", f"shear={tmp_path / 'shear.csv'}", "--model", "neo-hookean",
+        "--stress", "nominal", "--weight", "shear=0.5", "--max-stretch", "2.5", "--out", tmp_path / "out",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert result.stdout.index('column 1 "lambda [-]"') < result.stdout.index("neo-hookean  ")
+    assert "shear.csv: planar tension, 20 points" in result.stdout and "beyond --max-stretch 2.5" in result.stdout
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
+    assert table["shear_modulus"] == "0.3 MPa" and table["valid_stretch"] < 2.5
+
+
+def test_a_model_that_is_refused_says_what_can_be_had(run, tmp_path):
+    stretch = np.linspace(1.05, 3, 20)
+    rows = "".join(f"{a},{0.2 * (a**2 - a**-2.5)}\n" for a in stretch)
+    (tmp_path / "a.csv").write_text(f"stretch, nominal stress (MPa)\n{rows}")
+    result = run("material", "fit", tmp_path / "a.csv", "--model", "mooney-rivlin", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "no [material] is written: mooney-rivlin is" in result.stdout and "--model all" in result.stdout
+    assert not (tmp_path / "out" / "material.toml").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (("none.csv", "--max-stretch", "0.5"), "--max-stretch"),
+        (("none.csv", "--section", "4 mm x 2"), "--section"),
+        (("none.csv", "--weight", "planar=2"), "there is no file of this mode"),
+        (("none.csv", "--stress", "piola"), "use one of nominal, true"),
         (("none.csv",), "no such file"),
         (("a.csv", "--model", "hooke"), "--model"),
         (("a.csv", "--density", "1"), "no unit"),
@@ -65,3 +104,32 @@ def test_a_stretch_beyond_the_rubber_s_range_is_said(run, tiny):
     tiny.write_text(text.replace("1.01", "3.0"))
     result = run("simulate", tiny, "--json", report)
     assert "beyond" not in result.stdout and json.loads(report.read_text())["steps"][0]["beyond_validity"] is False
+
+
+def test_the_picture_shows_all_modes_with_a_band(tmp_path, monkeypatch):
+    from pneumorph.mechanics.material.fit import TensionTest
+    from pneumorph.mechanics.material.judge import band, fit_all
+    from pneumorph.output import fit as output
+
+    figures = []
+    monkeypatch.setattr(output, "save", lambda figure, path: figures.append(figure))
+    stretch = np.linspace(1.1, 2.5, 20)
+    test = TensionTest(stretch, 0.3 * (stretch - stretch**-2))
+    fits = fit_all([test], "neo-hookean")
+    output.draw_fits(tmp_path / "fit.png", [test], fits, "a test")
+    (figure,) = figures
+    assert [axes.get_title().split()[0].strip(",") for axes in figure.axes] == ["uniaxial", "equibiaxial", "planar"]
+    for axes, mode in zip(figure.axes, fits[0].curves, strict=True):
+        low, high = band(fits, mode)
+        edge = axes.collections[0].get_paths()[0].vertices[:, 1]
+        assert (edge.min(), edge.max()) == pytest.approx((low.min(), high.max())) and (high > low).all()
+
+
+def test_a_recorded_curve_is_averaged(run, tmp_path):
+    stretch = np.linspace(1.0, 2.5, 5000)
+    rows = "".join(f"{a},{0.3 * (a - a**-2)}\n" for a in stretch)
+    (tmp_path / "a.csv").write_text(f"stretch, nominal stress (MPa)\n{rows}")
+    result = run("material", "fit", tmp_path / "a.csv", "--model", "neo-hookean", "--out", tmp_path / "out")
+    assert result.exit_code == 0 and "averaged to 200" in result.stdout
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
+    assert float(table["shear_modulus"].split()[0]) == pytest.approx(0.3, rel=1e-4)

@@ -180,15 +180,15 @@ def verify(
     verify(only or [], write)
 
 
-material = typer.Typer(no_args_is_help=True, help="Elastomers: show the library, fit a model to a tension test.")
+material = typer.Typer(no_args_is_help=True, help="Elastomers: show the library, fit models to tension tests.")
 
 
 @material.command("list")
-def list_materials() -> None:
+def list_materials(json: Annotated[bool, typer.Option("--json", help="As JSON, for scripts.")] = False) -> None:
     """List the elastomers of the library: model, parameters, stiffness, range and source."""
     from pneumorph.cli.material import list_
 
-    list_()
+    list_(json)
 
 
 @material.command("show")
@@ -202,17 +202,65 @@ def show_material(name: Annotated[str, typer.Argument(help="An elastomer of the 
 @material.command("fit")
 def fit_material(
     data: Annotated[
-        Path, typer.Argument(help="CSV file of stretch (or strain) and nominal stress, with units in the header.")
+        list[str],
+        typer.Argument(
+            metavar="[MODE=]FILE...",
+            help="CSV or text files of tests, as machines write them; MODE is uniaxial (by default), equibiaxial or "
+            "planar (pure shear).",
+        ),
     ],
     model: Annotated[
         str, typer.Option(help="One of neo-hookean, mooney-rivlin, yeoh, gent, arruda-boyce, ogden, or all.")
     ] = "all",
+    stress: Annotated[
+        str | None,
+        typer.Option(metavar="nominal|true", help="What the stress is, where its title does not say it."),
+    ] = None,
+    strain: Annotated[
+        str | None,
+        typer.Option(
+            metavar="stretch|strain|percent|true", help="What the strain is, where its title does not say it."
+        ),
+    ] = None,
+    strain_column: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Title or number (from 1) of the column of strain.")
+    ] = None,
+    stress_column: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Title or number (from 1) of the column of stress or force.")
+    ] = None,
+    stress_unit: Annotated[str | None, typer.Option(metavar="UNIT", help="Unit of stress, e.g. kPa or psi.")] = None,
+    skip: Annotated[int, typer.Option(min=0, help="Number of lines to leave out at the start of the files.")] = 0,
+    gauge_length: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help='Undeformed length for displacements, e.g. "25 mm".')
+    ] = None,
+    section: Annotated[
+        str | None, typer.Option(metavar="SIZE", help='Undeformed section for forces, "4 mm x 2 mm" or "8 mm^2".')
+    ] = None,
+    max_stretch: Annotated[
+        float | None, typer.Option(help="Largest stretch that the rubber will bear; points beyond are left out.")
+    ] = None,
+    weight: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODE=NUMBER", help="How much the tests of a mode count, by default 1; repeatable."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; by default <name of the file>-fit.")] = None,
     density: Annotated[
         str, typer.Option(help="Density for the table [material]; a tension test does not determine it.")
     ] = "1.1 g/cm^3",
 ) -> None:
-    """Fit models to a uniaxial tension test, check their stability, and write the best as a table [material]."""
-    from pneumorph.cli.material import fit_
+    """Fit models to tension tests, judge them in all modes, and write the simplest good one as a table [material]."""
+    from pneumorph.cli.material import Asked, fit_
+    from pneumorph.errors import ProblemError
+    from pneumorph.problem.tension import Reading
 
-    fit_(data, model, out, density)
+    for option, value, known in (
+        ("--stress", stress, ("nominal", "true")),
+        ("--strain", strain, ("stretch", "strain", "percent", "true")),
+    ):
+        if value is not None and value not in known:
+            raise ProblemError(f'{option}: "{value}" is not known; use one of {", ".join(known)}')
+    fit_(
+        data,
+        Asked(model, out, density, weight or [], max_stretch, gauge_length, section),
+        Reading(strain_column, stress_column, skip, strain, stress, stress_unit),
+    )

@@ -7,13 +7,20 @@ from pathlib import Path
 
 from pneumorph.analysis import Fields
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics import configure, guided_of, loads_of, model_of
+from pneumorph.mechanics import configure, guided_of, loads_of, model_of, rubber_of
+from pneumorph.mechanics.material.energies import neo_hookean
+from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.output.abaqus import abaqus_input
 from pneumorph.output.grid import grid
 from pneumorph.problem import Problem
 
 FORMATS = ("vtu", "inp")
 """ParaView and VTK; CalculiX and Abaqus."""
+
+
+def formats_of(rubber: Rubber) -> tuple[str, ...]:
+    """Those of `FORMATS` in which a body of this rubber can be written."""
+    return tuple(format for format in FORMATS if format != "inp" or rubber.isochoric is neo_hookean)
 
 
 def export(path: Path, format: str, problem: Problem, fields: Fields, pressures: Mapping[str, float]) -> None:
@@ -32,6 +39,13 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
     ProblemError
         If the format does not support the rubber, or the file cannot be written.
     """
+    had = formats_of(rubber_of(problem.material))
+    if format not in had:
+        raise ProblemError(
+            f'format: "{format}" cannot hold this rubber (material.model is "{problem.material.model}"), input files '
+            f"can be written for neo-Hookean rubbers only; export {', '.join(had)} instead, or step, 3mf and stl by "
+            "pneumorph make"
+        )
     whole = fields.whole()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

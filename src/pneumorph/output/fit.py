@@ -1,4 +1,4 @@
-"""Picture of a tension test and the rubber models fitted to it."""
+"""Picture of tension tests and the rubber models fitted to them, in all three modes."""
 
 from __future__ import annotations
 
@@ -8,29 +8,49 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from pneumorph.mechanics.material.fit import Fit, TensionTest
-from pneumorph.output.figures import COLOURS, COLUMN, INK, SMALL, TEXT, plain, save
+from pneumorph.mechanics.material.fit import TensionTest
+from pneumorph.mechanics.material.judge import Fit, band
+from pneumorph.output.figures import COLOURS, INK, PAGE, SMALL, TEXT, plain, save
+
+TITLES = {"uniaxial": "uniaxial", "equibiaxial": "equibiaxial", "planar": "planar (pure shear)"}
 
 
-def draw_fits(path: Path, test: TensionTest, fits: Sequence[Fit], title: str) -> None:
-    """Save a picture of nominal stress over stretch; models that are not stable are dashed."""
-    figure = Figure(figsize=(COLUMN, 2.4 + 0.14 * len(fits)), layout="constrained", facecolor="white")
-    axes = figure.subplots()
-    stretch = np.linspace(min(1.0, test.stretch.min()), test.stretch.max(), 200)
-    for number, one in enumerate(fits):
-        axes.plot(
-            stretch,
-            one.stress(stretch),
-            "-" if one.is_stable else "--",
-            color=COLOURS[number % len(COLOURS)],
-            # Models that coincide are all seen.
-            linewidth=1.0 + 0.4 * (len(fits) - 1 - number),
-            label=f"{one.form.label}, R² {one.r2:.4f}" + ("" if one.is_stable else ", not stable"),
-        )
-    axes.plot(test.stretch, test.stress, "o", color=INK, markersize=2.5, label="test", zorder=0)
-    axes.set_xlabel("stretch", fontsize=TEXT)
-    axes.set_ylabel("nominal stress / MPa", fontsize=TEXT)
-    axes.set_title(title, fontsize=TEXT)
-    plain(axes)
-    figure.legend(loc="outside lower center", fontsize=SMALL, frameon=False, labelspacing=0.3)
+def draw_fits(path: Path, tests: Sequence[TensionTest], fits: Sequence[Fit], title: str) -> None:
+    """Save a picture of nominal stress over stretch in each mode.
+
+    The band is what models that are as good as the first say within two standard deviations; models that are not
+    acceptable are dashed.
+    """
+    figure = Figure(figsize=(PAGE, 2.6 + 0.07 * len(fits)), layout="constrained", facecolor="white")
+    for axes, mode in zip(figure.subplots(1, 3), TITLES, strict=True):
+        stretch = fits[0].curves[mode].stretch
+        axes.fill_between(stretch, *band(fits, mode), color=COLOURS[0], alpha=0.18, linewidth=0, label="undecided")
+        for number, one in enumerate(fits):
+            axes.plot(
+                stretch,
+                one.curves[mode].stress,
+                "-" if one.is_acceptable else "--",
+                color=COLOURS[number % len(COLOURS)],
+                # Models that coincide are all seen.
+                linewidth=0.8 + 0.25 * (len(fits) - 1 - number),
+                label=f"{one.form.label}, R² {one.r2:.4f}" + ("" if one.is_acceptable else ", not acceptable"),
+            )
+        measured = [test for test in tests if test.mode == mode]
+        for test in measured:
+            axes.plot(test.stretch, test.stress, "o", color=INK, markersize=2.5, label="test", zorder=5)
+        # A model without bounds would squeeze the others onto the axis.
+        top = max([float(np.max(band(fits, mode)[1])), *(float(test.stress.max()) for test in measured)])
+        axes.set_ylim(0.0, 1.15 * top)
+        axes.set_title(TITLES[mode] + ("" if measured else ", not measured"), fontsize=TEXT)
+        axes.set_xlabel("stretch", fontsize=TEXT)
+        plain(axes)
+    figure.axes[0].set_ylabel("nominal stress / MPa", fontsize=TEXT)
+    figure.suptitle(title, fontsize=TEXT)
+    handles = {
+        label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False,
+        labelspacing=0.3,
+    )  # fmt: skip
     save(figure, path)

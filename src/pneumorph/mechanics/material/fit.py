@@ -1,35 +1,67 @@
-"""Fit the parameters of rubber models to a uniaxial tension test, and check whether the fitted models are stable.
+"""Fit the parameters of rubber models to tension tests in one or several modes.
 
 Stresses are derivatives of the energies. Every model is linear in its moduli, so these are found by linear least
-squares, and only exponents and limits are searched (Golub and Pereyra 1973).
+squares, and only exponents and limits are searched (Golub and Pereyra 1973). What a fit is worth is in `judge.py`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.homogeneous import first_invariant, nominal_stress
 from pneumorph.mechanics.material.rubber import Energy
-
-DIRECTIONS = {"uniaxial": (1.0, -0.5), "equibiaxial": (1.0, 1.0), "planar": (1.0, 0.0)}
-"""Logarithms of the first two principal stretches over that of the first, for the isochoric tests of stability."""
-
-POINTS = 200
 
 
 @dataclass(frozen=True, eq=False)
 class TensionTest:
-    """Stretches (n,) and nominal stresses (n,) in MPa of a uniaxial test."""
+    """Stretches (n,) and nominal stresses (n,) in MPa of a test, its mode (of `DIRECTIONS`) and its weight."""
 
     stretch: np.ndarray
     stress: np.ndarray
+    mode: str = "uniaxial"
+    weight: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """The points of all tests: stretch, stress, mode and scale, each (n,).
+
+    A difference of stress times its scale is relative to the root mean square of the stresses of its test; every test
+    counts as its weight says, however many points it has.
+    """
+
+    stretch: np.ndarray
+    stress: np.ndarray
+    mode: np.ndarray
+    scale: np.ndarray
+    test: np.ndarray
+
+
+def points(tests: Sequence[TensionTest]) -> Points:
+    """The points of all tests, scaled."""
+    count, weights = sum(len(test.stretch) for test in tests), sum(test.weight for test in tests)
+    size = [np.sqrt(test.weight / weights * count / len(test.stretch) / np.mean(test.stress**2)) for test in tests]
+
+    def repeated(values: Sequence[object]) -> np.ndarray:
+        return np.concatenate([np.full(len(test.stretch), value) for test, value in zip(tests, values, strict=True)])
+
+    return Points(
+        np.concatenate([test.stretch for test in tests]),
+        np.concatenate([test.stress for test in tests]),
+        repeated([test.mode for test in tests]),
+        repeated(size),
+        repeated(range(len(tests))),
+    )
+
+
+def borne(tests: Sequence[TensionTest]) -> float:
+    """The largest Ī₁ of the tests."""
+    return max(float(np.max(first_invariant(test.stretch, test.mode))) for test in tests)
 
 
 @dataclass(frozen=True)
@@ -61,34 +93,10 @@ class Form:
     bounds: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
     convex: bool = False
 
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """A form fitted to a test.
-
-    Attributes
-    ----------
-    parameters : of the form's energy, without κ.
-    rms : root mean square of the differences of nominal stress, MPa.
-    r2 : coefficient of determination R² of the stresses.
-    stable : for each mode, the largest stretch of the test up to which the model is stable.
-    reach : the largest stretch of the test.
-    """
-
-    form: Form
-    parameters: np.ndarray
-    rms: float
-    r2: float
-    stable: dict[str, float]
-    reach: float
-
     @property
-    def is_stable(self) -> bool:
-        return all(stretch >= self.reach for stretch in self.stable.values())
-
-    def stress(self, stretch: np.ndarray) -> np.ndarray:
-        """Nominal stress (n,) in MPa in uniaxial tension."""
-        return nominal_stress(self.form.energy, self.parameters, stretch)
+    def count(self) -> int:
+        """Number of its parameters."""
+        return self.moduli + len(self.starts[0])
 
 
 def _alone(moduli: np.ndarray, searched: np.ndarray) -> np.ndarray:
@@ -99,14 +107,14 @@ def _pairs(moduli: np.ndarray, searched: np.ndarray) -> np.ndarray:
     return np.ravel(np.column_stack([moduli, searched]))
 
 
-def forms(test: TensionTest) -> list[Form]:
-    """Every model that can be fitted to a test, from the fewest to the most parameters."""
+def forms(tests: Sequence[TensionTest]) -> list[Form]:
+    """Every model that can be fitted to tests: those with at least two points for each parameter."""
     # Limits are kept beyond what the specimen bore.
-    borne = float(np.max(_uniaxial_invariant(test.stretch)))
-    least = max(1.02 * (borne - 3.0), 1e-3)
-    locking = max(np.sqrt(borne / 3.0), 1.02)
+    most = borne(tests)
+    least = max(1.02 * (most - 3.0), 1e-3)
+    locking = max(np.sqrt(most / 3.0), 1.02)
     steps = (1.02, 2.0, 8.0, 50.0)
-    return [
+    every = [
         Form("neo-hookean", "neo-hookean", energies.neo_hookean, 1, _alone),
         Form("mooney-rivlin", "mooney-rivlin", energies.mooney_rivlin, 2, _alone),
         Form("yeoh", "yeoh, 2 terms", energies.yeoh, 2, _alone),
@@ -129,106 +137,49 @@ def forms(test: TensionTest) -> list[Form]:
             ((1.3, 5.0, -2.0), (0.5, 3.0, 8.0), (2.0, -4.0, 12.0)), ((-20.0,) * 3, (20.0,) * 3), True,
         ),
     ]  # fmt: skip
+    measured = sum(len(test.stretch) for test in tests)
+    return [form for form in every if 2 * form.count <= measured]
 
 
-def fit(form: Form, test: TensionTest) -> Fit:
-    """The best parameters of a form over all its starts, by least squares of the nominal stress."""
-    searched = min((_search(form, test, start) for start in form.starts), key=lambda found: found[1])[0]
-    moduli, difference = _moduli(form, test, searched)
-    parameters = form.arrange(moduli, searched)
-    variance = float(np.sum((test.stress - test.stress.mean()) ** 2))
-    reach = float(test.stretch.max())
-    return Fit(
-        form,
-        parameters,
-        rms=float(np.sqrt(np.mean(difference**2))),
-        r2=1.0 - float(np.sum(difference**2)) / variance,
-        stable={mode: stable_up_to(form.energy, parameters, mode, reach) for mode in DIRECTIONS},
-        reach=reach,
-    )
+def roots(form: Form, tests: Sequence[TensionTest]) -> list[np.ndarray]:
+    """The parameters of a form, without κ, that a least-squares search finds from each of its starts."""
+    data = points(tests)
+    return [_arranged(form, data, _search(form, data, start)) for start in form.starts]
 
 
-def ranked(fits: list[Fit]) -> list[Fit]:
-    """Stable ones first, among them the closest first, and of equally close ones that with fewer parameters."""
-    return sorted(fits, key=lambda one: (not one.is_stable, float(f"{one.rms:.2g}"), len(one.parameters)))
+def _arranged(form: Form, data: Points, searched: np.ndarray) -> np.ndarray:
+    return form.arrange(_moduli(form, data, searched)[0], searched)
 
 
-def _search(form: Form, test: TensionTest, start: tuple[float, ...]) -> tuple[np.ndarray, float]:
+def _search(form: Form, data: Points, start: tuple[float, ...]) -> np.ndarray:
     if not start:
-        return np.zeros(0), 0.0
-    found = least_squares(
-        lambda searched: _moduli(form, test, searched)[1], start, bounds=form.bounds, x_scale=np.abs(start) + 1e-3
-    )
-    return found.x, float(found.cost)
+        return np.zeros(0)
+    return least_squares(
+        lambda searched: _moduli(form, data, searched)[1], start, bounds=form.bounds, x_scale=np.abs(start) + 1e-3
+    ).x
 
 
-def _moduli(form: Form, test: TensionTest, searched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The best moduli for the searched parameters, and the differences of stress (n,) that remain."""
+def _moduli(form: Form, data: Points, searched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The best moduli for the searched parameters, and the scaled differences of stress (n,) that remain."""
     # At an exponent of zero the energy is 0/0; close to it, the power is a logarithm.
     searched = np.where(np.abs(searched) < 1e-4, 1e-4, searched)
     units = np.eye(form.moduli)
-    columns = [nominal_stress(form.energy, form.arrange(unit, searched), test.stretch) for unit in units]
+    columns = [
+        nominal_stress(form.energy, form.arrange(unit, searched), data.stretch, data.mode) * data.scale
+        for unit in units
+    ]
     basis = np.column_stack(columns)
     scale = np.linalg.norm(basis, axis=0)
     least = 0.0 if form.convex else -np.inf
-    moduli = lsq_linear(basis / scale, test.stress, bounds=(least, np.inf)).x / scale
-    return moduli, basis @ moduli - test.stress
+    measured = data.stress * data.scale
+    moduli = lsq_linear(basis / scale, measured, bounds=(least, np.inf)).x / scale
+    return moduli, basis @ moduli - measured
 
 
-def nominal_stress(energy: Energy, parameters: np.ndarray, stretch: np.ndarray) -> np.ndarray:
-    """Nominal stress (n,) in MPa of an incompressible rubber in uniaxial tension, dψ/dλ of diag(λ, λ^−½, λ^−½)."""
-    return np.asarray(_nominal_stress(energy, _with_bulk(parameters), jnp.asarray(stretch, dtype=float)))
-
-
-@partial(jax.jit, static_argnums=0)
-def _nominal_stress(energy: Energy, parameters: jax.Array, stretch: jax.Array) -> jax.Array:
-    def work(stretch: jax.Array) -> jax.Array:
-        logs = jnp.log(stretch)
-        return jnp.sum(_principal_energy(energy, parameters, jnp.stack([logs, -0.5 * logs])))
-
-    return jax.grad(work)(stretch)
-
-
-def stable_up_to(energy: Energy, parameters: np.ndarray, mode: str, reach: float) -> float:
-    """The stretch up to which Drucker's condition holds, from 1 to `reach` at most, in a mode of `DIRECTIONS`.
-
-    It asks Σ dτ_a dε_a > 0 of the Kirchhoff stresses τ for every isochoric change of the logarithmic strains ε: the
-    second derivative of ψ with regard to two of them, with −ε₁ − ε₂ as the third, is positive definite.
-    """
-    stretch = np.linspace(1.0, reach, POINTS)
-    logs = np.log(stretch) * np.array(DIRECTIONS[mode])[:, None]
-    softest = np.linalg.eigvalsh(np.moveaxis(np.asarray(_hessian(energy, _with_bulk(parameters), logs)), -1, 0))[:, 0]
-    failed = np.flatnonzero(~(softest > 0))
-    return float(stretch[max(failed[0] - 1, 0)]) if len(failed) else float(reach)
-
-
-@partial(jax.jit, static_argnums=0)
-def _hessian(energy: Energy, parameters: jax.Array, logs: jax.Array) -> jax.Array:
-    """∂²ψ/∂ε∂ε (2, 2, n)."""
-    slope = jax.grad(lambda logs: jnp.sum(_principal_energy(energy, parameters, logs)))
-    units = jnp.broadcast_to(jnp.eye(2)[:, :, None], (2, *logs.shape))
-    return jax.vmap(lambda unit: jax.jvp(slope, (logs,), (unit,))[1])(units)
-
-
-def _principal_energy(energy: Energy, parameters: jax.Array, logs: jax.Array) -> jax.Array:
-    """ψ (n,) of isochoric stretches along the axes, from the logarithms of the first two (2, n)."""
-    stretches = jnp.exp(jnp.stack([logs[0], logs[1], -logs[0] - logs[1]]))
-    return energy(jnp.eye(3)[:, :, None] * stretches[:, None], parameters)
-
-
-def _with_bulk(parameters: np.ndarray) -> jax.Array:
-    """The parameters with a bulk modulus at the end, which isochoric energies do not use."""
-    return jnp.append(jnp.asarray(parameters, dtype=float), 0.0)
-
-
-def _uniaxial_invariant(stretch: np.ndarray) -> np.ndarray:
-    return stretch**2 + 2.0 / stretch
-
-
-def material_keys(found: Fit) -> Iterator[tuple[str, object]]:
-    """Keys and values of the table [material] for the parameters of a fit; moduli are floats in MPa."""
-    numbers = [float(number) for number in found.parameters]
-    match found.form.model:
+def material_keys(form: Form, parameters: np.ndarray) -> Iterator[tuple[str, object]]:
+    """Keys and values of the table [material] for fitted parameters; moduli are floats in MPa."""
+    numbers = [float(number) for number in parameters]
+    match form.model:
         case "neo-hookean":
             yield "shear_modulus", numbers[0]
         case "mooney-rivlin":
