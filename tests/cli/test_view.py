@@ -21,10 +21,17 @@ def path(tmp_path_factory):
     return waving_run(tmp_path_factory.mktemp("runs") / "run", problem, 1, {0: analysed(problem, 0.0)}).path
 
 
+def interruptible():
+    """Programs that a shell starts in the background ignore Ctrl-C, and so would those that they start."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_it_serves_until_it_is_interrupted(path):
-    with subprocess.Popen(
-        [*COMMAND, str(path), "--no-browser"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(
+        [*COMMAND, str(path), "--no-browser"], stdout=pipe, stderr=pipe, text=True, preexec_fn=interruptible
+    )
+    try:
         said = process.stdout.readline()
         assert said.startswith(f"{path} at http://127.0.0.1:") and said.endswith("(Ctrl-C ends it)\n")
         address = said.removeprefix(f"{path} at ").split()[0]
@@ -37,6 +44,8 @@ def test_it_serves_until_it_is_interrupted(path):
             assert json.load(answer)["left"] == 7
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert (process.returncode, out, err) == (0, "", "")
 
 
