@@ -32,10 +32,10 @@ def test_fit_writes_a_table_to_paste(run, tmp_path):
     result = run("material", "fit", tmp_path / "test.csv", "--model", "yeoh", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert "R² 1.00000" in result.stdout and "stable up to 3" in result.stdout
-    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text(encoding="utf-8"))["material"]
     assert table["model"] == "yeoh" and table["bulk_modulus"] == "220 MPa" and table["valid_stretch"] == 3.0
     assert [float(c.split()[0]) for c in table["coefficients"]] == pytest.approx([0.11, 0.02], rel=1e-4)
-    assert json.loads((tmp_path / "out" / "fit.json").read_text())[0]["stable"] is True
+    assert json.loads((tmp_path / "out" / "fit.json").read_text(encoding="utf-8"))[0]["stable"] is True
     assert (tmp_path / "out" / "fit.png").stat().st_size > 10_000
 
 
@@ -60,7 +60,7 @@ def test_several_modes_weights_and_the_largest_stretch(run, tmp_path):
     assert result.exit_code == 0, result.output
     assert result.stdout.index('column 1 "lambda [-]"') < result.stdout.index("neo-hookean  ")
     assert "shear.csv: planar tension, 20 points" in result.stdout and "beyond --max-stretch 2.5" in result.stdout
-    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text(encoding="utf-8"))["material"]
     assert table["shear_modulus"] == "0.3 MPa" and table["valid_stretch"] < 2.5
 
 
@@ -92,7 +92,7 @@ def test_refusals(run, tmp_path, arguments, words):
 
 
 def test_a_stretch_beyond_the_rubber_s_range_is_said(run, tiny):
-    text = tiny.read_text().replace(
+    text = tiny.read_text(encoding="utf-8").replace(
         'name = "Hei-Cast 8400"',
         'shear_modulus = "0.49 MPa"\nbulk_modulus = "4.8 MPa"\ndensity = "1 g/cm^3"\nvalid_stretch = 1.01',
     )
@@ -100,10 +100,13 @@ def test_a_stretch_beyond_the_rubber_s_range_is_said(run, tiny):
     report = tiny.with_suffix(".json")
     result = run("simulate", tiny, "--json", report)
     assert result.exit_code == 0 and "beyond the range of the rubber's parameters" in result.stdout
-    assert json.loads(report.read_text())["steps"][0]["beyond_validity"] is True
+    assert json.loads(report.read_text(encoding="utf-8"))["steps"][0]["beyond_validity"] is True
     tiny.write_text(text.replace("1.01", "3.0"))
     result = run("simulate", tiny, "--json", report)
-    assert "beyond" not in result.stdout and json.loads(report.read_text())["steps"][0]["beyond_validity"] is False
+    assert (
+        "beyond" not in result.stdout
+        and json.loads(report.read_text(encoding="utf-8"))["steps"][0]["beyond_validity"] is False
+    )
 
 
 def test_the_picture_shows_all_modes_with_a_band(tmp_path, monkeypatch):
@@ -131,5 +134,5 @@ def test_a_recorded_curve_is_averaged(run, tmp_path):
     (tmp_path / "a.csv").write_text(f"stretch, nominal stress (MPa)\n{rows}")
     result = run("material", "fit", tmp_path / "a.csv", "--model", "neo-hookean", "--out", tmp_path / "out")
     assert result.exit_code == 0 and "averaged to 200" in result.stdout
-    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text())["material"]
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text(encoding="utf-8"))["material"]
     assert float(table["shear_modulus"].split()[0]) == pytest.approx(0.3, rel=1e-4)

@@ -76,7 +76,7 @@ def test_pictures_have_names_of_what_they_show(run, drawn):
     ]  # fmt: skip
     with Image.open(run.path / "pictures" / "evolution_yz.gif") as moving:
         assert moving.n_frames == DESIGNS
-    text = (run.path / "pictures" / "body_xy_7mm.svg").read_text()
+    text = (run.path / "pictures" / "body_xy_7mm.svg").read_text(encoding="utf-8")
     words = [" ".join(comment.split()) for comment in re.findall("<!--(.*?)-->", text, re.DOTALL)]
     assert "Tiny, design 2" in words and "at rest cut xy at z = 7 mm" in " ".join(words)
 

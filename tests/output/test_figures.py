@@ -130,7 +130,7 @@ def test_diagrams_are_saved_for_papers(problem, tmp_path):
     assert pdf.startswith(b"%PDF") and b"/FontFile2" in pdf and b"/Type3" not in pdf, "TrueType letters are embedded"
     (width,) = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ", pdf)
     assert float(width) == pytest.approx(72 * COLUMN)
-    svg = (tmp_path / "history.svg").read_text()
+    svg = (tmp_path / "history.svg").read_text(encoding="utf-8")
     root = xml.etree.ElementTree.fromstring(svg)
     assert root.get("width") == f"{72 * COLUMN:g}pt"
     assert "<text" not in svg and "font-family" not in svg, "outlines need no font"
