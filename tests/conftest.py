@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import jax
+import numpy as np
 import pytest
 from hypothesis import settings
 
@@ -23,3 +24,20 @@ def forgotten_kernels():
     mappings = Path("/proc/self/maps")
     if not mappings.exists() or mappings.read_bytes().count(b"\n") > MOST_MAPPINGS:
         jax.clear_caches()
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The jobs that VTK was given, which are drawn as grey pictures."""
+    # Loaded here: most modules draw nothing.
+    from pneumorph.output import render
+
+    jobs = []
+
+    def images(job):
+        jobs.append(job)
+        sizes = [np.ptp(panel.extent.reshape(2, 2), axis=1) for panel in job.panels]
+        return [np.full((int(job.dots * high), int(job.dots * wide), 4), 128, np.uint8) for wide, high in sizes]
+
+    monkeypatch.setattr(render, "images", images)
+    return jobs

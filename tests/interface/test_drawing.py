@@ -37,20 +37,6 @@ def run(tmp_path, fields):
     return pm.open_run(directory.path)
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """The jobs that were drawn, in grey."""
-    jobs = []
-
-    def images(job):
-        jobs.append(job)
-        sizes = [np.ptp(panel.extent.reshape(2, 2), axis=1) for panel in job.panels]
-        return [np.full((int(job.dots * high), int(job.dots * wide), 4), 128, np.uint8) for wide, high in sizes]
-
-    monkeypatch.setattr(render, "images", images)
-    return jobs
-
-
 def command(*arguments):
     return CliRunner().invoke(app, ["draw", *map(str, arguments)])
 

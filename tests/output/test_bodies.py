@@ -53,20 +53,6 @@ def fields(mesh):
     return Fields(mesh, {"extend": u}, {"extend": 1.0 + 0.01 * mesh.points[:, 2]}, sag=np.zeros_like(u))
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """The jobs that were drawn, in grey."""
-    jobs = []
-
-    def images(job):
-        jobs.append(job)
-        sizes = [np.ptp(panel.extent.reshape(2, 2), axis=1) for panel in job.panels]
-        return [np.full((int(job.dots * high), int(job.dots * wide), 4), 128, np.uint8) for wide, high in sizes]
-
-    monkeypatch.setattr(render, "images", images)
-    return jobs
-
-
 def objective(text, name="extend"):
     return loads(tiny(objective=text)).task[0]
 

@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+RunDirectory = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
+DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")]
+
 
 def design(
     problem: Annotated[Path, typer.Argument(help="The problem file (TOML).")],
@@ -60,7 +63,7 @@ def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), o
 
 
 def export(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
+    run: RunDirectory,
     out: Annotated[Path, typer.Option(help="The file to write.")],
     format: Annotated[
         str | None,
@@ -70,7 +73,7 @@ def export(
         ),
     ] = None,
     task: Annotated[str | None, typer.Option(help="Task whose loads an input file has; by default the first.")] = None,
-    design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,
+    design: DesignNumber = None,
 ) -> None:
     """Export a design of a run for other programs, always as a whole body."""
     from pneumorph.interface.runs import open_run
@@ -82,7 +85,7 @@ def export(
 
 
 def report(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
+    run: RunDirectory,
     out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the run directory.")] = None,
 ) -> None:
     """Write the page of a run: one file for any browser, with its shapes, history, limits and problem."""
@@ -100,7 +103,7 @@ def draw(
             help="body, history, profile, shape, pressures, evolution or inflation; or all, as at the end of a run.",
         ),
     ] = "body",
-    design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,
+    design: DesignNumber = None,
     cut: Annotated[
         str | None,
         typer.Option(
@@ -139,8 +142,8 @@ def view(
 
 
 def make(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")],
-    design: Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")] = None,
+    run: RunDirectory,
+    design: DesignNumber = None,
     out: Annotated[Path | None, typer.Option(help="Folder for files; by default make in the run directory.")] = None,
     chord: Annotated[str, typer.Option(help="Largest distance of the triangles in 3MF and STL from the body.")] = (
         "0.02 mm"

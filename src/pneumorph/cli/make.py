@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pneumorph import units
+from pneumorph.cli.quantity import positive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import keep_netgen_quiet
@@ -18,7 +19,7 @@ from pneumorph.mesh import keep_netgen_quiet
 def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     """Write the files of a design and print the results of their checks."""
     began = time.perf_counter()
-    allowed = _chord(chord)
+    allowed = positive("--chord", chord, units.LENGTH)
     chosen = open_run(run).design(design)
     folder = out or run / "make"
     keep_netgen_quiet()
@@ -35,17 +36,6 @@ def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     if made.failed:
         failed = "; ".join(f"{check.what} of {check.file}" for check in made.failed)
         raise ComputationError(f"the files in {folder} failed checks: {failed}")
-
-
-def _chord(text: str) -> float:
-    """The largest allowed chord error in mm."""
-    try:
-        chord = units.parse(text, units.LENGTH)
-    except ValueError as error:
-        raise ProblemError(f"--chord: {error}") from None
-    if not chord > 0.0:
-        raise ProblemError(f"--chord: {text} is not above zero; take e.g. 0.02mm")
-    return chord
 
 
 def _table(checks: Any) -> Table:

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.text import Text
 
 from pneumorph import units
+from pneumorph.cli.quantity import positive
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.fit import TensionTest, material_keys
@@ -119,10 +120,10 @@ def fit_(data: list[str], asked: Asked, reading: Reading) -> None:
     """Fit models to tension tests, judge them in all modes, and write the best as a table [material]."""
     if asked.model != "all" and asked.model not in MODELS:
         raise ProblemError(f'--model: "{asked.model}" is not a known model; use one of {", ".join(MODELS)} or all')
-    _quantity("--density", asked.density, units.DENSITY)
+    positive("--density", asked.density, units.DENSITY)
     if asked.max_stretch is not None and not asked.max_stretch > 1:
         raise ProblemError(f"--max-stretch: {asked.max_stretch:g} is not above 1, the stretch at rest; raise it")
-    length = None if asked.gauge_length is None else _quantity("--gauge-length", asked.gauge_length, units.LENGTH)
+    length = None if asked.gauge_length is None else positive("--gauge-length", asked.gauge_length, units.LENGTH)
     area = None if asked.section is None else _area(asked.section)
     reading = replace(reading, gauge_length=length, area=area)
     files = [_mode_of(entry) for entry in data]
@@ -151,22 +152,12 @@ def fit_(data: list[str], asked: Asked, reading: Reading) -> None:
     console.print(Text(f"written to {folder}: fit.png, fit.json{'' if block is None else ', material.toml'}"))
 
 
-def _quantity(option: str, text: str, kind: units.Kind) -> float:
-    try:
-        value = units.parse(text, kind)
-    except ValueError as error:
-        raise ProblemError(f"{option}: {error}") from None
-    if not value > 0:
-        raise ProblemError(f'{option}: "{text}" is not positive; write e.g. "{kind.example}"')
-    return value
-
-
 def _area(text: str) -> float:
     """mm² of "4 mm x 2 mm" or "8 mm^2"."""
     sides = re.split(r"\s*[x×*]\s*", text)
     if len(sides) == 2:
-        return _quantity("--section", sides[0], units.LENGTH) * _quantity("--section", sides[1], units.LENGTH)
-    return _quantity("--section", text, units.AREA)
+        return positive("--section", sides[0], units.LENGTH) * positive("--section", sides[1], units.LENGTH)
+    return positive("--section", text, units.AREA)
 
 
 def _mode_of(entry: str) -> tuple[str, Path]:
@@ -213,13 +204,12 @@ def _test(console: Console, mode: str, path: Path, weight: float, reading: Readi
 def _refused(fits: list[Fit], model: str) -> str:
     """Why there is no table [material], and which models can be had."""
     had = [one.form.label for one in fits if one.is_acceptable]
-    instead = (
-        f"use one of {', '.join(had)}"
-        if had
-        else "--model all tries the others"
-        if model != "all"
-        else ("give more modes (equibiaxial=FILE, planar=FILE) or a smaller --max-stretch")
-    )
+    if had:
+        instead = f"use one of {', '.join(had)}"
+    elif model != "all":
+        instead = "--model all tries the others"
+    else:
+        instead = "give more modes (equibiaxial=FILE, planar=FILE) or a smaller --max-stretch"
     why = ", ".join(faults(fits[0])) or "its initial shear modulus is not positive"
     return f"no [material] is written: {fits[0].form.label} is {why}; {instead}"
 

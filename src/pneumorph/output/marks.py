@@ -125,7 +125,7 @@ def draw_clamp(axes: Axes, view: View, shape: Shape | Shell) -> None:
         return
     seen = view.flat(clamp_of(shape))
     corners = seen[ConvexHull(seen).vertices]
-    axes.add_patch(Polygon(corners, **_CLAMP, zorder=0))  # type: ignore[arg-type]
+    axes.add_patch(Polygon(corners, **_CLAMP, zorder=0))
 
 
 def draw_outline(axes: Axes, view: View, pieces: np.ndarray) -> None:
