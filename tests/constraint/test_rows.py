@@ -9,6 +9,7 @@ from pneumorph.constraint import certify
 from pneumorph.constraint.measured import measured
 from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, sample_limits
+from pneumorph.constraint.table import BY_NAME
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
@@ -72,6 +73,33 @@ def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, 
         assert np.count_nonzero(of_kind) == count[name]
         bound = {"curvature": 0.05, "skew": 0.2, "stretch": 0.1}.get(name, 1.0)
         assert np.sort(again.value[of_kind]) == pytest.approx(np.sort(found.seen / bound - 1.0))
+
+
+def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_body, table, waved):
+    body = make_body(length=30.0, chambers=((5.0, (0.0, 0.0), (1.5, 28.5), "flat"),))
+    points = waved(body, 1, wave=1.8)
+    # Chamber and exterior bulge through the planes of their ends, whose rows are flat.
+    for part in body.slices:
+        rim = np.min(np.abs(points[part][:, 2, None] - points[part][[0, -1], 2]), axis=1)
+        beside = (rim > 1e-9) & (rim < 3.0)
+        points[part][beside, 2] += 2.0 * np.sin(2.0 * np.arctan2(points[part][beside, 1], points[part][beside, 0]))
+    body = body.with_control_points(points)
+    spec = table(envelope=7.5)
+    limits, found = sample_limits(body, spec), certify(body, spec)
+    assert not len(linearised(limits, body, -1e6, 1e9).value)
+    rows = linearised(limits, body, -1e6, 1e9, broken=found.places)
+    places = {**found.places.points, **found.places.pairs}
+    for name in ("wall", "planes", "fold", "rim", "ends", "envelope"):
+        limit = BY_NAME[name]
+        scale = {None: limit.read(spec), "wall": spec.wall, "fold": spec.fold.distance}[limit.per]
+        beyond = (places[name].seen - limit.read(spec)) * (-1.0 if limit.at_least else 1.0) / scale
+        value = rows.value[rows.kind == KINDS.index(name)]
+        assert len(value) > 0, name
+        assert np.sort(value) == pytest.approx(np.sort(beyond), rel=5e-3, abs=5e-3), name
+    way = np.random.default_rng(2).normal(size=points.shape) * 1e-6
+    way[np.min(np.abs(points[:, 2, None] - [0.0, 1.5, 28.5, 30.0]), axis=1) < 1e-9] = 0.0
+    moved = linearised(limits, body.with_control_points(points + way), -1e6, 1e9, broken=found.places)
+    assert moved.value - rows.value == pytest.approx(rows.jacobian @ way.ravel(), rel=1e-4, abs=1e-9)
 
 
 def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):

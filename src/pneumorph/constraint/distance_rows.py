@@ -1,4 +1,4 @@
-"""Linearised limits (rows) of walls, folds, rims, end planes and the envelope."""
+"""Linearised limits (rows) on distances: walls and folds."""
 
 from __future__ import annotations
 
@@ -9,24 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.constraint import expansion
-from pneumorph.constraint.combination import combined
 from pneumorph.constraint.distance import SampledSurface, nearest, nearest_fold, sampled_surface
+from pneumorph.constraint.height_rows import heights
 from pneumorph.constraint.report import Pairs
 from pneumorph.constraint.sampled import (
     CLOSE,
     COARSE,
     DIGITS,
-    FINE,
     KINDS,
     LimitSamples,
     RowBlock,
     cell_of,
     worst_of_cells,
-    worst_samples,
 )
 from pneumorph.constraint.sampling import Fields, Grid
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.geometry.local import nonzero_functions, point_weights
+from pneumorph.geometry.local import point_weights
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -44,11 +42,7 @@ def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlo
             yield _walls(limits, body, (a, closed[a]), (b, closed[b]), reach)
     for number, (field, samples) in enumerate(zip(fields, limits.coarse, strict=True)):
         yield _folds(limits, body, number, sampled_surface(field, samples, discs=False), reach)
-        if len(samples.rings):
-            yield from _rims(limits, body, number, reach)
-        yield from _ends(limits, body, number, field, reach)
-    if limits.spec.envelope is not None:
-        yield _envelope(limits, body, fields[0], limits.spec.envelope.radius, reach)
+        yield from heights(limits, body, number, field, reach)
 
 
 def _fields(surface: TubeSurface, samples: Grid) -> Fields:
@@ -194,37 +188,15 @@ def _weights(body: Body, number: int, q: Floats, r: Floats, s: Floats | None = N
     return first + np.concatenate([numbers, end_row], axis=1), np.concatenate([s[:, None] * weights, centre], axis=1)
 
 
-def gaps(limits: LimitSamples, body: Body, name: str, found: Pairs) -> RowBlock:
+def gaps_at(limits: LimitSamples, body: Body, name: str, found: Pairs) -> Iterator[RowBlock]:
     """Rows of the distances between pairs of points that a certificate has found too close."""
     bound = limits.spec.wall if name == "wall" else limits.spec.fold.distance
     points = body.control_points()
-    parts = []
     for a, b in sorted(set(zip(found.surface_a.tolist(), found.surface_b.tolist(), strict=True))):
         some = (found.surface_a == a) & (found.surface_b == b)
         one, other = found.a[some], found.b[some]
         cell = limits.first[a] + cell_of(limits, a, one[:, 0], one[:, 1])
-        ends = _weights(body, a, *one.T), _weights(body, b, *other.T)
-        parts.append(_separation(name, points, *ends, cell, bound))
-    return _joined(parts, KINDS.index(name))
-
-
-def _joined(parts: list[RowBlock], kind: int) -> RowBlock:
-    """Combine row blocks of different widths, padded with zeros."""
-    width = max((part.column.shape[1] for part in parts), default=0)
-
-    def filled(array: NDArray) -> NDArray:
-        return np.pad(array, ((0, 0), (0, width - array.shape[1])))
-
-    if not parts:
-        none = np.zeros(0, dtype=np.int64)
-        return RowBlock(none, none, np.zeros(0), np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0)))
-    return RowBlock(
-        np.concatenate([part.kind for part in parts]),
-        np.concatenate([part.cell for part in parts]),
-        np.concatenate([part.value for part in parts]),
-        np.concatenate([filled(part.column) for part in parts]),
-        np.concatenate([filled(part.entry) for part in parts]),
-    )
+        yield _separation(name, points, _weights(body, a, *one.T), _weights(body, b, *other.T), cell, bound)
 
 
 def _cell(limits: LimitSamples, number: int, surface: SampledSurface, sample: Ints) -> Ints:
@@ -233,75 +205,3 @@ def _cell(limits: LimitSamples, number: int, surface: SampledSurface, sample: In
     row = np.clip(row - surface.rings, 0, len(surface.grid.r) - 1)
     around, along = limits.spans[number]
     return np.minimum(row // COARSE[1], along - 1) * around + column // COARSE[0]
-
-
-def _heights(
-    limits: LimitSamples, body: Body, number: int, kind: str, c: Floats, slope: Floats, reach: float
-) -> RowBlock:
-    """Rows of limits on the height z, with values c (rows, columns) and derivatives dc/dz (rows, 1)."""
-    samples, surface = limits.coarse[number], body.surfaces[number]
-    row, column, cell = worst_samples(c, COARSE, limits.spans[number], -reach * float(np.abs(slope).max()))
-    numbers, weights = point_weights(surface, samples.q[column], samples.r[row])
-    return RowBlock(
-        np.full(len(cell), KINDS.index(kind)),
-        limits.first[number] + cell,
-        c[row, column],
-        3 * (body.slices[number].start + numbers) + 2,
-        slope[row] * weights,
-    )
-
-
-EDGE = 1e-3
-"""Distance from the rim, relative to a knot span, at which the slope of a wall on its rim is evaluated."""
-
-
-def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterator[RowBlock]:
-    """Heights of a tube over the planes of its own flat ends, including its rims; see `sampling.rim_share`."""
-    samples, spec, surface = limits.fine[number], limits.spec.fold, body.surfaces[number]
-    edge = EDGE / limits.spans[number][1]
-    r = np.clip(samples.r, edge, 1.0 - edge)
-    support, functions = nonzero_functions(surface.basis_r, r)
-    net = np.ascontiguousarray(np.moveaxis(surface.net[..., 2:], 2, 0))
-    z = combined(net, support, functions[None, None], samples.support_q, samples.local_q, np.zeros((1, 2), int))[0, 0]
-    for tip, sign in ((0, 1.0), (1, -1.0)):
-        along = (1.0 - r if tip else r)[:, None] * surface.size[1]
-        slope = -sign / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))
-        c = 1.0 + slope * (z - surface.net[-1 if tip else 0, 0, 2])
-        row, column, cell = worst_samples(c, FINE, limits.spans[number], -reach / spec.distance)
-        numbers, weights = point_weights(surface, samples.q[column], r[row])
-        # The plane moves with the end row, whose points all have the same z.
-        end, whole = point_weights(surface, samples.q[column], np.full(len(row), float(tip)))
-        yield RowBlock(
-            np.full(len(cell), KINDS.index("rim")),
-            limits.first[number] + cell,
-            c[row, column],
-            3 * (body.slices[number].start + np.concatenate([numbers, end], axis=1)) + 2,
-            slope[row] * np.concatenate([weights, -whole], axis=1),
-        )
-
-
-def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: float) -> Iterator[RowBlock]:
-    """Distances of chambers from the planes of the body's ends, which the exterior must not pass."""
-    wall, cavity, z = limits.spec.wall, limits.coarse[number].cavity, field.x[2]
-    for height, direction in ((z, -1.0), (limits.length - z, 1.0)):
-        c = (1.0 if cavity else 0.0) - height / wall
-        slope = np.full((len(z), 1), direction / wall)
-        if not cavity:
-            c[[0, -1]], slope[[0, -1]] = -np.inf, 0.0
-        yield _heights(limits, body, number, "planes" if cavity else "ends", c, slope, reach)
-
-
-def _envelope(limits: LimitSamples, body: Body, field: Fields, radius: float, reach: float) -> RowBlock:
-    """Distances of the exterior from the z axis."""
-    samples, surface, wall = limits.coarse[0], body.exterior, limits.spec.wall
-    away = np.hypot(field.x[0], field.x[1])
-    row, column, cell = worst_samples((away - radius) / wall, COARSE, limits.spans[0], -reach / wall)
-    numbers, weights = point_weights(surface, samples.q[column], samples.r[row])
-    direction = (field.x[:2, row, column] / away[row, column]).T
-    return RowBlock(
-        np.full(len(cell), KINDS.index("envelope")),
-        limits.first[0] + cell,
-        (away[row, column] - radius) / wall,
-        (3 * numbers[..., None] + np.arange(2)).reshape(len(cell), 32),
-        (weights[..., None] * direction[:, None, :] / wall).reshape(len(cell), 32),
-    )

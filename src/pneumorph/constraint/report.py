@@ -134,6 +134,13 @@ class Places:
     points: Mapping[str, Points]
     pairs: Mapping[str, Pairs]
 
+    def with_others(self, other: Places) -> Places:
+        """These places and those of another certificate of the same problem."""
+        return Places(
+            {name: joined(known, other.points[name]) for name, known in self.points.items()},
+            {name: joined(known, other.pairs[name]) for name, known in self.pairs.items()},
+        )
+
     def count(self) -> int:
         """Number of all places."""
         return sum(len(found.seen) for found in (*self.points.values(), *self.pairs.values()))
@@ -243,7 +250,7 @@ class _Tally:
         scale = bound or limit.tolerance
         self.accuracy = Accuracy(
             bound=self.sign * bound,
-            needed=self.sign * bound + slack * limit.tolerance * (bound or 1.0),
+            needed=limit.needed(bound, slack) * self.sign,
             gap=FINE * scale,
             relative_gap=_FOLD_RELATIVE_GAP if limit.name == "fold" else _RELATIVE_GAP,
         )

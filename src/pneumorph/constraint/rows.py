@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from pneumorph.constraint.distance_rows import distances, gaps
-from pneumorph.constraint.report import Pairs, Points
-from pneumorph.constraint.sampled import LimitSamples
+from pneumorph.constraint.distance_rows import distances, gaps_at
+from pneumorph.constraint.height_rows import heights_at
+from pneumorph.constraint.report import Places, Points
+from pneumorph.constraint.sampled import SHAPE, LimitSamples
 from pneumorph.constraint.shape_rows import shapes
 from pneumorph.geometry import Body
 
@@ -55,7 +56,7 @@ def linearised(
     reach: float,
     least: float,
     places: Mapping[str, Points] | None = None,
-    pairs: Mapping[str, Pairs] | None = None,
+    broken: Places | None = None,
 ) -> Rows:
     """Linearise the limits of a body.
 
@@ -71,13 +72,18 @@ def linearised(
     places : {name: Points}, optional
         Points of the previous linearisation, which also get rows. If only the worst point of a cell were kept,
         repairing it would alternately violate the limit at its neighbours.
-    pairs : {name: Pairs}, optional
-        Pairs of points, for "wall" and "fold", that a certificate has found too close; they also get rows.
+    broken : Places, optional
+        Places where certificates have found limits broken; they get rows too, those of curvature, skew, stretch and
+        area only as a part of `places`.
     """
     of_shape, close = shapes(limits, body, least, places)
     parts = [*of_shape, *distances(limits, body, reach)]
-    if pairs is not None:
-        parts.extend(gaps(limits, body, name, pairs[name]) for name in ("wall", "fold"))
+    if broken is not None:
+        for name, pairs in broken.pairs.items():
+            parts.extend(gaps_at(limits, body, name, pairs))
+        for name, points in broken.points.items():
+            if name not in SHAPE:
+                parts.extend(heights_at(limits, body, name, points))
     column = np.concatenate([part.column.ravel() for part in parts])
     entry = np.concatenate([part.entry.ravel() for part in parts])
     width = np.concatenate([np.full(len(part.cell), part.column.shape[1]) for part in parts])

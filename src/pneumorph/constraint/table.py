@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from pneumorph.problem import Limits
 
 
+ROUNDING = 1e-6
+"""Part of a tolerance that is left for rounding: a value certified to be just within it must count as held."""
+
+
 @dataclass(frozen=True)
 class Limit:
     """One limit of a design.
@@ -47,6 +51,11 @@ class Limit:
     def excess(self, value: float, bound: float) -> float:
         """Violation relative to the bound (in mm if the bound is zero); negative if the limit is held."""
         return (bound - value if self.at_least else value - bound) / (bound or 1.0)
+
+    def needed(self, bound: float, slack: float = 1.0) -> float:
+        """The value at which a limit is still held within `slack` tolerances, whatever rounding does."""
+        allowed = slack * self.tolerance * (1.0 - ROUNDING) * (bound or 1.0)
+        return bound - allowed if self.at_least else bound + allowed
 
     def used(self, value: float, bound: float) -> float:
         """Ratio of a value to its limit: 1 exactly at the limit, more if it is violated."""

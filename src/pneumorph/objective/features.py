@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
 
@@ -22,7 +23,7 @@ from pneumorph.mechanics.assembly.element import (
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import displacement, pulled_to_unknowns
-from pneumorph.mechanics.assembly.terms import Connectivity, Values
+from pneumorph.mechanics.assembly.terms import Connectivity, Values, connect
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.material.energies import determinant
 from pneumorph.objective.rotations import continued_logarithm, polar_rotation
@@ -152,14 +153,17 @@ def sums_pulled_back(
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
     parts = [(sums.volumes, model.cavities, cotangents.volume, ())]
-    if len(slabs.middle):
-        parts.append((_slab_moments, model.tets, cotangents.sections, (slabs.middle, slabs.half)))
+    for number, seen in enumerate(_tets_of_slabs(model, X, slabs)):
+        parts.append((_slab_moments, seen, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
     if not model.plate:
         parts.append((_face_moments, model.face, cotangents.face, (tip_centre(model.tip, X, X),)))
     for function, seen, bars, given in parts:
-        if np.any(bars):
-            one, other = sums.pulled_back(function, seen, X, u, bars, *given)
-            by_X, by_u = by_X + one, by_u + other
+        # Most objectives' residuals are of one section each.
+        some = bars.reshape(len(bars), -1).any(axis=1)
+        if some.any():
+            one, other = sums.pulled_back(function, seen, X, u, bars[some], *given)
+            by_X[some] += one
+            by_u[some] += other
     states = []
     for number, plate in enumerate(cotangents.plate):
         by_state, by_tip = pulled_to_unknowns(model.tip, X, state, by_u[number])
@@ -202,6 +206,14 @@ def _moments(model: Model, X: np.ndarray, u: np.ndarray, slabs: Slabs) -> np.nda
     if not len(slabs.middle):
         return np.zeros((0, 16))
     return sums.summed(_slab_moments, model.tets, X, u, slabs.middle, slabs.half)
+
+
+def _tets_of_slabs(model: Model, X: np.ndarray, slabs: Slabs) -> Iterator[Connectivity]:
+    """For every slab the tetrahedra that are in it, at least in part."""
+    nodes = model.tets.nodes[: model.tets.count]
+    height = X[nodes, 2] @ np.asarray(TET_N).T
+    for middle in slabs.middle:
+        yield connect(nodes[(np.abs(height - middle) < slabs.half).any(axis=1)])
 
 
 def _slab_moments(X: Values, u: Values, data: Values, weight: Values, middles: Values, half: Values) -> Array:

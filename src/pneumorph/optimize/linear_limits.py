@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint.report import Pairs, Points
+from pneumorph.constraint.report import Places, Points
 from pneumorph.constraint.rows import Rows, linearised
 from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.constraint.table import BY_NAME
@@ -40,10 +40,10 @@ def linear_limits(
     reach: float,
     least: float,
     places: Mapping[str, Points] | None = None,
-    pairs: Mapping[str, Pairs] | None = None,
+    broken: Places | None = None,
 ) -> LinearLimits:
     """The limits linearised at the variables Φ (n,); see `constraint.rows.linearised` for the other parameters."""
-    rows = linearised(limits, space.body(phi), reach, least, places, pairs)
+    rows = linearised(limits, space.body(phi), reach, least, places, broken)
     by_shape = sparse.csr_array(rows.jacobian @ space.L)
     # Products with a matrix take a fifth less time with short indices.
     parts = by_shape.data, by_shape.indices.astype(np.int32), by_shape.indptr.astype(np.int32)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.constraint import LimitReport, certify
-from pneumorph.constraint.report import Pairs, Points, joined
+from pneumorph.constraint.report import Places, Points, joined
 from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
@@ -58,23 +58,22 @@ def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.
     Places between samples where the certificate finds a limit broken become samples; where that is not enough, margins
     grow.
     """
-    margins, places, pairs = MARGIN.copy(), None, None
-    phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
+    margins, broken = MARGIN.copy(), None
+    phi, places = _projected(space, smooth, limits, phi, margins, None, None)
     found = certify(space.body(phi), limits.spec)
     for _ in range(1, CERTIFICATES):
         if found.satisfied():
             break
         # New places come first: of places close together the first is kept.
         places = {name: joined(found.places.points[name], known) for name, known in places.items()}
-        new = found.places.pairs
-        pairs = new if pairs is None else {name: joined(known, new[name]) for name, known in pairs.items()}
+        broken = found.places if broken is None else broken.with_others(found.places)
         for reading in found.violated():
             # Only by what is certified beyond every point seen: added points repair the rest, and where every limit is
             # near, a wider margin would push others beyond theirs, again and again.
             short = reading.excess() - reading.seen_excess()
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
-        phi, places = _projected(space, smooth, limits, phi, margins, places, pairs)
+        phi, places = _projected(space, smooth, limits, phi, margins, places, broken)
         found = certify(space.body(phi), limits.spec)
     return Within(phi, found) if found.satisfied() else found
 
@@ -86,13 +85,13 @@ def _projected(
     phi: np.ndarray,
     margins: np.ndarray,
     places: Mapping[str, Points] | None,
-    pairs: Mapping[str, Pairs] | None,
+    broken: Places | None,
 ) -> tuple[np.ndarray, Mapping[str, Points]]:
     """The design after some least motions, or the best on the way if they do not converge; and places of its limits."""
     best, least = phi, np.inf
     resisting: Mapping[str, Points] = {}
     for _ in range(PROJECTIONS):
-        linear = linear_limits(space, limits, phi, REACH, LEAST, places, pairs)
+        linear = linear_limits(space, limits, phi, REACH, LEAST, places, broken)
         places, excess = linear.rows.places, linear.excess(margins)
         worst = float((excess - ACCURACY * TOLERANCES[linear.rows.kind]).max(initial=0.0))
         if worst < least:
