@@ -78,8 +78,8 @@ def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch)
     def fails(*_):
         raise MeshError("surfaces may touch")
 
-    monkeypatch.setattr("pneumorph.optimize.loop.needs_remesh", lambda *_: "it is worn")
-    monkeypatch.setattr("pneumorph.optimize.loop.discretise", fails)
+    monkeypatch.setattr("pneumorph.optimize.trial.needs_remesh", lambda *_: "it is worn")
+    monkeypatch.setattr("pneumorph.optimize.trial.discretise", fails)
     before = accepted(three[1])[1]
     _, events = run(2, state=before.state)
     assert [type(event) for event in events] == [Started, MeshKept, DesignAccepted, Finished]

@@ -16,24 +16,20 @@ from pneumorph.analysis import (
     Discretisation,
     Slopes,
     analyse,
-    carried_over,
     checkpoint,
     design_slopes,
     discretise,
     fields_of,
     inflation_of,
-    predicted,
     sag_of,
     stable,
 )
 from pneumorph.constraint import LimitReport, build_limit_functions, certify
 from pneumorph.constraint.sampled import LimitSamples, sample_limits
-from pneumorph.errors import ComputationError, MeshError
+from pneumorph.errors import ComputationError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, build_design_space
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mesh import needs_remesh
-from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.events import (
@@ -42,8 +38,6 @@ from pneumorph.optimize.events import (
     DesignRejected,
     Event,
     Finished,
-    MeshKept,
-    Remeshed,
     Started,
 )
 from pneumorph.optimize.history import Clock, StepRecord, history_entry
@@ -52,6 +46,7 @@ from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.step import Step, Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
+from pneumorph.optimize.trial import analyse_trial
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
 
@@ -81,13 +76,6 @@ OPTIMAL = 0.02
 PATIENCE, PROGRESS = 5, 0.005
 """The loop also stops when this many designs together improve the objective by less than this fraction, or when the
 next one promises less than its share of that."""
-
-MOST_FACTORISATIONS = 40
-"""A step is taken back if the equilibrium of a task takes more factorisations than this: that of a smaller step is
-usually found in a tenth of them."""
-
-BEARABLE = 0.002
-"""A mesh is kept if no new one can be made and its worst element is better than this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +258,9 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         kept = expected / max(-proxy.change(step.change)[0], expected)
         filled = step.length >= 2.0 * INSIDE * radius * reference
         gained = True
-        trial = yield from _try(loop, now, target.phi, clock)
+        trial = yield from analyse_trial(
+            loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, target.phi, clock
+        )
         spent += trial.factorisations
         if trial.analysis is None:
             radius *= SHRINK
@@ -327,66 +317,6 @@ def _proposal(loop: _Loop, now: _Standing, proxy: Proxy, radius: float) -> tuple
         if fits or radius * SHRINK < AFRESH:
             return best
         radius *= SHRINK
-
-
-@dataclass(frozen=True, eq=False)
-class _Trial:
-    """A trial design; where the analysis failed, the reason.
-
-    `before` is the objective of the current design on the mesh of the trial.
-    """
-
-    disc: Discretisation
-    analysis: Analysis | None
-    reason: str
-    before: float
-    remeshed: bool
-    factorisations: int
-
-
-def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generator[Event, None, _Trial]:
-    """Analyse the design after a step, on a new mesh if the old one becomes poor."""
-    problem, space, disc = loop.problem, loop.space, now.disc
-    count = disc.factorisations
-    points = space.control_points(phi)
-    with clock.phase("equilibrium"):
-        starts = predicted(space, disc, now.analysis, phi)
-    with clock.phase("geometry"):
-        poor = needs_remesh(disc.morph, points)
-        if poor is not None:
-            try:
-                new = discretise(problem, space.body(phi))
-            except MeshError as error:
-                quality, poor = _quality(disc, points), None
-                if quality < BEARABLE:
-                    return _Trial(disc, None, str(error), now.analysis.value, True, 0)
-                yield MeshKept(now.iteration + 1, str(error), quality)
-            else:
-                starts = carried_over(disc, disc.morph.positions(points), starts, new)
-                disc, count = new, 0
-    if poor is not None:
-        yield Remeshed(now.iteration + 1, poor, disc.model.elements, _quality(disc, points))
-    before = now.analysis.value
-    with clock.phase("equilibrium"):
-        analysis = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS)
-        if not isinstance(analysis, NoEquilibrium) and poor is not None and analysis.value > before:
-            before = _before(loop, now, disc, analysis)
-    spent = disc.factorisations - count
-    if isinstance(analysis, NoEquilibrium):
-        return _Trial(disc, None, analysis.reason, before, poor is not None, spent)
-    return _Trial(disc, analysis, "", before, poor is not None, spent)
-
-
-def _before(loop: _Loop, now: _Standing, disc: Discretisation, trial: Analysis) -> float:
-    """The objective before a step, on the mesh after it: a new mesh changes it by as much as a small step gains."""
-    starts = predicted(loop.space, disc, trial, now.analysis.phi)
-    again = analyse(loop.problem, loop.space, disc, now.analysis.phi, starts, most=MOST_FACTORISATIONS)
-    return now.analysis.value if isinstance(again, NoEquilibrium) else again.value
-
-
-def _quality(disc: Discretisation, points: np.ndarray) -> float:
-    """Quality of the worst element of the mesh moved to these control points."""
-    return float(scaled_jacobian(disc.morph.positions(points), disc.morph.mesh.tets).min())
 
 
 def _stalled(values: tuple[float, ...]) -> bool:
