@@ -14,6 +14,7 @@ from pneumorph.constraint.sampled import KINDS, sample_limits
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import build_design_space
 from pneumorph.optimize import design
+from pneumorph.optimize import within as module
 from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.curvature import no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper, minimise_dfp, proxy_scale
@@ -214,6 +215,16 @@ def test_limits_that_cannot_be_met_together_are_told(stage):
     found = within(space, smooth, sample_limits(body, tight), space.start)
     assert not isinstance(found, Within)
     assert found.violated()
+
+
+def test_a_hopeless_design_is_given_up_at_once(stage, monkeypatch):
+    problem, body, space, smooth = stage
+    tight = problem.limits.model_copy(update={"curvature": 1e-5})
+    certificates = []
+    monkeypatch.setattr(module, "certify", lambda *given: certificates.append(certify(*given)) or certificates[-1])
+    found = within(space, smooth, sample_limits(body, tight), space.start)
+    assert not isinstance(found, Within)
+    assert len(certificates) == 1
 
 
 def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage):
