@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pneumorph.errors import ComputationError, MeshError, PneumorphError, ProblemError
     from pneumorph.interface.check import check_gradient
     from pneumorph.interface.design import Design, starting_design
+    from pneumorph.interface.material import MaterialFit, fit_material
     from pneumorph.interface.runs import Run, design, designs, open_run
     from pneumorph.interface.sweep import Sweep
     from pneumorph.problem import Problem, load
@@ -29,6 +30,7 @@ __all__ = [
     "GradientCheck",
     "HistoryEntry",
     "LimitReading",
+    "MaterialFit",
     "MeshError",
     "PneumorphError",
     "Problem",
@@ -41,6 +43,7 @@ __all__ = [
     "check_gradient",
     "design",
     "designs",
+    "fit_material",
     "load",
     "open_run",
     "starting_design",
@@ -52,6 +55,7 @@ _MODULES = {
     "errors": ("ComputationError", "MeshError", "PneumorphError", "ProblemError"),
     "interface.check": ("check_gradient",),
     "interface.design": ("Design", "starting_design"),
+    "interface.material": ("MaterialFit", "fit_material"),
     "interface.runs": ("Run", "design", "designs", "open_run"),
     "interface.sweep": ("Sweep",),
     "problem": ("Problem", "load"),

@@ -12,6 +12,8 @@ from typing import Any, cast
 
 import pint
 
+from pneumorph.errors import ProblemError
+
 # pint documents that Decimal is accepted here; its annotation allows only float.
 _registry = pint.UnitRegistry(non_int_type=cast(type[float], Decimal))
 
@@ -87,6 +89,23 @@ def parse(text: Any, kind: Kind) -> float:
     value = float(Decimal(number) * _factor(unit, kind))
     if not abs(value) <= LARGEST:
         raise ValueError(f'"{text}" is too large; {fix}')
+    return value
+
+
+def parse_positive(name: str, text: Any, kind: Kind) -> float:
+    """Read an option or argument with this name.
+
+    Raises
+    ------
+    ProblemError
+        If it is not a quantity of the kind, or not above zero.
+    """
+    try:
+        value = parse(text, kind)
+    except ValueError as error:
+        raise ProblemError(f"{name}: {error}") from None
+    if not value > 0.0:
+        raise ProblemError(f'{name}: "{text}" is not above zero; write e.g. "{kind.example}"')
     return value
 
 

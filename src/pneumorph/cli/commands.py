@@ -252,18 +252,17 @@ def fit_material(
     ] = "1.1 g/cm^3",
 ) -> None:
     """Fit models to tension tests, judge them in all modes, and write the simplest good one as a table [material]."""
-    from pneumorph.cli.material import Asked, fit_
-    from pneumorph.errors import ProblemError
-    from pneumorph.problem.tension import Reading
+    from pneumorph.cli.material import fit_
 
-    for option, value, known in (
-        ("--stress", stress, ("nominal", "true")),
-        ("--strain", strain, ("stretch", "strain", "percent", "true")),
-    ):
-        if value is not None and value not in known:
-            raise ProblemError(f'{option}: "{value}" is not known; use one of {", ".join(known)}')
-    fit_(
-        data,
-        Asked(model, out, density, weight or [], max_stretch, gauge_length, section),
-        Reading(strain_column, stress_column, skip, strain, stress, stress_unit),
-    )
+    options = {
+        "max_stretch": max_stretch,
+        "stress": stress,
+        "strain": strain,
+        "strain_column": strain_column,
+        "stress_column": stress_column,
+        "stress_unit": stress_unit,
+        "skip": skip,
+        "gauge_length": gauge_length,
+        "section": section,
+    }
+    fit_(data, model, out, density, weight or [], options)

@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.table import Table
 
 from pneumorph import units
-from pneumorph.cli.quantity import positive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import keep_netgen_quiet
@@ -19,7 +18,7 @@ from pneumorph.mesh import keep_netgen_quiet
 def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
     """Write the files of a design and print the results of their checks."""
     began = time.perf_counter()
-    allowed = positive("--chord", chord, units.LENGTH)
+    allowed = units.parse_positive("--chord", chord, units.LENGTH)
     chosen = open_run(run).design(design)
     folder = out or run / "make"
     keep_netgen_quiet()

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from pneumorph.mechanics.material.fit import TensionTest
 from pneumorph.mechanics.material.judge import Fit, band
-from pneumorph.output.figures import COLOURS, INK, PAGE, SMALL, TEXT, plain, save
+from pneumorph.output.figures import COLOURS, INK, PAGE, SMALL, TEXT, plain
 
 TITLES = {"uniaxial": "uniaxial", "equibiaxial": "equibiaxial", "planar": "planar (pure shear)"}
 
 
-def draw_fits(path: Path, tests: Sequence[TensionTest], fits: Sequence[Fit], title: str) -> None:
-    """Save a picture of nominal stress over stretch in each mode.
+def fits_figure(tests: Sequence[TensionTest], fits: Sequence[Fit], title: str) -> Figure:
+    """Nominal stress over stretch in each mode.
 
     The band is what models that are as good as the first say within two standard deviations; models that are not
     acceptable are dashed.
@@ -53,4 +52,4 @@ def draw_fits(path: Path, tests: Sequence[TensionTest], fits: Sequence[Fit], tit
         handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False,
         labelspacing=0.3,
     )  # fmt: skip
-    save(figure, path)
+    return figure
