@@ -59,7 +59,9 @@ def test_several_modes_weights_and_the_largest_stretch(run, tmp_path):
     )  # fmt: skip
     assert result.exit_code == 0, result.output
     assert result.stdout.index('column 1 "lambda [-]"') < result.stdout.index("neo-hookean  ")
-    assert "shear.csv: planar tension, 20 points" in result.stdout and "beyond the largest stretch of 2.5" in result.stdout
+    assert (
+        "shear.csv: planar tension, 20 points" in result.stdout and "beyond the largest stretch of 2.5" in result.stdout
+    )
     table = tomllib.loads((tmp_path / "out" / "material.toml").read_text(encoding="utf-8"))["material"]
     assert table["shear_modulus"] == "0.3 MPa" and table["valid_stretch"] < 2.5
 

@@ -313,6 +313,11 @@ class Design:
         fields = stored if stored is not None and name in stored.inflation else self._computed(inflated=True)
         saved_gif(inflation(self.problem, fields, self.results[name], name, self._view(cut, at)), Path(path))
 
+    def _repr_html_(self) -> str:
+        from pneumorph.interface.html import design_html
+
+        return design_html(self)
+
     @property
     def _number(self) -> str:
         return "" if self.entry is None else f"design {self.iteration}"

@@ -114,6 +114,11 @@ class MaterialFit:
         figure = fits_figure(self.tests, self.fits, _names_of(self.files))
         return figure if path is None else saved(figure, Path(path))
 
+    def _repr_html_(self) -> str:
+        from pneumorph.interface.html import fit_html
+
+        return fit_html(self)
+
     def write(self, folder: str | Path) -> list[Path]:
         """Write ``fit.png``, ``fit.json`` and, for a plausible model, ``material.toml`` into a folder.
 

@@ -93,6 +93,11 @@ class Run:
         body = stored.body(self.problem)
         return Design(self.problem, body, stored.pressures, number, entry, self.directory.fields(number))
 
+    def _repr_html_(self) -> str:
+        from pneumorph.interface.html import run_html
+
+        return run_html(self)
+
     def report(self, path: str | Path | None = None) -> Path:
         """Write the page of the run: one file to open in a browser, which needs no network. Nothing is solved for it.
 

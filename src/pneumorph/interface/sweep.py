@@ -65,6 +65,11 @@ class Sweep:
         """A table with a line per step and units in the header, as ``pneumorph simulate --csv`` writes it."""
         return csv_text(self.curves, self._chambers)
 
+    def _repr_html_(self) -> str:
+        from pneumorph.interface.html import table as html_table
+
+        return html_table(*table(self.curves, self._chambers))
+
     def to_pandas(self) -> Any:
         """The same table as a pandas DataFrame; steps without an equilibrium have NaN.
 

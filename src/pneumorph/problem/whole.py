@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from html import escape
 from typing import Annotated, Any, Self
 
 import tomli_w
@@ -118,6 +119,10 @@ class Problem(Table):
             # The present table has all parameters of its elastomer, so a new name replaces the whole table.
             change(table, *(("material", {"name": value}) if key == "material.name" else (key, value)))
         return Problem.model_validate(table)
+
+    def _repr_html_(self) -> str:
+        """In notebooks, its text."""
+        return f"<pre>{escape(self.to_toml())}</pre>"
 
     def to_toml(self) -> str:
         """The text of a problem file for this problem, with all defaults written out.

@@ -1,0 +1,78 @@
+"""What notebooks show of problems, runs, designs, sweeps and fits: tables in HTML. Nothing is solved for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from pneumorph.constraint.table import BY_NAME
+from pneumorph.mechanics.material.judge import faults
+from pneumorph.output.format import format_pressures, motion_of
+
+if TYPE_CHECKING:
+    from pneumorph.interface.design import Design
+    from pneumorph.interface.material import MaterialFit
+    from pneumorph.interface.runs import Run
+
+MOST_ROWS = 60
+"""Longer tables are shown without their middle."""
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """An HTML table; its contents are escaped."""
+    cells = [[escape(str(cell)) for cell in row] for row in rows]
+    if len(cells) > MOST_ROWS:
+        cells = [*cells[: MOST_ROWS // 2], ["…"] * len(headings), *cells[-MOST_ROWS // 2 :]]
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in cells)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def heading(text: str) -> str:
+    """A line above a table."""
+    return f"<p><b>{escape(text)}</b></p>"
+
+
+def design_html(design: Design) -> str:
+    """What a design achieves, if it is known, and its limits."""
+    parts = [heading(", ".join(part for part in (design.problem.title, f"design {design.iteration}") if part))]
+    if design.entry is not None:
+        rows = []
+        for task in design.problem.task:
+            found = design.entry.tasks[task.name]
+            motion = motion_of(task, found)
+            state = "stable" if found.stable else "not stable"
+            rows.append((task.name, motion.word, motion, format_pressures(found.pressures), state))
+        parts.append(table(("task", "", "result", "pressure", "state"), rows))
+    rows = []
+    for reading in design.limits:
+        limit = BY_NAME[reading.limit]
+        kept = "kept" if reading.excess() <= limit.tolerance else "not kept"
+        asked = f"{'at least' if limit.at_least else 'at most'} {reading.bound:g}"
+        rows.append((limit.word, f"{reading.value:.3g} {limit.unit}", asked, reading.surface, kept))
+    parts.append(table(("limit", "worst", "asked", "on", ""), rows))
+    return "".join(parts)
+
+
+def run_html(run: Run) -> str:
+    """The history of a run, and how it ended."""
+    result, tasks = run.result, run.problem.task
+    title = run.problem.title or str(run.path)
+    rows = [
+        (entry.iteration, *(motion_of(task, entry.tasks[task.name]) for task in tasks), "yes" if entry.held else "no")
+        for entry in run.history
+    ]
+    words = (*(task.name for task in tasks), "limits kept")
+    end = "The run has not ended." if result is None else f"It ended because {result.reason}."
+    return heading(title) + table(("design", *words), rows) + f"<p>{escape(end)}</p>"
+
+
+def fit_html(fitted: MaterialFit) -> str:
+    """The models of a fit, the best first, and what the tests do not decide."""
+    rows = [
+        (one.form.label, f"{one.r2:.4f}", f"{1e3 * one.rms:.3g}", ", ".join(faults(one)) or "acceptable")
+        for one in fitted.fits
+    ]
+    said = "".join(f"<p>{escape(sentence)}</p>" for sentence in fitted.reports)
+    return table(("model", "R²", "RMS / kPa", "verdict"), rows) + said
