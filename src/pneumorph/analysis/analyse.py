@@ -55,6 +55,7 @@ class Discretisation:
 
     @property
     def factorisations(self) -> int:
+        """Number of factorisations made so far, for all tasks."""
         return sum(tangent.factorisations for tangent in self.tangents.values())
 
 

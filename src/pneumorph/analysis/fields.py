@@ -28,7 +28,7 @@ class Inflation:
 
     Attributes
     ----------
-    parts : (K,) above 0 and below 1, rising.
+    parts : (K,) rising fractions of the pressures, above 0 and below 1.
     u : (K, S, 3) mm
         Displacements of the `Fields.skin` nodes.
     stretch : (K, S)

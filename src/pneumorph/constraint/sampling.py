@@ -190,7 +190,7 @@ def closed_positions(x: Array, grid: Grid) -> Array:
 
 
 def heights(x: Any, grid: Grid) -> tuple[Any, Any]:
-    """Heights in mm of samples x (3, rows, columns) of a tube with flat ends above its base and below its tip."""
+    """Distances in mm along z of a tube with flat ends, at samples x (3, rows, columns), from its base and its tip."""
     return x[2] - x[2, :1], x[2, -1:] - x[2]
 
 

@@ -60,7 +60,7 @@ def make(
     problem : Problem, optional
         The problem that the body was designed for. With it the body's mould is made too, in the folder ``mould``.
     effects : callable, optional
-        Computes what the ports of a planned mould change in the motion of the body.
+        Computes how much the ports of a planned mould change the motion of the body.
 
     Raises
     ------

@@ -101,7 +101,7 @@ def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: 
 def images_of(
     scenes: Sequence[Scene], sheet: Sheet, stretch: tuple[float, float], dots: float = DOTS
 ) -> list[np.ndarray]:
-    """The pictures of scenes, with so many dots per inch; NoPicture as `render.images`."""
+    """The pictures of scenes, with `dots` dots per inch; raises NoPicture as `render.images` does."""
     panels = [Panel(scene.shape, scene.view, extent) for scene, extent in zip(scenes, sheet.extents, strict=True)]
     return render.images(Job(panels, stretch, dots * sheet.scale))
 
@@ -114,7 +114,7 @@ def composed(
     title: str,
     lines: int = 0,
 ) -> Figure:
-    """The figure of drawn pictures with titles, marks, scales and legend; titles have space for that many lines."""
+    """The figure of drawn pictures with titles, marks, scales and legend; titles have space for `lines` lines."""
     wide, high = sheet.size
     coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
     total = sheet.columns * wide + (SIDE if coloured else 0.1)
@@ -155,7 +155,7 @@ def legend_height(scenes: Sequence[Scene], width: float) -> float:
 
 
 def draw_legend(figure: Figure, scenes: Sequence[Scene]) -> None:
-    """Tell at the bottom of a figure what is marked in its pictures."""
+    """Explain at the bottom of a figure what is marked in its pictures."""
     figure.legend(
         handles=_handles(scenes), loc="lower center", ncols=_per_line(figure.get_figwidth()), fontsize=SMALL,
         frameon=False, borderpad=0.2, labelspacing=0.3, columnspacing=1.2,

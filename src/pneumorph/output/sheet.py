@@ -56,7 +56,7 @@ def draw_sheet(path: Path, title: str, tiles: Sequence[Tile]) -> None:
 
 
 def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[Scene]]) -> Figure:
-    """A page of tiles, each with a caption and the scenes of one design; NoPicture as `draw_sheet`."""
+    """A page of tiles, each with a caption and the scenes of one design; raises NoPicture as `draw_sheet` does."""
     everything = [scene for own in scenes for scene in own]
     stretch = 1.0, highest_stretch(scene.shape for scene in everything)
     panels = max(len(own) for own in scenes)

@@ -77,7 +77,7 @@ class RunDirectory:
         atomic.write_arrays(self._fields_path(iteration), fields.pack())
 
     def fields(self, iteration: int) -> Fields | None:
-        """The stored fields of a design, None without: only those of the first and the last design are kept."""
+        """The stored fields of a design, None if there are none: only those of the first and the last are kept."""
         path = self._fields_path(iteration)
         if not path.exists():
             return None

@@ -57,7 +57,7 @@ def pieces(plan: Plan) -> list[Piece]:
 
 
 def _block(plan: Plan) -> TopoDS_Shape:
-    """The outside of the mould: round, with a draft at both ends, which the plates embrace."""
+    """The outside of the mould: round, with a draft at both ends, over which the plates fit."""
     height, slope = plan.length - plan.bottom, plan.slope
     block = cylinder((0, 0, plan.bottom), (0, 0, 1), plan.outer, height)
     narrow = plan.outer - (RECESS + 1.0) * slope
@@ -240,7 +240,7 @@ def _openings(plan: Plan) -> tuple[Array, list[Array]]:
 
 
 def _plate(plan: Plan, low: float, high: float, rim: float) -> TopoDS_Shape:
-    """A square plate with holes for four rods, and a rim that embraces the outer mould, with its draft, up to `rim`."""
+    """A square plate with holes for four rods, and a rim around the outer mould, with its draft, up to z = `rim`."""
     inner = plan.outer + plan.spec.clearance
     wide = inner + plan.spec.mould_wall
     hole = (wide + ROD / 2.0 + 1.0) / np.sqrt(2.0)
