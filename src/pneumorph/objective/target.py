@@ -114,8 +114,8 @@ def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tup
     return found, slopes
 
 
-def objectives(problem: Problem) -> dict[str, Objective]:
-    """The objective of every task.
+def build_objectives(problem: Problem) -> dict[str, Objective]:
+    """Build the objective of every task.
 
     Raises
     ------

@@ -16,15 +16,15 @@ from pneumorph.analysis import (
     Discretisation,
     Slopes,
     analyse,
-    carried_over,
+    carry_over,
+    check_stability,
     checkpoint,
+    collect_fields,
+    compute_inflation,
+    compute_sag,
     design_slopes,
     discretise,
-    fields_of,
-    inflation_of,
-    predicted,
-    sag_of,
-    stable,
+    predict_states,
 )
 from pneumorph.constraint import LimitReport, build_limit_functions, certify
 from pneumorph.constraint.sampled import LimitSamples, sample_limits
@@ -165,13 +165,13 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         now = following
     if now.optimality > OPTIMAL:
         reason += f"; the limits leave {100 * now.optimality:.0f} % of the objective's gradient"
-    is_stable = stable(now.disc, now.analysis)
+    is_stable = check_stability(now.disc, now.analysis)
     for name, equilibrium in now.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
     # For the report: how the last design sags and inflates.
-    sag, inflation = sag_of(problem, now.disc, now.analysis), inflation_of(problem, now.disc, now.analysis)
-    fields = fields_of(now.disc, now.analysis, sag, inflation)
+    sag, inflation = compute_sag(problem, now.disc, now.analysis), compute_inflation(problem, now.disc, now.analysis)
+    fields = collect_fields(now.disc, now.analysis, sag, inflation)
     yield Finished(now.iteration, reason, now.report.satisfied(), is_stable, fields)
 
 
@@ -350,7 +350,7 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
     count = disc.factorisations
     points = space.control_points(phi)
     with clock.phase("equilibrium"):
-        starts = predicted(space, disc, now.analysis, phi)
+        starts = predict_states(space, disc, now.analysis, phi)
     with clock.phase("geometry"):
         poor = needs_remesh(disc.morph, points)
         if poor is not None:
@@ -362,7 +362,7 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
                     return _Trial(disc, None, str(error), now.analysis.value, True, 0)
                 yield MeshKept(now.iteration + 1, str(error), quality)
             else:
-                starts = carried_over(disc, disc.morph.positions(points), starts, new)
+                starts = carry_over(disc, disc.morph.positions(points), starts, new)
                 disc, count = new, 0
     if poor is not None:
         yield Remeshed(now.iteration + 1, poor, disc.model.elements, _quality(disc, points))
@@ -379,7 +379,7 @@ def _try(loop: _Loop, now: _Standing, phi: np.ndarray, clock: Clock) -> Generato
 
 def _before(loop: _Loop, now: _Standing, disc: Discretisation, trial: Analysis) -> float:
     """The objective before a step, on the mesh after it: a new mesh changes it by as much as a small step gains."""
-    starts = predicted(loop.space, disc, trial, now.analysis.phi)
+    starts = predict_states(loop.space, disc, trial, now.analysis.phi)
     again = analyse(loop.problem, loop.space, disc, now.analysis.phi, starts, most=MOST_FACTORISATIONS)
     return now.analysis.value if isinstance(again, NoEquilibrium) else again.value
 
@@ -398,7 +398,7 @@ def _stalled(values: tuple[float, ...]) -> bool:
 def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> DesignAccepted:
     entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, record)
     # The sag under weight alone is shown for the first and the last design.
-    sag = sag_of(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
+    sag = compute_sag(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
     state = {
         "iteration": now.iteration,
         "radius": now.radius,
@@ -407,5 +407,5 @@ def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> 
         **now.memory.pack(),
         **checkpoint.pack(now.analysis, now.disc),
     }
-    body, fields = loop.space.body(now.analysis.phi), fields_of(now.disc, now.analysis, sag)
+    body, fields = loop.space.body(now.analysis.phi), collect_fields(now.disc, now.analysis, sag)
     return DesignAccepted(now.iteration, entry, body, now.analysis.pressures, fields, state)

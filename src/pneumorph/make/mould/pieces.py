@@ -19,7 +19,7 @@ from pneumorph.make.mould.shapes import across, common, cone, cut, cylinder, fus
 from pneumorph.make.mould.split import Keys, room_for_key, split
 from pneumorph.make.mould.stems import INTO, Stem, roomiest
 from pneumorph.make.mould.tessellation import tessellated
-from pneumorph.make.solid import filled, solid
+from pneumorph.make.solid import fill_chamber, solid
 
 Array = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def _cores(plan: Plan) -> list[Piece]:
     """The chambers with their stems, whose ends are flattened so that a core cannot turn."""
     found = []
     for chamber, core in zip(plan.body.chambers, plan.cores, strict=True):
-        shape = solid([filled(chamber)])
+        shape = solid([fill_chamber(chamber)])
         for stem in core.stems:
             shape = fuse(shape, [cut(_bar(plan, stem), [_flat(plan, stem, 0.0)])])
         piece = Piece(f"core-{core.chamber}", "core", shape)
