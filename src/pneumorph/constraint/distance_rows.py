@@ -24,7 +24,7 @@ from pneumorph.constraint.sampled import (
     worst_of_cells,
     worst_samples,
 )
-from pneumorph.constraint.sampling import Fields, Grid
+from pneumorph.constraint.sampling import Grid, SampledFields
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.geometry.local import nonzero_functions, point_weights
 
@@ -51,8 +51,10 @@ def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlo
         yield _envelope(limits, body, fields[0], limits.spec.envelope.radius, reach)
 
 
-def _fields(surface: TubeSurface, samples: Grid) -> Fields:
-    return Fields(*samples.combine(surface.net, samples.local_r, ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))))
+def _fields(surface: TubeSurface, samples: Grid) -> SampledFields:
+    return SampledFields(
+        *samples.combine(surface.net, samples.local_r, ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)))
+    )
 
 
 def _walls(
@@ -280,7 +282,7 @@ def _rims(limits: LimitSamples, body: Body, number: int, reach: float) -> Iterat
         )
 
 
-def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: float) -> Iterator[RowBlock]:
+def _ends(limits: LimitSamples, body: Body, number: int, field: SampledFields, reach: float) -> Iterator[RowBlock]:
     """Distances of chambers from the planes of the body's ends, which the exterior must not pass."""
     wall, cavity, z = limits.spec.wall, limits.coarse[number].cavity, field.x[2]
     for height, direction in ((z, -1.0), (limits.length - z, 1.0)):
@@ -291,7 +293,7 @@ def _ends(limits: LimitSamples, body: Body, number: int, field: Fields, reach: f
         yield _heights(limits, body, number, "planes" if cavity else "ends", c, slope, reach)
 
 
-def _envelope(limits: LimitSamples, body: Body, field: Fields, radius: float, reach: float) -> RowBlock:
+def _envelope(limits: LimitSamples, body: Body, field: SampledFields, radius: float, reach: float) -> RowBlock:
     """Distances of the exterior from the z axis."""
     samples, surface, wall = limits.coarse[0], body.exterior, limits.spec.wall
     away = np.hypot(field.x[0], field.x[1])

@@ -253,13 +253,13 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     while radius >= SMALLEST:
         proxy = Proxy(now.slopes.total, np.concatenate([now.slopes.factors, memory.factors()]))
         with clock.phase("subproblem"):
-            step, target, radius = _proposal(loop, now, proxy, radius)
-        if not isinstance(target, Within):
+            step, candidate, radius = _proposal(loop, now, proxy, radius)
+        if not isinstance(candidate, Within):
             radius *= SHRINK
-            broken = "; ".join(map(str, target.violated()))
+            broken = "; ".join(map(str, candidate.violated()))
             yield DesignRejected(now.iteration + 1, f"limits could not be kept: {broken}", radius * reference)
             continue
-        change = target.phi - now.analysis.phi
+        change = candidate.phi - now.analysis.phi
         expected = -proxy.change(change)[0]
         if not expected > 0:
             radius *= SHRINK
@@ -270,7 +270,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         kept = expected / max(-proxy.change(step.change)[0], expected)
         filled = step.length >= 2.0 * INSIDE * radius * reference
         gained = True
-        trial = yield from _try(loop, now, target.phi, clock)
+        trial = yield from _try(loop, now, candidate.phi, clock)
         spent += trial.factorisations
         if trial.analysis is None:
             radius *= SHRINK
@@ -294,7 +294,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             now.iteration + 1,
             trial.analysis,
             trial.disc,
-            target.report,
+            candidate.report,
             clock,
             now.stepper.after(step),
             memory,
@@ -319,10 +319,10 @@ def _proposal(loop: _Loop, now: _Standing, proxy: Proxy, radius: float) -> tuple
     best, most = None, -np.inf
     while True:
         step = now.stepper.step(phi, proxy, radius * reference)
-        target = loop.within(phi + step.change)
-        promised = -proxy.change(target.phi - phi)[0] if isinstance(target, Within) else -np.inf
+        candidate = loop.within(phi + step.change)
+        promised = -proxy.change(candidate.phi - phi)[0] if isinstance(candidate, Within) else -np.inf
         if best is None or promised > most:
-            best, most = (step, target, radius), promised
+            best, most = (step, candidate, radius), promised
         fits = step.length >= INSIDE * radius * reference and not -np.inf < promised < worthwhile
         if fits or radius * SHRINK < AFRESH:
             return best

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import cg
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult, nodal_stretch
 from pneumorph.geometry import Body
 from pneumorph.mesh import TetMesh
-from pneumorph.output.bodies import composed, images_of, laid_out, title_lines
+from pneumorph.output.bodies import compose, images_of, lay_out, title_lines
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
 from pneumorph.output.format import format_pressures, motion_of
@@ -117,12 +117,12 @@ def save_gif(path: Path, frames: Frames) -> None:
 
 def _frames(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -> Iterator[Image.Image]:
     """A picture of every scene, all to one scale and at one place."""
-    sheet = laid_out(scenes, WIDEST, TALLEST, columns=1)
-    low, high = np.min(sheet.extents, axis=0), np.max(sheet.extents, axis=0)
-    sheet = replace(sheet, extents=[np.array([low[0], high[1], low[2], high[3]])] * len(scenes))
-    lines = max(title_lines(scene, sheet) for scene in scenes)
-    for scene, picture in zip(scenes, images_of(scenes, sheet, stretch, DOTS), strict=True):
-        yield _drawn(composed([scene], sheet, [picture], stretch, title, lines))
+    layout = lay_out(scenes, WIDEST, TALLEST, columns=1)
+    low, high = np.min(layout.extents, axis=0), np.max(layout.extents, axis=0)
+    layout = replace(layout, extents=[np.array([low[0], high[1], low[2], high[3]])] * len(scenes))
+    lines = max(title_lines(scene, layout) for scene in scenes)
+    for scene, picture in zip(scenes, images_of(scenes, layout, stretch, DOTS), strict=True):
+        yield _drawn(compose([scene], layout, [picture], stretch, title, lines))
 
 
 def _drawn(figure: Figure) -> Image.Image:

@@ -90,7 +90,7 @@ class RunDirectory:
         atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
 
     def result(self) -> RunResult | None:
-        """Contents of ``result.json``; None if the run has not ended."""
+        """Contents of ``result.json``, None if the run has not ended; ProblemError if it cannot be read."""
         path = self.path / "result.json"
         if not path.exists():
             return None
