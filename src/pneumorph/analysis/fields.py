@@ -67,7 +67,7 @@ class Fields:
 
     @property
     def skin(self) -> np.ndarray:
-        """Sorted numbers (S,) of the nodes on the surfaces; a mirror plane is none."""
+        """Sorted numbers (S,) of the nodes on the surfaces, to which a mirror plane does not belong."""
         return _skin(self.mesh)
 
     def whole(self) -> Fields:

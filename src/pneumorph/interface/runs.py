@@ -132,7 +132,7 @@ class Run:
         task: str | None = None,
         format: str | None = None,
     ) -> Path:
-        """Draw one picture of the run, which may still go on or have been stopped.
+        """Draw one picture of the run, which may be still running or have been stopped.
 
         Parameters
         ----------
