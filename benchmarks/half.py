@@ -13,7 +13,7 @@ from statistics import median
 
 import numpy as np
 
-from pneumorph.analysis import analyse, build_discretisation, design_gradient, predicted, stable
+from pneumorph.analysis import analyse, build_discretisation, check_stability, design_gradient, predict_states
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import mesh_body
@@ -50,13 +50,13 @@ def main(size: float) -> None:
             seconds["gradient"].append(time.perf_counter() - began)
             began = time.perf_counter()
             there = phi + 0.1 * ripples
-            near = analyse(problem, space, disc, there, predicted(space, disc, found, there))
+            near = analyse(problem, space, disc, there, predict_states(space, disc, found, there))
             assert not isinstance(near, NoEquilibrium)
             design_gradient(problem, space, disc, near)
             seconds["step"].append(time.perf_counter() - began)
         if mirror is not None:
             began = time.perf_counter()
-            is_stable = stable(disc, found)
+            is_stable = check_stability(disc, found)
             once = time.perf_counter() - began
         medians = {name: median(times[1:]) for name, times in seconds.items()}
         measured[mirror] = disc.model, found.value, slope, medians

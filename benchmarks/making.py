@@ -50,7 +50,7 @@ def row(name: str, folder: Path) -> str:
     checks = json.loads((folder / "checks.json").read_text())["checks"]
     failed = [f"{check['what']} ({check['file']}): {check['value']:.3g}" for check in checks if not check["passed"]]
     away = max(check["value"] for check in checks if check["what"].startswith(DISTANCES))
-    room = next(check["value"] for check in checks if check["what"].startswith("room of the rubber"))
+    room = next(check["value"] for check in checks if check["what"].startswith("volume of the part"))
     effects = [check["value"] for check in checks if check["what"].startswith("change of the motion")]
     size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 1e6
     cells = (

@@ -17,7 +17,7 @@ from pydantic import TypeAdapter
 
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics.setup import MIXED_FROM
-from pneumorph.objective import objectives
+from pneumorph.objective import build_objectives
 from pneumorph.problem import Material, Problem, loads
 from pneumorph.problem.material import library
 
@@ -90,7 +90,7 @@ def draw(seed: int, index: int) -> Drawn:
             content["title"] = f"Random problem {index} of seed {seed}"
             text = tomli_w.dumps(content)
             problem = loads(text)
-            objectives(problem)
+            build_objectives(problem)
         except (_Again, ProblemError):
             continue
         return Drawn(text, plan.layout, plan.kinds[0], _flags(problem), redraws)

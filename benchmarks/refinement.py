@@ -8,7 +8,7 @@ transferred from its own mesh to the coarsest of them, from there to the next fi
 
 import sys
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, carried_over, discretise, task_results
+from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, collect_task_results, discretise
 from pneumorph.analysis.checkpoint import unpack
 from pneumorph.errors import MeshError
 from pneumorph.geometry import build_design_space, starting_body
@@ -57,7 +57,7 @@ def main() -> None:
         except MeshError as error:
             print(f"{size:7.2f} {error}")
             continue
-        starts = carried_over(*coarser, disc)
+        starts = carry_over(*coarser, disc)
         found = analyse(problem, space, disc, space.start, starts)
         if isinstance(found, NoEquilibrium):
             print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {found.reason}")
@@ -71,7 +71,7 @@ def states_of(found: Analysis) -> dict[str, State]:
 
 
 def report(size: str, disc: Discretisation, found: Analysis, problem: Problem) -> None:
-    results = task_results(disc, found)
+    results = collect_task_results(disc, found)
     words = ", ".join(f"{task.name} {motion_of(task, results[task.name])}" for task in problem.task)
     print(f"{size:>7s} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
 

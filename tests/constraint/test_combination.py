@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumorph.constraint.sampling import Fields, grid
+from pneumorph.constraint.sampling import SampledFields, grid
 
 
 @pytest.mark.parametrize("ends", ["flat", "pole"])
@@ -13,7 +13,7 @@ def test_fields_equal_products_with_whole_matrices(make_body, waved, ends):
     for surface in body.surfaces:
         samples = grid(surface, (4, 8))
         orders = ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
-        found = Fields(*samples.combine(surface.net, samples.local_r, orders))
+        found = SampledFields(*samples.combine(surface.net, samples.local_r, orders))
         for one, other in zip(found, samples.fields(surface.net), strict=True):
             np.testing.assert_allclose(one, other, atol=1e-11 * np.abs(other).max())
         for of, part in enumerate(samples.frame[:4]):

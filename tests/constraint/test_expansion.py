@@ -7,7 +7,7 @@ from texts import problem_text
 from pneumorph.constraint import expansion
 from pneumorph.constraint.distance import sampled_surface
 from pneumorph.constraint.sampled import sample_limits
-from pneumorph.constraint.sampling import Fields
+from pneumorph.constraint.sampling import SampledFields
 from pneumorph.geometry import starting_body
 from pneumorph.problem import loads
 
@@ -24,7 +24,7 @@ def surfaces():
     wavy = body.with_control_points(points * (1.0 + 0.1 * np.cos(points[:, 2:] / 3.0) * [1.0, 1.0, 0.0]))
     orders = ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
     return [
-        sampled_surface(Fields(*grid.combine(surface.net, grid.local_r, orders)), grid, discs=grid.cavity)
+        sampled_surface(SampledFields(*grid.combine(surface.net, grid.local_r, orders)), grid, discs=grid.cavity)
         for surface, grid in zip(wavy.surfaces, limits.coarse, strict=True)
     ]
 

@@ -9,7 +9,7 @@ import pyvista as pv
 from tiny import tiny
 
 import pneumorph as pm
-from pneumorph.analysis import analyse, discretise, fields_of
+from pneumorph.analysis import analyse, collect_fields, discretise
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import build_design_space
 from pneumorph.interface import design as module
@@ -38,7 +38,7 @@ def test_stored_fields_are_not_computed_again(start, monkeypatch):
     problem = start.problem
     space = build_design_space(problem, start.body)
     disc = discretise(problem, start.body)
-    stored = fields_of(disc, analyse(problem, space, disc, space.start))
+    stored = collect_fields(disc, analyse(problem, space, disc, space.start))
     again = pm.Design(problem, start.body, start.pressures, stored=stored)
     monkeypatch.setattr(module, "discretise", None)
     np.testing.assert_allclose(again.fields.u["extend"], start.fields.u["extend"], atol=1e-6)

@@ -33,32 +33,32 @@ def test_everything_of_a_body(body, tmp_path):
 def test_another_design_is_told(bodies, tmp_path):
     body = bodies("flat")
     path = tmp_path / "body.step"
-    make.body_step(body, path)
+    make.write_body_step(body, path)
     net = body.exterior.net.copy()
     net[5, 3, 0] += 1e-4
-    assert failing(make.step_checks(path, [replace(body.exterior, net=net), *body.chambers])) == [
+    assert failing(make.check_step(path, [replace(body.exterior, net=net), *body.chambers])) == [
         "distance of the design's points from the surfaces"
     ]
     net[5] *= [1.01, 1.01, 1.0]
-    assert len(failing(make.step_checks(path, [replace(body.exterior, net=net), *body.chambers]))) == 2
+    assert len(failing(make.check_step(path, [replace(body.exterior, net=net), *body.chambers]))) == 2
 
 
 def test_an_end_elsewhere_is_told(bodies, tmp_path):
     """The disc of an end is a plane of its own, which no sampled patch sees."""
     body = bodies("several")
     path = tmp_path / "body.step"
-    make.body_step(body, path)
+    make.write_body_step(body, path)
     (left, *others) = body.chambers
     lower = replace(left, net=left.net - np.array([0.0, 0.0, 1e-4]))
-    assert failing(make.step_checks(path, [body.exterior, lower, *others])) == [
+    assert failing(make.check_step(path, [body.exterior, lower, *others])) == [
         "distance of the design's points from the surfaces"
     ]
 
 
 def test_a_chamber_that_is_not_there_is_told(bodies, tmp_path):
     body = bodies("flat")
-    make.body_step(Body(body.exterior, ()), tmp_path / "body.step")
-    assert failing(make.step_checks(tmp_path / "body.step", body.surfaces)) == ["open, missing or surplus shells"]
+    make.write_body_step(Body(body.exterior, ()), tmp_path / "body.step")
+    assert failing(make.check_step(tmp_path / "body.step", body.surfaces)) == ["open, missing or surplus shells"]
 
 
 def test_chambers_out_of_place_are_told(bodies, tmp_path):
@@ -77,17 +77,17 @@ def test_chambers_out_of_place_are_told(bodies, tmp_path):
 @pytest.mark.parametrize("form", ["3mf", "stl"])
 def test_triangles_that_are_amiss_are_told(bodies, tmp_path, form):
     body = bodies("flat")
-    part, path = make.triangles(body.surfaces, 0.05), tmp_path / f"body.{form}"
+    part, path = make.triangulate(body.surfaces, 0.05), tmp_path / f"body.{form}"
 
     def written(part):
         if form == "stl":
             make.write_stl(path, part)
         else:
             make.write_3mf(path, {"body": part})
-        return failing(make.mesh_checks(path, body.surfaces, 0.05))
+        return failing(make.check_mesh(path, body.surfaces, 0.05))
 
     assert written(part) == []
-    assert written(make.triangles(body.surfaces, 0.3)) == ["chord error"]
+    assert written(make.triangulate(body.surfaces, 0.3)) == ["chord error"]
     assert written(make.Triangles(part.points, part.corners[1:])) == ["open or inconsistently oriented edges"]
     assert written(make.Triangles(part.points, part.corners[:, ::-1])) == ["volume error"]
 

@@ -57,7 +57,7 @@ def test_a_piece_in_the_rubbers_room_fails_the_proof(bodies):
     assert {
         "distance of the part's points from the mould's surfaces",
         "distance of the mould's curved surfaces from the part",
-        "room of the rubber that pieces take up",
+        "volume of the part that pieces take up, relative",
     } <= failed
 
 

@@ -42,7 +42,7 @@ def test_patches_are_the_same_polynomials(body):
 
 
 def test_the_body_is_one_solid_of_the_exact_volume(body, tmp_path):
-    make.body_step(body, tmp_path / "body.step")
+    make.write_body_step(body, tmp_path / "body.step")
     read = OCCGeometry(str(tmp_path / "body.step")).shape
     flat = sum(surface.ends == "flat" for surface in body.surfaces)
     assert len(read.solids) == 1
@@ -55,7 +55,7 @@ def test_the_body_is_one_solid_of_the_exact_volume(body, tmp_path):
 def test_chambers_are_solids_of_their_own(body, tmp_path):
     for chamber in body.chambers:
         path = tmp_path / f"{chamber.name}.step"
-        make.chamber_step(chamber, path)
+        make.write_chamber_step(chamber, path)
         read = OCCGeometry(str(path)).shape
         assert len(read.solids) == 1
         assert read.mass == pytest.approx(enclosed_volume(chamber), rel=1e-6)
@@ -63,7 +63,7 @@ def test_chambers_are_solids_of_their_own(body, tmp_path):
 
 
 def test_names_units_and_shells_are_in_the_file(bodies, tmp_path):
-    make.body_step(bodies("several"), tmp_path / "body.step")
+    make.write_body_step(bodies("several"), tmp_path / "body.step")
     text = tmp_path.joinpath("body.step").read_text()
     assert "PRODUCT('body'" in text
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
@@ -71,14 +71,14 @@ def test_names_units_and_shells_are_in_the_file(bodies, tmp_path):
 
 
 def test_nothing_is_printed(bodies, tmp_path, capfd):
-    make.body_step(bodies("flat"), tmp_path / "body.step")
+    make.write_body_step(bodies("flat"), tmp_path / "body.step")
     make.read_step(tmp_path / "body.step")
     assert capfd.readouterr() == ("", "")
 
 
 def test_files_that_cannot_be(bodies, tmp_path):
     with pytest.raises(OSError, match="cannot be written"):
-        make.body_step(bodies("flat"), tmp_path / "none" / "body.step")
+        make.write_body_step(bodies("flat"), tmp_path / "none" / "body.step")
     with pytest.raises(OSError, match="not a STEP file"):
         make.read_step(tmp_path / "none.step")
 
@@ -86,7 +86,7 @@ def test_files_that_cannot_be(bodies, tmp_path):
 def test_both_releases_of_opencascade_in_one_process(bodies, tmp_path):
     """Loaded first, Netgen's gives its symbols to whatever comes after; another one then crashed."""
     path = tmp_path / "body.step"
-    make.body_step(bodies("poles"), path)
+    make.write_body_step(bodies("poles"), path)
     done = subprocess.run(
         [sys.executable, "-c", SECOND_LIBRARY.format(path=path)], capture_output=True, encoding="utf-8"
     )

@@ -19,7 +19,7 @@ def solid_of(part):
 
 
 def test_closed_and_oriented(body):
-    part = make.triangles(body.surfaces, 0.1)
+    part = make.triangulate(body.surfaces, 0.1)
     solid = solid_of(part)
     assert solid.status() == manifold3d.Error.NoError
     assert solid.num_tri() == len(part.corners) and solid.num_vert() == len(part.points)
@@ -27,14 +27,16 @@ def test_closed_and_oriented(body):
     assert crossings(part, solid) == 0
     assert part.volume > 0
     for chamber in body.chambers:
-        assert make.triangles([make.filled(chamber)], 0.1).volume == pytest.approx(enclosed_volume(chamber), rel=0.1)
+        assert make.triangulate([make.fill_chamber(chamber)], 0.1).volume == pytest.approx(
+            enclosed_volume(chamber), rel=0.1
+        )
 
 
 @pytest.mark.parametrize("chord", [0.2, 0.05, 0.01])
 def test_the_chord_error_is_kept(bodies, chord):
     """On a round tube it is measured at the middles of edges and triangles; and not kept much better than asked for."""
     exterior = bodies("plain").exterior
-    part = make.triangles([exterior], chord)
+    part = make.triangulate([exterior], chord)
     corners = part.points[part.corners]
     wall = corners[np.ptp(corners[..., 2], axis=1) > 1e-6]
     middles = np.concatenate([wall.mean(axis=1), (wall + np.roll(wall, 1, axis=1)).reshape(-1, 3) / 2.0])
@@ -46,7 +48,7 @@ def test_walls_that_cross_are_found(bodies):
     body = bodies("flat")
     (chamber,) = body.chambers
     moved = replace(chamber, net=chamber.net + np.array([5.0, 0.0, 0.0]))
-    part = make.triangles(Body(body.exterior, (moved,)).surfaces, 0.1)
+    part = make.triangulate(Body(body.exterior, (moved,)).surfaces, 0.1)
     assert crossings(part, solid_of(part)) > 0
 
 
@@ -56,18 +58,18 @@ def test_a_surface_that_crosses_itself_is_found(bodies):
     # Two neighbouring rows change places and go far apart: the wall runs back through itself.
     net[[8, 9]] = net[[9, 8]] + np.array([[[0.0, 0.0, 4.0]], [[0.0, 0.0, -4.0]]])
     net[8] *= [1.3, 1.3, 1.0]
-    part = make.triangles([replace(exterior, net=net)], 0.1)
+    part = make.triangulate([replace(exterior, net=net)], 0.1)
     assert crossings(part, solid_of(part)) > 0
 
 
 def test_too_many(bodies):
     with pytest.raises(ComputationError, match="allow a larger error"):
-        make.triangles(bodies("flat").surfaces, 1e-9)
+        make.triangulate(bodies("flat").surfaces, 1e-9)
 
 
 def test_3mf_and_stl(body, tmp_path):
-    part = make.triangles(body.surfaces, 0.1)
-    cores = {chamber.name: make.triangles([make.filled(chamber)], 0.1) for chamber in body.chambers}
+    part = make.triangulate(body.surfaces, 0.1)
+    cores = {chamber.name: make.triangulate([make.fill_chamber(chamber)], 0.1) for chamber in body.chambers}
     make.write_3mf(tmp_path / "body.3mf", {"body": part, **cores})
     make.write_stl(tmp_path / "body.stl", part)
     read = make.read_3mf(tmp_path / "body.3mf")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body, enclosed_volume, starting_body
 from pneumorph.geometry.design_space import build_design_space
-from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfolded
+from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfold
 from pneumorph.mesh.plane import triangulate
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TetMesh
 from pneumorph.problem import Problem
@@ -83,7 +83,7 @@ def test_half_a_body_is_closed_and_half_as_large(case) -> None:
 
 def test_unfolded_it_is_whole(case) -> None:
     body, _, _, morph, _, _ = case
-    image = unfolded(morph.mesh)
+    image = unfold(morph.mesh)
     mesh = image.mesh
     assert mesh.mirror is None
     assert set(mesh.faces) == {"base", "tip", "exterior", *(f"chamber {chamber.name}" for chamber in body.chambers)}
@@ -98,7 +98,7 @@ def test_unfolded_it_is_whole(case) -> None:
     for chamber in body.chambers:
         where = mesh.points[mesh.faces[f"chamber {chamber.name}"]].mean(axis=(0, 1))
         np.testing.assert_allclose(where[:2], chamber.net.mean(axis=(0, 1))[:2], atol=0.3)
-    assert unfolded(mesh).mesh is mesh
+    assert unfold(mesh).mesh is mesh
 
 
 def test_the_morph_is_affine_and_keeps_the_plane(case) -> None:

@@ -7,7 +7,7 @@ import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.objective import Features, objectives
+from pneumorph.objective import Features, build_objectives
 from pneumorph.problem import load, loads
 from pneumorph.run import create, open_run
 from pneumorph.study import load_study
@@ -43,7 +43,7 @@ def written(tmp_path):
 
 
 def test_a_function_is_an_objective_with_its_gradient(written):
-    found = objectives(load(written()))["extend"]
+    found = build_objectives(load(written()))["extend"]
     assert len(found.slabs.middle) == 3
     value, slope = jax.value_and_grad(found.value)(some_features())
     assert float(value) == pytest.approx(1.5 - 2.0 + 0.25 + 0.09)
@@ -69,9 +69,9 @@ def test_a_run_has_the_code_in_its_problem(written, tmp_path):
     create(tmp_path / "run", asked)
     (tmp_path / "cost.py").unlink()
     assert open_run(tmp_path / "run").problem == asked
-    assert float(objectives(open_run(tmp_path / "run").problem)["extend"].value(some_features())) == pytest.approx(
-        -0.16
-    )
+    assert float(
+        build_objectives(open_run(tmp_path / "run").problem)["extend"].value(some_features())
+    ) == pytest.approx(-0.16)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_a_run_has_the_code_in_its_problem(written, tmp_path):
 def test_what_is_wrong_is_said_in_one_line(written, code, key, said):
     asked = load(written(code))
     with pytest.raises(ProblemError) as caught:
-        objectives(asked)
+        build_objectives(asked)
     message = str(caught.value)
     assert message.startswith(f"task[0].objective.{key}: ") and said in message and "\n" not in message
 

@@ -9,7 +9,7 @@ from tiny import tiny
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import build_model, neo_hookean_rubber
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.objective import Features, equidistant, match, measure_features, objectives, reach
+from pneumorph.objective import Features, build_objectives, equidistant, match, measure_features, reach
 from pneumorph.problem import Reach, loads
 from pneumorph.verify.solids import tube
 
@@ -113,7 +113,7 @@ def test_a_shape_off_its_target():
 
 
 def test_orientations_of_the_file_are_matched():
-    (found,) = objectives(
+    (found,) = build_objectives(
         arm('{ kind = "match_sections", rotations = [["0 deg", "20 deg", "0 deg"], ["0 deg", "50 deg", "0 deg"]] }')
     ).values()
     turns = Rotation.from_euler("y", [[20], [50]], degrees=True).as_matrix()
@@ -170,5 +170,5 @@ def test_a_curve_without_direction_is_refused(points, degree, said):
     places = ", ".join(f'["0 mm", "0 mm", "{z} mm"]' for z in points)
     asked = arm(f'{{ kind = "match_curve", sections = 4, degree = {degree}, control_points = [{places}] }}')
     with pytest.raises(ProblemError) as caught:
-        objectives(asked)
+        build_objectives(asked)
     assert str(caught.value).startswith(f"task[0].objective.control_points: {said}")

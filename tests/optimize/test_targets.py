@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from texts import problem_text
 
-from pneumorph.analysis import analyse, design_gradient, design_slopes, discretise, predicted, task_results
+from pneumorph.analysis import analyse, collect_task_results, design_gradient, design_slopes, discretise, predict_states
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium
@@ -90,10 +90,10 @@ def test_a_prediction_after_a_trial_is_of_the_design_it_starts_from(case):
     problem, space, disc, phi, at = case
     step = np.zeros(space.n)
     step[: space.n_shape] = 0.05 * np.sin(np.arange(space.n_shape))
-    near = predicted(space, disc, at, phi + step)
+    near = predict_states(space, disc, at, phi + step)
     # A trial far away leaves its own factorisation behind.
     solved(problem, space, disc, phi - 5 * step, at)
-    again = predicted(space, disc, at, phi + step)
+    again = predict_states(space, disc, at, phi + step)
     for name, state in near.items():
         np.testing.assert_allclose(np.asarray(again[name].u), np.asarray(state.u), atol=1e-10)
 
@@ -128,7 +128,7 @@ def test_an_objective_without_value_or_derivative_is_an_error(case):
 
 def test_answers_tell_what_the_objective_is_made_of(case):
     _, _, disc, _, at = case
-    found = task_results(disc, at)
+    found = collect_task_results(disc, at)
     curve, reach = found["curve"], found["reach"]
     assert curve.objective == pytest.approx(
         2 * 3 * curve.errors["orientation_rad"] ** 2 + 0.01 * 3 * curve.errors["position_mm"] ** 2

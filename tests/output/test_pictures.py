@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from tiny import tiny
 
-from pneumorph.analysis import analyse, discretise, fields_of, nodal_stretch
+from pneumorph.analysis import analyse, collect_fields, discretise, nodal_stretch
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.output import history, pictures, render
@@ -55,7 +55,7 @@ def finished(problem, body, tmp_path_factory):
     run = create(tmp_path_factory.mktemp("finished"), problem)
     space = build_design_space(problem, body)
     disc = discretise(problem, body)
-    fields = fields_of(disc, analyse(problem, space, disc, space.start))
+    fields = collect_fields(disc, analyse(problem, space, disc, space.start))
     for iteration in (0, 1):
         run.record(history_entry(iteration), StoredDesign.of(body, {"bend": {"A": 0.06}}), fields, {})
     return run

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from records import entry, task_result
 
-from pneumorph.analysis import Fields, Inflation, RunResult, analyse, discretise, fields_of, inflation_of
+from pneumorph.analysis import Fields, Inflation, RunResult, analyse, collect_fields, compute_inflation, discretise
 from pneumorph.drive.single import Outcome, result
 from pneumorph.geometry import Body, build_design_space, starting_body
 from pneumorph.problem import Problem
@@ -62,7 +62,7 @@ def analysed(problem: Problem, amplitude: float) -> Fields:
     body = waved(starting_body(problem.body), amplitude)
     space, disc = build_design_space(problem, body), discretise(problem, body)
     found = analyse(problem, space, disc, space.start)
-    return fields_of(disc, found, None, inflation_of(problem, disc, found))
+    return collect_fields(disc, found, None, compute_inflation(problem, disc, found))
 
 
 def ended(run: RunDirectory, reason: str = "it is a test", completed: bool = True) -> RunResult:

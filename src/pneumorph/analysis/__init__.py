@@ -5,27 +5,27 @@ from pneumorph.analysis.analyse import (
     Discretisation,
     analyse,
     build_discretisation,
-    carried_over,
+    carry_over,
+    check_stability,
     discretise,
-    predicted,
-    stable,
+    predict_states,
 )
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.fields import (
     Fields,
     Inflation,
-    fields_of,
-    inflation_of,
+    collect_fields,
+    compute_inflation,
+    compute_sag,
     nodal_stress,
     nodal_stretch,
-    sag_of,
     unpack_fields,
 )
-from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, gradient_check
+from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
 from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import Slopes, design_gradient, design_slopes
-from pneumorph.analysis.task_results import task_results
+from pneumorph.analysis.task_results import collect_task_results
 
 __all__ = [
     "AnalysedBody",
@@ -48,21 +48,21 @@ __all__ = [
     "analyse",
     "analyse_body",
     "build_discretisation",
-    "carried_over",
+    "carry_over",
+    "check_stability",
+    "collect_fields",
+    "collect_task_results",
+    "compute_inflation",
+    "compute_sag",
     "design_gradient",
     "design_slopes",
     "discretise",
-    "fields_of",
     "from_json",
-    "gradient_check",
-    "inflation_of",
     "nodal_stress",
     "nodal_stretch",
-    "predicted",
+    "predict_states",
     "prepare_simulation",
-    "sag_of",
-    "stable",
-    "task_results",
+    "run_gradient_check",
     "to_json",
     "unpack_fields",
 ]

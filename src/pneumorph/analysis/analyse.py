@@ -31,7 +31,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import Morph, mesh_body
 from pneumorph.mesh.transfer import linear, transfer
-from pneumorph.objective import Objective, objectives
+from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem
 
 Starts = Mapping[str, State]
@@ -55,6 +55,7 @@ class Discretisation:
 
     @property
     def factorisations(self) -> int:
+        """Number of factorisations made so far, for all tasks."""
         return sum(tangent.factorisations for tangent in self.tangents.values())
 
 
@@ -92,7 +93,7 @@ def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -
     """Build the model of a mesh, which was made for the control points `built_at` (n_points, 3) mm."""
     model = model_of(problem, morph.mesh)
     tangents = {task.name: Tangent(model) for task in problem.task}
-    return Discretisation(morph, built_at, model, tangents, objectives(problem))
+    return Discretisation(morph, built_at, model, tangents, build_objectives(problem))
 
 
 def analyse(
@@ -136,7 +137,7 @@ def analyse(
     return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
 
 
-def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
+def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
     """Whether the state of each task is stable; where half the body was analysed, against all motions of the whole."""
     found = {name: equilibrium.stable for name, equilibrium in analysis.equilibria.items()}
     if disc.model.mirror is None:
@@ -148,8 +149,8 @@ def stable(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
     }
 
 
-def predicted(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
-    """First-order prediction of the states of all tasks for a design near an analysed one, on the same mesh."""
+def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
+    """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh."""
     dX = disc.morph.push(space.control_points(phi) - analysis.points)
     pressures = space.pressures(phi)
     states = {}
@@ -159,7 +160,7 @@ def predicted(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi:
     return states
 
 
-def carried_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
+def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
     """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body."""
     model, carried = new.model, {}
     for name, state in states.items():

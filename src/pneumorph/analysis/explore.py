@@ -56,10 +56,10 @@ class Explored:
 class Explorer:
     """The equilibria of a body at any pressures, without blocked motions.
 
-    Pressures that a mirror plane keeps are solved on half the body, others on the whole, as `simulate` does. Every
-    equilibrium is sought from the nearest known ones on the same mesh, and from rest if it is not found from there.
-    Where a body has several equilibria at the same pressures, the answer depends on where it comes from, as with a real
-    body. Past a limit pressure no path is followed: `simulate` does that, and takes its time.
+    Pressures that are symmetric about a mirror plane are solved on half the body, others on the whole, as by
+    `simulate`. Every equilibrium is sought from the nearest known ones on the same mesh, and from rest if it is not
+    found from there. Where a body has several equilibria at the same pressures, the result depends on where the search
+    starts, as with a real body. No path is followed past a limit pressure: `simulate` does that, and takes longer.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class _Meshed:
         return found
 
     def _near(self, loads: Loads) -> list[tuple[Loads, State]]:
-        """The nearest known state, last, and one to draw the secant from that is not much nearer to it than `loads`."""
+        """The nearest known state last; before it, for a secant, the next nearest that is not too close to it."""
         if not self.known:
             return []
         last = min(self.known, key=lambda each: _distance(each[0], loads))

@@ -11,7 +11,7 @@ import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
-from pneumorph.mesh import TetMesh, unfolded
+from pneumorph.mesh import TetMesh, unfold
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
 
@@ -28,7 +28,7 @@ class Inflation:
 
     Attributes
     ----------
-    parts : (K,) above 0 and below 1, rising.
+    parts : (K,) rising fractions of the pressures, above 0 and below 1.
     u : (K, S, 3) mm
         Displacements of the `Fields.skin` nodes.
     stretch : (K, S)
@@ -67,12 +67,12 @@ class Fields:
 
     @property
     def skin(self) -> np.ndarray:
-        """Sorted numbers (S,) of the nodes on the surfaces; a mirror plane is none."""
+        """Sorted numbers (S,) of the nodes on the surfaces, to which a mirror plane does not belong."""
         return _skin(self.mesh)
 
     def whole(self) -> Fields:
         """The same fields on the whole body."""
-        image = unfolded(self.mesh)
+        image = unfold(self.mesh)
         skin = _skin(image.mesh)
         source, sign = np.searchsorted(self.skin, image.source[skin]), image.sign[skin].astype(np.float32)
         return Fields(
@@ -112,7 +112,7 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
     return Fields(mesh, named("u"), named("stretch"), arrays.get("sag"), inflation)
 
 
-def fields_of(
+def collect_fields(
     disc: Discretisation,
     analysis: Analysis,
     sag: np.ndarray | None = None,
@@ -124,7 +124,7 @@ def fields_of(
     return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})
 
 
-def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
+def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
     """Displacements (N, 3) in mm without pressures; None without weight and plate loads, or without an equilibrium."""
     effector = problem.end_effector
     if problem.gravity is None and not any((*effector.force, *effector.moment)):
@@ -135,8 +135,8 @@ def sag_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.nda
     return found.u if isinstance(found, Equilibrium) else None
 
 
-def inflation_of(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
-    """The surfaces of a design at the fractions `PARTS` of every task's pressures; none for a task without pressures.
+def compute_inflation(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
+    """Find the surfaces of a design at the fractions `PARTS` of every task's pressures, if it has any.
 
     The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
     reported, also where the body has several. If the path is lost, the states found so far are kept.

@@ -89,7 +89,7 @@ def analyse_body(problem: Problem, body: Body) -> AnalysedBody:
     return AnalysedBody(problem, body, space, disc, _analysed(problem, space, disc, space.start))
 
 
-def gradient_check(at: AnalysedBody) -> GradientCheck:
+def run_gradient_check(at: AnalysedBody) -> GradientCheck:
     """Test the gradient at an analysed body by Taylor remainders."""
     problem, space, disc = at.problem, at.space, at.disc
     slope = design_gradient(problem, space, disc, at.analysis)

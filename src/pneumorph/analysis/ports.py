@@ -122,7 +122,7 @@ def _polar(points: np.ndarray, port: Port) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def _moved(mesh: TetMesh, points: np.ndarray, nodes: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """The points with corners moved, those of elements that would become too flat by less; edges there are straight."""
+    """The points with `nodes` moved, by less where an element would become too flat; edges there become straight."""
     share = np.ones(len(nodes))
     for _ in range(_HALVINGS):
         found = points.copy()
@@ -141,7 +141,7 @@ def _moved(mesh: TetMesh, points: np.ndarray, nodes: np.ndarray, shift: np.ndarr
 def compared(
     problem: Problem, mesh: TetMesh, pressures: Mapping[str, Mapping[str, float]]
 ) -> dict[str, tuple[Features, Features]]:
-    """The motion of every task with the region "tubes" of a mesh made of the rubber, and of tubes.
+    """The motion of every task twice: with the region "tubes" of a mesh made of the rubber, and made of tubes.
 
     Tasks with equal pressures are solved once.
     """

@@ -42,7 +42,7 @@ class TaskResult:
     max_stretch : float
         Largest principal stretch.
     beyond_validity : bool
-        Whether it is beyond the range for which the rubber's parameters are valid.
+        Whether the largest stretch is beyond the range for which the rubber's parameters are valid.
     stable : bool
         Whether the state is stable; see `RunResult` for half bodies.
     """

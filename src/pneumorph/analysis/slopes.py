@@ -1,4 +1,4 @@
-"""First derivatives of the objective by the design variables, with one adjoint for each task or residual."""
+"""First derivatives of the objective with respect to the design variables: one adjoint for each task or residual."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pneumorph.sensitivity import gradient, residual_jacobian
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """First derivatives of the objective of an analysed design by Φ.
+    """First derivatives of the objective of an analysed design with respect to Φ.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def _task_gradient(space: DesignSpace, disc: Discretisation, analysis: Analysis,
 def _task_jacobian(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals (k,) of a task and their derivatives (k, n) by Φ."""
+    """Residuals (k,) of a task and their derivatives (k, n) with respect to Φ."""
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
     found = residual_jacobian(at, disc.tangents[name], equilibrium, disc.objectives[name])
     rows = [

@@ -11,8 +11,8 @@ from pneumorph.analysis.records import TaskResult, Vector
 from pneumorph.mechanics import rotation_vector
 
 
-def task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
-    """The result of every task of an analysed design, by the task's name."""
+def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
+    """Collect the result of every task of an analysed design, by the task's name."""
     found = {}
     for name, equilibrium in analysis.equilibria.items():
         objective = disc.objectives[name]

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph.analysis import AnalysedBody, analyse_body, gradient_check, task_results
+from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
 from pneumorph.constraint import certify
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import adjusted_columns
@@ -34,7 +34,7 @@ def check(problem: Path) -> None:
         say(line)
     for sentence in adjusted_columns(asked.body):
         say(f"symmetry  {sentence}")
-    found = task_results(at.disc, at.analysis)
+    found = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
         motion = motion_of(task, found[task.name])
         say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
@@ -42,7 +42,7 @@ def check(problem: Path) -> None:
     for reading in limits.readings:
         # The certified bound holds for all points; the value seen is that of the worst sample.
         say(f"limit     {reading}, seen {reading.seen:.3g}", "red" if reading in limits.violated() else "")
-    tested = gradient_check(at)
+    tested = run_gradient_check(at)
     for name in tested.tests:
         say(f"gradient  {tested.line(name)}", "" if tested.is_right(name) else "red")
     if not tested.passed:

@@ -40,7 +40,7 @@ def simulate(
     given = _given(pressures)
     for option, path in files.items():
         _check(option, path)
-    simulation = design.simulation(given, block, one_by_one)
+    simulation = design.prepare_simulation(given, block, one_by_one)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model, console = simulation.model, Console()

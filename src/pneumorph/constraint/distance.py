@@ -22,7 +22,7 @@ from jax import Array
 from numpy.typing import NDArray
 
 from pneumorph.constraint import expansion
-from pneumorph.constraint.sampling import Fields, Grid, every_second, with_discs
+from pneumorph.constraint.sampling import Grid, SampledFields, every_second, with_discs
 from pneumorph.constraint.search import facing_samples, nearest_samples
 
 Floats = NDArray[np.float64]
@@ -62,7 +62,7 @@ class SampledSurface:
         Samples of the tube.
     rings : int
         Number of rings of samples on each disc, before and after the tube's rows; 0 without discs.
-    fields : Fields
+    fields : SampledFields
         Position and derivatives per mm, each (n, 3).
     ahead, behind : (rows,) arrays
         Distance in mm of the second parameter to the next and the previous row. Tube and disc meet at an angle on the
@@ -71,7 +71,7 @@ class SampledSurface:
 
     grid: Grid
     rings: int
-    fields: Fields
+    fields: SampledFields
     ahead: Floats
     behind: Floats
 
@@ -151,7 +151,7 @@ class SampledSurface:
         return np.einsum("nk,nkc->nc", weight, self.x[index])
 
 
-def sampled_surface(fields: Fields, grid: Grid, discs: bool) -> SampledSurface:
+def sampled_surface(fields: SampledFields, grid: Grid, discs: bool) -> SampledSurface:
     """Build a sampled surface from the fields of its tube, with or without its end discs."""
     rings = len(grid.rings) if discs else 0
     whole = with_discs(fields, grid) if discs else fields
@@ -166,7 +166,7 @@ def sampled_surface(fields: Fields, grid: Grid, discs: bool) -> SampledSurface:
     return SampledSurface(
         grid=grid,
         rings=rings,
-        fields=Fields(*(np.ascontiguousarray(np.asarray(field).reshape(3, -1).T) for field in whole)),
+        fields=SampledFields(*(np.ascontiguousarray(np.asarray(field).reshape(3, -1).T) for field in whole)),
         ahead=ahead,
         behind=behind,
     )

@@ -22,7 +22,7 @@ from pneumorph.constraint.sampled import (
     cell_of,
     worst_of_cells,
 )
-from pneumorph.constraint.sampling import Fields, Grid
+from pneumorph.constraint.sampling import Grid, SampledFields
 from pneumorph.geometry import Body, TubeSurface
 from pneumorph.geometry.local import point_weights
 
@@ -45,8 +45,10 @@ def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlo
         yield from heights(limits, body, number, field, reach)
 
 
-def _fields(surface: TubeSurface, samples: Grid) -> Fields:
-    return Fields(*samples.combine(surface.net, samples.local_r, ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))))
+def _fields(surface: TubeSurface, samples: Grid) -> SampledFields:
+    return SampledFields(
+        *samples.combine(surface.net, samples.local_r, ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)))
+    )
 
 
 def _walls(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pneumorph.constraint.combination import combined
 from pneumorph.constraint.report import Points
 from pneumorph.constraint.sampled import COARSE, FINE, KINDS, LimitSamples, RowBlock, cell_of, worst_samples
-from pneumorph.constraint.sampling import Fields
+from pneumorph.constraint.sampling import SampledFields
 from pneumorph.geometry import Body
 from pneumorph.geometry.local import nonzero_functions, point_weights
 
@@ -31,7 +31,7 @@ class _At(NamedTuple):
     r: Floats
 
 
-def heights(limits: LimitSamples, body: Body, number: int, field: Fields, reach: float) -> Iterator[RowBlock]:
+def heights(limits: LimitSamples, body: Body, number: int, field: SampledFields, reach: float) -> Iterator[RowBlock]:
     """The rows of a surface's limits on single points that are at most `reach` mm within their bounds.
 
     `field` are its coarse samples.

@@ -18,7 +18,7 @@ from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, sampled_surface, wall_closest
-from pneumorph.constraint.sampling import Fields, Grid, closed_positions, every_second, grid, heights, rim_share
+from pneumorph.constraint.sampling import Grid, SampledFields, closed_positions, every_second, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures
 from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
@@ -204,11 +204,11 @@ class LimitFunctions:
         return 1.0 - jnp.concatenate([jnp.minimum(base, tip).ravel(), *rims])
 
     @cached_property
-    def fields(self) -> Callable[[ArrayLike], list[Fields]]:
+    def fields(self) -> Callable[[ArrayLike], list[SampledFields]]:
         """Function from control points to the fields of every surface's samples."""
 
         @jax.jit
-        def fields(points: ArrayLike) -> list[Fields]:
+        def fields(points: ArrayLike) -> list[SampledFields]:
             return [grid.fields(net) for net, grid in zip(self._nets(points), self.grids, strict=True)]
 
         return fields

@@ -1,4 +1,4 @@
-"""Peaks between samples, as parabolas through a sample and its two neighbours in either direction expect them.
+"""Peaks between samples, estimated by parabolas through a sample and its two neighbours in either direction.
 
 A peak between two samples may be several per cent above both.
 """
@@ -17,14 +17,14 @@ Ints = NDArray[np.integer]
 
 
 def expected_peaks(c: Floats, least: float) -> Floats:
-    """Values at the peaks near samples c (kinds, rows, columns); minus infinity where they are not above `least`."""
+    """Estimated peaks near samples c (kinds, rows, columns); minus infinity where they are not above `least`."""
     found = np.empty_like(c)
     each(lambda kind: _expect(c[kind], least, found[kind]), range(len(c)))
     return found
 
 
 def peaks_at(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Floats, Floats]:
-    """Values (m,) at the peaks near some of the samples, and the peaks' offsets along q and r.
+    """Estimated peaks (m,) near some of the samples, and their offsets along q and r.
 
     Offsets are in sample distances, at most half of one.
     """

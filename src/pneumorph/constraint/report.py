@@ -42,7 +42,7 @@ class LimitReading:
         "wall", "fold", "curvature", "skew", "stretch", "area", "ends" or "envelope".
     value, bound : float
         In mm, 1/mm² or 1; distances and the area element must not be below the bound, all others not above it. The
-        value is certified: it is not exceeded anywhere on the surfaces.
+        value is certified: no point of the surfaces is worse.
     surface : str
         Name of the surface with the worst point found.
     q, r : float
@@ -242,7 +242,7 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
 
 
 class _Tally:
-    """Collects the values of one limit over all surfaces; lower limits have their sign changed, so larger is worse."""
+    """Collects the values of one limit over all surfaces, with a sign such that larger is worse."""
 
     def __init__(self, limit: Limit, bound: float, slack: float) -> None:
         self.limit, self.bound = limit, bound
@@ -321,7 +321,7 @@ def _readings(tallies: Mapping[str, _Tally], names: list[str]) -> list[LimitRead
         surface, q, r = max(counted, key=lambda part: part.worst).place
         if name == "ends":
             upper, worst = max(upper, 0.0), max(worst, 0.0)
-        # No distance is attained if all patches are farther apart than distances are measured.
+        # Nothing is attained if all patches are farther apart than the largest distance that is measured.
         worst = min(worst, upper)
         readings.append(LimitReading(name, tally.sign * upper, tally.bound, names[surface], q, r, tally.sign * worst))
     return readings

@@ -22,7 +22,7 @@ from pneumorph.geometry.local import nonzero_functions
 Orders = tuple[tuple[int, int], ...]
 
 
-class Fields(NamedTuple):
+class SampledFields(NamedTuple):
     """Position and its derivatives on a grid, each (3, rows, columns): components first, then r, then q."""
 
     x: Any
@@ -115,11 +115,11 @@ class Grid:
         """Positions (3, rows, columns) on the tube for the control net (n_r, n_q, 3)."""
         return jnp.matmul(jnp.einsum("Rr,rqc->cRq", self.values_r[0], net), self.values_q[0].T)
 
-    def fields(self, net: Array) -> Fields:
+    def fields(self, net: Array) -> SampledFields:
         """Position and derivatives on the tube for the control net (n_r, n_q, 3)."""
         along = [jnp.einsum("Rr,rqc->cRq", values, net) for values in self.values_r]
         orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-        return Fields(*(jnp.matmul(along[dr], self.values_q[dq].T) for dq, dr in orders))
+        return SampledFields(*(jnp.matmul(along[dr], self.values_q[dq].T) for dq, dr in orders))
 
 
 def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
@@ -148,7 +148,7 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
     )
 
 
-def with_discs(fields: Fields, grid: Grid) -> Fields:
+def with_discs(fields: SampledFields, grid: Grid) -> SampledFields:
     """The fields of a chamber with its end discs: rings of the base disc, the tube, rings of the tip disc.
 
     Points of the discs are (1 - s)·centre + s·rim(q), with s times the starting radius as second parameter. Surfaces
@@ -158,12 +158,12 @@ def with_discs(fields: Fields, grid: Grid) -> Fields:
         return fields
     radius = grid.size[0] / (2.0 * np.pi)
 
-    def disc(row: int, rings: NDArray[np.float64], outward: float) -> Fields:
+    def disc(row: int, rings: NDArray[np.float64], outward: float) -> SampledFields:
         s = rings[:, None]
         rim, rim_q, rim_qq = (field[:, row, None] for field in (fields.x, fields.q, fields.qq))
         centre = rim.mean(axis=2, keepdims=True)
         ray = outward * (rim - centre) / radius
-        return Fields(
+        return SampledFields(
             x=centre + s * (rim - centre),
             q=s * rim_q,
             r=jnp.broadcast_to(ray, (3, len(rings), rim.shape[2])),
@@ -173,7 +173,7 @@ def with_discs(fields: Fields, grid: Grid) -> Fields:
         )
 
     base, tip = disc(0, grid.rings, 1.0), disc(-1, grid.rings[::-1], -1.0)
-    return Fields(*(jnp.concatenate(parts, axis=1) for parts in zip(base, fields, tip, strict=True)))
+    return SampledFields(*(jnp.concatenate(parts, axis=1) for parts in zip(base, fields, tip, strict=True)))
 
 
 def closed_positions(x: Array, grid: Grid) -> Array:
@@ -190,7 +190,7 @@ def closed_positions(x: Array, grid: Grid) -> Array:
 
 
 def heights(x: Any, grid: Grid) -> tuple[Any, Any]:
-    """Heights in mm of samples x (3, rows, columns) of a tube with flat ends above its base and below its tip."""
+    """Distances in mm along z of a tube with flat ends, at samples x (3, rows, columns), from its base and its tip."""
     return x[2] - x[2, :1], x[2, -1:] - x[2]
 
 

@@ -23,7 +23,7 @@ Ints = NDArray[np.integer]
 def shapes(
     limits: LimitSamples, body: Body, least: float, places: Mapping[str, Points] | None
 ) -> tuple[list[RowBlock], dict[str, Points]]:
-    """The rows, and for each measure the points that are close to its bound."""
+    """The rows of a body, and for each measure the points that are close to its bound."""
     spec = limits.spec
     scale = np.array([1 / spec.curvature, 1 / spec.skew, 1 / spec.stretch.limit, -1 / MIN_AREA])
     shift = np.array([-1.0, -1.0, -1.0, 1.0])

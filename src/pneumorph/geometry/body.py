@@ -101,7 +101,7 @@ def starting_body(spec: BodySpec) -> Body:
 
 
 def columns(radius: float, density: float, multiple: int = 1) -> int:
-    """Number of control points around a tube: the multiple nearest to the density (1/mm), and at least 8."""
+    """Number of control points around a tube: the multiple of `multiple` nearest to the density (1/mm), at least 8."""
     least = -(-8 // multiple)
     return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
 

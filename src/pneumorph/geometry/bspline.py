@@ -93,7 +93,13 @@ class Basis:
 
 
 def periodic(count: int, degree: int = 3) -> Basis:
-    """A periodic basis of `count` functions (odd degree); control point i belongs to t = i / count."""
+    """A periodic basis of `count` functions (odd degree); control point i belongs to t = i / count.
+
+    Raises
+    ------
+    ValueError
+        If the degree is even or not less than `count`.
+    """
     if count <= degree or degree % 2 == 0:
         raise ValueError(
             f"a periodic basis needs an odd degree less than its count of functions; got {degree}, {count}"
@@ -102,7 +108,13 @@ def periodic(count: int, degree: int = 3) -> Basis:
 
 
 def clamped(spans: int, degree: int = 3) -> Basis:
-    """A basis on `spans` equal knot spans; the first and last control points are the ends of the curve."""
+    """A basis on `spans` equal knot spans; the first and last control points are the ends of the curve.
+
+    Raises
+    ------
+    ValueError
+        If there is no knot span.
+    """
     if spans < 1:
         raise ValueError(f"a clamped basis needs at least one knot span; got {spans}")
     return Basis(degree, spans + degree, periodic=False)

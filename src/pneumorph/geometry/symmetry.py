@@ -21,7 +21,7 @@ _SAME = 1e-6  # mm; control points closer than this are considered identical
 
 
 def images(body: Body, operation: Array, length: float) -> NDArray[np.int64]:
-    """Index (n_points,) of the control point to which an operation about (0, 0, length/2) maps each one.
+    """For each control point, the index (n_points,) of the one to which an operation about (0, 0, length/2) maps it.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pneumorph.analysis import GradientCheck, analyse_body, gradient_check
+from pneumorph.analysis import GradientCheck, analyse_body, run_gradient_check
 from pneumorph.interface.design import Design, starting_design
 from pneumorph.problem import Problem
 
@@ -28,4 +28,4 @@ def check_gradient(asked: Problem | Design) -> GradientCheck:
     True
     """
     design = asked if isinstance(asked, Design) else starting_design(asked)
-    return gradient_check(analyse_body(design.problem, design.body))
+    return run_gradient_check(analyse_body(design.problem, design.body))

@@ -24,12 +24,12 @@ from pneumorph.analysis import (
     Simulation,
     TaskResult,
     analyse,
+    collect_fields,
+    collect_task_results,
+    compute_inflation,
+    compute_sag,
     discretise,
-    fields_of,
-    inflation_of,
     prepare_simulation,
-    sag_of,
-    task_results,
 )
 from pneumorph.constraint import LimitReading, certify
 from pneumorph.errors import ComputationError, ProblemError
@@ -103,7 +103,7 @@ class Design:
         ComputationError
             If they have to be computed, and the design cannot be meshed or has no equilibrium.
         """
-        return task_results(*self._analysed) if self.entry is None else self.entry.tasks
+        return collect_task_results(*self._analysed) if self.entry is None else self.entry.tasks
 
     @cached_property
     def fields(self) -> Fields:
@@ -118,8 +118,8 @@ class Design:
 
     def _computed(self, inflated: bool = False) -> Fields:
         disc, found = self._analysed
-        ways = inflation_of(self.problem, disc, found) if inflated else None
-        return fields_of(disc, found, sag_of(self.problem, disc, found), ways)
+        ways = compute_inflation(self.problem, disc, found) if inflated else None
+        return collect_fields(disc, found, compute_sag(self.problem, disc, found), ways)
 
     @property
     def mesh(self) -> pyvista.UnstructuredGrid:
@@ -168,12 +168,12 @@ class Design:
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
-        prepared = self.simulation(pressures, block, one_by_one)
+        prepared = self.prepare_simulation(pressures, block, one_by_one)
         for _ in prepared.run(curves):
             pass
         return Sweep(prepared, curves, time.perf_counter() - began)
 
-    def simulation(
+    def prepare_simulation(
         self,
         pressures: Mapping[str, Any] | None = None,
         block: str | Iterable[str] = (),

@@ -11,7 +11,7 @@ from pneumorph import drive, run
 from pneumorph.analysis import HistoryEntry, RunResult
 from pneumorph.errors import ProblemError
 from pneumorph.interface.design import Design
-from pneumorph.objective import objectives
+from pneumorph.objective import build_objectives
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
 from pneumorph.problem import Problem, load
@@ -137,7 +137,7 @@ class Run:
         task: str | None = None,
         format: str | None = None,
     ) -> Path:
-        """Draw one picture of the run, which may still go on or have been stopped.
+        """Draw one picture of the run, which may be still running or have been stopped.
 
         Parameters
         ----------
@@ -230,7 +230,7 @@ def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = F
     """Make a new run of a problem in a directory, or prepare one for resuming; see `design`."""
     asked = _problem(problem)
     # A mistake in a target is reported before the directory is made.
-    objectives(asked)
+    build_objectives(asked)
     return Run((run.resume if resume else run.create)(out, asked))
 
 

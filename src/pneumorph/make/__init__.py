@@ -8,14 +8,14 @@ from pneumorph.make.libraries import load
 # Before anything imports OCP: its OpenCASCADE must not mix symbols with the one that Netgen brings.
 load()
 
-from pneumorph.make.checks import Check, mesh_checks, step_checks  # noqa: E402
+from pneumorph.make.checks import Check, check_mesh, check_step  # noqa: E402
 from pneumorph.make.files import MadeFiles, make  # noqa: E402
 from pneumorph.make.mould.effect import PortEffect  # noqa: E402
 from pneumorph.make.mould.plan import Plan  # noqa: E402
 from pneumorph.make.printing import read_3mf, read_stl, write_3mf, write_stl  # noqa: E402
-from pneumorph.make.solid import filled  # noqa: E402
-from pneumorph.make.step import body_step, chamber_step, read_step  # noqa: E402
-from pneumorph.make.triangles import Triangles, triangles  # noqa: E402
+from pneumorph.make.solid import fill_chamber  # noqa: E402
+from pneumorph.make.step import read_step, write_body_step, write_chamber_step  # noqa: E402
+from pneumorph.make.triangles import Triangles, triangulate  # noqa: E402
 
 __all__ = [
     "Check",
@@ -23,16 +23,16 @@ __all__ = [
     "Plan",
     "PortEffect",
     "Triangles",
-    "body_step",
-    "chamber_step",
-    "filled",
+    "check_mesh",
+    "check_step",
+    "fill_chamber",
     "make",
-    "mesh_checks",
     "read_3mf",
     "read_step",
     "read_stl",
-    "step_checks",
-    "triangles",
+    "triangulate",
     "write_3mf",
+    "write_body_step",
+    "write_chamber_step",
     "write_stl",
 ]

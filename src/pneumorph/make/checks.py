@@ -70,15 +70,15 @@ def volume_inside(surfaces: Sequence[TubeSurface]) -> float:
     return first - sum(others)
 
 
-def step_checks(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
+def check_step(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
     """Check a STEP file against the surfaces of its only solid.
 
     Parameters
     ----------
     path : Path
-        File written by `body_step` or `chamber_step`.
+        File written by `write_body_step` or `write_chamber_step`.
     surfaces : sequence of TubeSurface
-        Those of the body, or one `filled` chamber.
+        Those of the body, or one chamber from `fill_chamber`.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def step_checks(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
     yield Check(name, "distance of the design's points from the surfaces", furthest, DISTANCE, "mm")
 
 
-def mesh_checks(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> Iterator[Check]:
+def check_mesh(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> Iterator[Check]:
     """Check the part in an STL file, or the one built from a 3MF file, against the surfaces that bound it.
 
     Parameters
@@ -109,7 +109,7 @@ def mesh_checks(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> It
     path : Path
         File written by `write_3mf` or `write_stl`.
     surfaces : sequence of TubeSurface
-        Those of the body, or one `filled` chamber.
+        Those of the body, or one chamber from `fill_chamber`.
     chord : float
         The requested chord error in mm.
 

@@ -8,14 +8,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pneumorph.geometry import Body
-from pneumorph.make.checks import Check, mesh_checks, step_checks
+from pneumorph.make.checks import Check, check_mesh, check_step
 from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.files import make_mould
 from pneumorph.make.mould.plan import Plan
 from pneumorph.make.printing import write_3mf, write_stl
-from pneumorph.make.solid import filled
-from pneumorph.make.step import body_step, chamber_step
-from pneumorph.make.triangles import triangles
+from pneumorph.make.solid import fill_chamber
+from pneumorph.make.step import write_body_step, write_chamber_step
+from pneumorph.make.triangles import triangulate
 from pneumorph.problem import Problem
 
 
@@ -60,32 +60,32 @@ def make(
     problem : Problem, optional
         The problem that the body was designed for. With it the body's mould is made too, in the folder ``mould``.
     effects : callable, optional
-        Computes what the ports of a planned mould change in the motion of the body.
+        Computes how much the ports of a planned mould change the motion of the body.
 
     Raises
     ------
     OSError
         If the folder or a file cannot be written.
     ComputationError
-        If the chord error needs too many triangles, see `triangles`; or if the body cannot be moulded. The files of the
-        body are written first.
+        If the chord error needs too many triangles, see `triangulate`; or if the body cannot be moulded. The files of
+        the body are written first.
     """
     # First, so that a chord error that is too small is refused before anything is written.
-    parts = {"body": triangles(body.surfaces, chord)}
-    parts |= {f"chamber {chamber.name}": triangles([filled(chamber)], chord) for chamber in body.chambers}
+    parts = {"body": triangulate(body.surfaces, chord)}
+    parts |= {f"chamber {chamber.name}": triangulate([fill_chamber(chamber)], chord) for chamber in body.chambers}
     folder.mkdir(parents=True, exist_ok=True)
     step, mesh, plain = folder / "body.step", folder / "body.3mf", folder / "body.stl"
     cores = {folder / f"chamber_{chamber.name}.step": chamber for chamber in body.chambers}
-    body_step(body, step)
+    write_body_step(body, step)
     for path, chamber in cores.items():
-        chamber_step(chamber, path)
+        write_chamber_step(chamber, path)
     write_3mf(mesh, parts)
     write_stl(plain, parts["body"])
-    checks = [*step_checks(step, body.surfaces)]
+    checks = [*check_step(step, body.surfaces)]
     for path, chamber in cores.items():
-        checks += step_checks(path, [filled(chamber)])
+        checks += check_step(path, [fill_chamber(chamber)])
     for path in (mesh, plain):
-        checks += mesh_checks(path, body.surfaces, chord)
+        checks += check_mesh(path, body.surfaces, chord)
     report = folder / "checks.json"
     report.write_text(_as_json(checks), encoding="utf-8")
     files = [step, *cores, mesh, plain]

@@ -33,7 +33,7 @@ def solid(surfaces: Iterable[TubeSurface]) -> TopoDS_Solid:
     Parameters
     ----------
     surfaces : iterable of TubeSurface
-        A body's surfaces, the exterior first, or one `filled` chamber.
+        A body's surfaces, the exterior first, or one chamber from `fill_chamber`.
     """
     made = TopoDS_Solid()
     _BUILDER.MakeSolid(made)
@@ -42,7 +42,7 @@ def solid(surfaces: Iterable[TubeSurface]) -> TopoDS_Solid:
     return made
 
 
-def filled(chamber: TubeSurface) -> TubeSurface:
+def fill_chamber(chamber: TubeSurface) -> TubeSurface:
     """The surface of a chamber as the exterior of the solid that fills it."""
     # The first column stays and q runs in the opposite sense, so that the normal points out of the filling solid.
     return replace(chamber, net=chamber.net[:, -np.arange(chamber.net.shape[1])], cavity=False)

@@ -20,13 +20,13 @@ from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
 from pneumorph import __version__
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.make.solid import filled, solid
+from pneumorph.make.solid import fill_chamber, solid
 
 # Otherwise OpenCASCADE prints messages for every file it writes.
 Message.DefaultMessenger_s().ChangePrinters().Clear()
 
 
-def body_step(body: Body, path: Path) -> None:
+def write_body_step(body: Body, path: Path) -> None:
     """Write a body as one solid named "body", its chambers as inner shells.
 
     The faces are the body's cubic B-splines, cut at knots, and planes; nothing is approximated.
@@ -46,7 +46,7 @@ def body_step(body: Body, path: Path) -> None:
     write_step({"body": solid(body.surfaces)}, path)
 
 
-def chamber_step(chamber: TubeSurface, path: Path) -> None:
+def write_chamber_step(chamber: TubeSurface, path: Path) -> None:
     """Write the inside of a chamber as a solid, named "chamber" followed by the chamber's name.
 
     Parameters
@@ -61,7 +61,7 @@ def chamber_step(chamber: TubeSurface, path: Path) -> None:
     OSError
         If the file cannot be written.
     """
-    write_step({f"chamber {chamber.name}": solid([filled(chamber)])}, path)
+    write_step({f"chamber {chamber.name}": solid([fill_chamber(chamber)])}, path)
 
 
 def read_step(path: Path) -> TopoDS_Shape:

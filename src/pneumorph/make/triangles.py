@@ -40,13 +40,13 @@ class Triangles:
         return float(np.einsum("ni,ni->", a, np.cross(b, c)) / 6.0)
 
 
-def triangles(surfaces: Iterable[TubeSurface], chord: float) -> Triangles:
+def triangulate(surfaces: Iterable[TubeSurface], chord: float) -> Triangles:
     """Triangulate surfaces that together bound a solid.
 
     Parameters
     ----------
     surfaces : iterable of TubeSurface
-        Those of a body, or one `filled` chamber.
+        Those of a body, or one chamber from `fill_chamber`.
     chord : float
         Largest distance in mm between the surfaces and the triangles.
 

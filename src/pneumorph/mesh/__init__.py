@@ -6,7 +6,7 @@ from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.remesh import needs_remesh
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.mesh.transfer import transfer
-from pneumorph.mesh.unfold import Unfolded, unfolded
+from pneumorph.mesh.unfold import Unfolded, unfold
 from pneumorph.mesh.volume import keep_netgen_quiet
 
 __all__ = [
@@ -18,5 +18,5 @@ __all__ = [
     "needs_remesh",
     "scaled_jacobian",
     "transfer",
-    "unfolded",
+    "unfold",
 ]

@@ -1,4 +1,4 @@
-"""Meshing a body with a mesh that follows its surfaces."""
+"""Mesh a body; the mesh follows its surfaces."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ class Morph:
         return self._extend(self.B @ dP)
 
     def pullback(self, dX: np.ndarray) -> np.ndarray:
-        """Transpose of `push`: gradient by control points (n_points, 3) from that by node positions (N, 3)."""
+        """Transpose of `push`: the gradient (n_points, 3) for control points from that for nodes, dX (N, 3)."""
         surface = dX[: self.n_surface].copy()
         for components, extension in self.extensions:
             surface[:, components] += extension.back(dX[np.ix_(extension.inner, components)])

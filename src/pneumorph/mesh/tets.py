@@ -38,6 +38,7 @@ TRIANGLE_RULE = (
     ),
     0.5 * np.repeat([0.223381589678011, 0.109951743655322], 3),
 )
+"""Points and weights of the six-point rule of degree 4 on the unit triangle (Dunavant 1985)."""
 
 
 def tet_shape(xi: np.ndarray) -> np.ndarray:

@@ -37,8 +37,8 @@ class Unfolded:
         return self.sign * half[self.source]
 
 
-def unfolded(mesh: TetMesh) -> Unfolded:
-    """The whole mesh from that of a half; a whole mesh is returned unchanged."""
+def unfold(mesh: TetMesh) -> Unfolded:
+    """Build the whole mesh from that of a half; a whole mesh is returned unchanged."""
     n = len(mesh.points)
     if mesh.mirror is None:
         return Unfolded(mesh, np.arange(n), np.ones((n, 3)))

@@ -1,16 +1,16 @@
 """Objectives of a design: features of the deformed body, and functions of them that are minimised."""
 
 from pneumorph.objective.features import Features, Slabs, equidistant, measure_features
-from pneumorph.objective.target import Objective, match, maximize, objectives, reach
+from pneumorph.objective.target import Objective, build_objectives, match, maximize, reach
 
 __all__ = [
     "Features",
     "Objective",
     "Slabs",
+    "build_objectives",
     "equidistant",
     "match",
     "maximize",
     "measure_features",
-    "objectives",
     "reach",
 ]

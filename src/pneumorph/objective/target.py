@@ -114,8 +114,8 @@ def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tup
     return found, slopes
 
 
-def objectives(problem: Problem) -> dict[str, Objective]:
-    """The objective of every task.
+def build_objectives(problem: Problem) -> dict[str, Objective]:
+    """Build the objective of every task.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def match(
     orientation_weight: float = 1.0,
     position_weight: float = 0.0,
 ) -> Objective:
-    """Target positions (S, 3) in mm and rotations (S, 3, 3) of sections, (8)–(10) as in Section VIII-E of the paper.
+    """Objective for target positions (S, 3) in mm and rotations (S, 3, 3) of sections: (8)–(10), Section VIII-E.
 
     The rotation of each section relative to the previous one, or to the clamped base for the first, is compared with
     that of the target. J is the weighted sum of squared geodesic distances (rad²) and squared distances of centres
@@ -197,7 +197,7 @@ def match(
 
 
 def reach(asked: Reach, length: float) -> Objective:
-    """Target position of the plate's centre, relative to the base's, and target rotation (the paper's (8)–(10))."""
+    """Objective for a target position of the plate's centre, relative to the base's, and rotation: (8)–(10)."""
     parts: list[tuple[float, FeatureFunction]] = []
     errors: dict[str, FeatureFunction] = {}
     if asked.position is not None:

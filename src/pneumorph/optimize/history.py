@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pneumorph.analysis import Analysis, Discretisation, HistoryEntry, task_results
+from pneumorph.analysis import Analysis, Discretisation, HistoryEntry, collect_task_results
 from pneumorph.constraint import LimitReport
 
 PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
@@ -69,7 +69,7 @@ def history_entry(
         iteration=iteration,
         objective=analysis.value,
         optimality=optimality,
-        tasks=task_results(disc, analysis),
+        tasks=collect_task_results(disc, analysis),
         limits=limits.values(),
         held=limits.satisfied(),
         elements=disc.model.elements,

@@ -16,13 +16,13 @@ from pneumorph.analysis import (
     Discretisation,
     Slopes,
     analyse,
+    check_stability,
     checkpoint,
+    collect_fields,
+    compute_inflation,
+    compute_sag,
     design_slopes,
     discretise,
-    fields_of,
-    inflation_of,
-    sag_of,
-    stable,
 )
 from pneumorph.constraint import LimitReport, build_limit_functions, certify
 from pneumorph.constraint.sampled import LimitSamples, sample_limits
@@ -153,13 +153,13 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         now = following
     if now.optimality > OPTIMAL:
         reason += f"; the limits leave {100 * now.optimality:.0f} % of the objective's gradient"
-    is_stable = stable(now.disc, now.analysis)
+    is_stable = check_stability(now.disc, now.analysis)
     for name, equilibrium in now.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
     # For the report: how the last design sags and inflates.
-    sag, inflation = sag_of(problem, now.disc, now.analysis), inflation_of(problem, now.disc, now.analysis)
-    fields = fields_of(now.disc, now.analysis, sag, inflation)
+    sag, inflation = compute_sag(problem, now.disc, now.analysis), compute_inflation(problem, now.disc, now.analysis)
+    fields = collect_fields(now.disc, now.analysis, sag, inflation)
     yield Finished(now.iteration, reason, now.report.satisfied(), is_stable, fields)
 
 
@@ -241,13 +241,13 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     while radius >= SMALLEST:
         proxy = Proxy(now.slopes.total, np.concatenate([now.slopes.factors, memory.factors()]))
         with clock.phase("subproblem"):
-            step, target, radius = _proposal(loop, now, proxy, radius)
-        if not isinstance(target, Within):
+            step, candidate, radius = _proposal(loop, now, proxy, radius)
+        if not isinstance(candidate, Within):
             radius *= SHRINK
-            broken = "; ".join(map(str, target.violated()))
+            broken = "; ".join(map(str, candidate.violated()))
             yield DesignRejected(now.iteration + 1, f"limits could not be kept: {broken}", radius * reference)
             continue
-        change = target.phi - now.analysis.phi
+        change = candidate.phi - now.analysis.phi
         expected = -proxy.change(change)[0]
         if not expected > 0:
             radius *= SHRINK
@@ -259,7 +259,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         filled = step.length >= 2.0 * INSIDE * radius * reference
         gained = True
         trial = yield from analyse_trial(
-            loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, target.phi, clock
+            loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, candidate.phi, clock
         )
         spent += trial.factorisations
         if trial.analysis is None:
@@ -284,7 +284,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             now.iteration + 1,
             trial.analysis,
             trial.disc,
-            target.report,
+            candidate.report,
             clock,
             now.stepper.after(step),
             memory,
@@ -309,10 +309,10 @@ def _proposal(loop: _Loop, now: _Standing, proxy: Proxy, radius: float) -> tuple
     best, most = None, -np.inf
     while True:
         step = now.stepper.step(phi, proxy, radius * reference)
-        target = loop.within(phi + step.change)
-        promised = -proxy.change(target.phi - phi)[0] if isinstance(target, Within) else -np.inf
+        candidate = loop.within(phi + step.change)
+        promised = -proxy.change(candidate.phi - phi)[0] if isinstance(candidate, Within) else -np.inf
         if best is None or promised > most:
-            best, most = (step, target, radius), promised
+            best, most = (step, candidate, radius), promised
         fits = step.length >= INSIDE * radius * reference and not -np.inf < promised < worthwhile
         if fits or radius * SHRINK < AFRESH:
             return best
@@ -328,7 +328,7 @@ def _stalled(values: tuple[float, ...]) -> bool:
 def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> DesignAccepted:
     entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, record)
     # The sag under weight alone is shown for the first and the last design.
-    sag = sag_of(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
+    sag = compute_sag(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
     state = {
         "iteration": now.iteration,
         "radius": now.radius,
@@ -337,5 +337,5 @@ def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> 
         **now.memory.pack(),
         **checkpoint.pack(now.analysis, now.disc),
     }
-    body, fields = loop.space.body(now.analysis.phi), fields_of(now.disc, now.analysis, sag)
+    body, fields = loop.space.body(now.analysis.phi), collect_fields(now.disc, now.analysis, sag)
     return DesignAccepted(now.iteration, entry, body, now.analysis.pressures, fields, state)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, carried_over, discretise, predicted
+from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, discretise, predict_states
 from pneumorph.errors import MeshError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import NoEquilibrium
@@ -63,7 +63,7 @@ def analyse_trial(
     """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh."""
     count, points = disc.factorisations, space.control_points(phi)
     with clock.phase("equilibrium"):
-        starts = predicted(space, disc, now, phi)
+        starts = predict_states(space, disc, now, phi)
     with clock.phase("geometry"):
         poor = needs_remesh(disc.morph, points)
         if poor is not None:
@@ -75,7 +75,7 @@ def analyse_trial(
                     return Trial(disc, None, str(error), now.value, True, 0)
                 yield MeshKept(number, str(error), quality)
             else:
-                starts = carried_over(disc, disc.morph.positions(points), starts, new)
+                starts = carry_over(disc, disc.morph.positions(points), starts, new)
                 disc, count = new, 0
     if poor is not None:
         yield Remeshed(number, poor, disc.model.elements, _quality(disc, points))
@@ -92,7 +92,7 @@ def analyse_trial(
 
 def _before(problem: Problem, space: DesignSpace, disc: Discretisation, now: Analysis, trial: Analysis) -> float:
     """The objective before a step, on the mesh after it: a new mesh changes it by as much as a small step gains."""
-    starts = predicted(space, disc, trial, now.phi)
+    starts = predict_states(space, disc, trial, now.phi)
     again = analyse(problem, space, disc, now.phi, starts, most=MOST_FACTORISATIONS)
     return now.value if isinstance(again, NoEquilibrium) else again.value
 

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import cg
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult, nodal_stretch
 from pneumorph.geometry import Body
 from pneumorph.mesh import TetMesh
-from pneumorph.output.bodies import composed, images_of, laid_out, title_lines
+from pneumorph.output.bodies import compose, images_of, lay_out, title_lines
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
 from pneumorph.output.format import format_pressures, motion_of
@@ -71,7 +71,7 @@ def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], vie
 
 
 def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, view: View | None = None) -> Frames:
-    """A design on the way to the pressures of a task and back, at the parts of them that are stored.
+    """A design on the way to the pressures of a task and back, at the fractions of them that are stored.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, vi
     """
     task = next(task for task in problem.task if task.name == name)
     view = view or task_view(problem, task, found)
-    # At parts of the pressures the tip is elsewhere: loads would not be where they are drawn.
+    # At fractions of the pressures the tip is elsewhere: loads would not be where they are drawn.
     marks = replace(task_marks(problem, task, found), arrows=(), reached=np.zeros((0, 3)))
     scenes = [
         Scene(f"{name}: {format_pressures(pressures)}", shape, view, marks, gravity_of(problem))
@@ -106,7 +106,7 @@ def save_gif(path: Path, frames: Frames) -> None:
     both.paste(pictures[0], (0, 0))
     both.paste(pictures[len(pictures) // 2 if len(pictures) > 2 else -1], (wide, 0))
     colours = np.reshape(both.quantize(255, dither=Image.Dither.NONE).getpalette() or [], (-1, 3))
-    # The paper, which would be means of all that is nearly white.
+    # The background, which would be the mean of all nearly white colours.
     colours[colours.min(axis=1) >= 250] = 255
     palette = Image.new("P", (1, 1))
     palette.putpalette(colours.ravel().tolist())
@@ -117,12 +117,12 @@ def save_gif(path: Path, frames: Frames) -> None:
 
 def _frames(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -> Iterator[Image.Image]:
     """A picture of every scene, all to one scale and at one place."""
-    sheet = laid_out(scenes, WIDEST, TALLEST, columns=1)
-    low, high = np.min(sheet.extents, axis=0), np.max(sheet.extents, axis=0)
-    sheet = replace(sheet, extents=[np.array([low[0], high[1], low[2], high[3]])] * len(scenes))
-    lines = max(title_lines(scene, sheet) for scene in scenes)
-    for scene, picture in zip(scenes, images_of(scenes, sheet, stretch, DOTS), strict=True):
-        yield _drawn(composed([scene], sheet, [picture], stretch, title, lines))
+    layout = lay_out(scenes, WIDEST, TALLEST, columns=1)
+    low, high = np.min(layout.extents, axis=0), np.max(layout.extents, axis=0)
+    layout = replace(layout, extents=[np.array([low[0], high[1], low[2], high[3]])] * len(scenes))
+    lines = max(title_lines(scene, layout) for scene in scenes)
+    for scene, picture in zip(scenes, images_of(scenes, layout, stretch, DOTS), strict=True):
+        yield _drawn(compose([scene], layout, [picture], stretch, title, lines))
 
 
 def _drawn(figure: Figure) -> Image.Image:
@@ -132,7 +132,7 @@ def _drawn(figure: Figure) -> Image.Image:
 
 
 def _way(fields: Fields, found: TaskResult, name: str) -> Iterator[tuple[dict[str, float], Shape]]:
-    """The states of a task by rising pressures, in MPa; the cut face has no colours, for inside nothing is stored."""
+    """The states of a task by rising pressures, in MPa; the cut face has no colours, as nothing is stored inside."""
     mesh, full = fields.mesh, fields.u[name]
     rest = np.zeros_like(full) if fields.sag is None else fields.sag
     yield dict.fromkeys(found.pressures, 0.0), Shape(mesh, rest, nodal_stretch(mesh, rest), inside=False)

@@ -43,7 +43,7 @@ BOLD = 1.25 * LETTER * TEXT
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class Layout:
     """How panels are laid out: panels in a row, extent of every panel in mm, and inches per mm."""
 
     columns: int
@@ -57,13 +57,13 @@ class Sheet:
         return self.scale * (right - left), self.scale * (top - bottom)
 
 
-def laid_out(
+def lay_out(
     scenes: Sequence[Scene],
     wide: float,
     tall: float = TALLEST,
     columns: int | None = None,
     narrowest: float = NARROWEST,
-) -> Sheet:
+) -> Layout:
     """Lay out panels of one size and scale on a width in inches, with the bases at one height."""
     own = np.array([scene.extent() for scene in scenes])
     columns = columns or _columns(len(scenes))
@@ -73,7 +73,7 @@ def laid_out(
     scale = min(LARGEST, wide / columns / width, tall / (top - bottom))
     width = max(width, min(narrowest, wide / columns) / scale)
     middle = own[:, :2].mean(axis=1)
-    return Sheet(columns, [np.array([at - width / 2, at + width / 2, bottom, top]) for at in middle], scale)
+    return Layout(columns, [np.array([at - width / 2, at + width / 2, bottom, top]) for at in middle], scale)
 
 
 def _columns(count: int) -> int:
@@ -94,33 +94,33 @@ def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: 
     NoPicture
         If this machine cannot draw off-screen.
     """
-    sheet = laid_out(scenes, PAGE - SIDE)
-    return composed(scenes, sheet, images_of(scenes, sheet, stretch), stretch, title)
+    layout = lay_out(scenes, PAGE - SIDE)
+    return compose(scenes, layout, images_of(scenes, layout, stretch), stretch, title)
 
 
 def images_of(
-    scenes: Sequence[Scene], sheet: Sheet, stretch: tuple[float, float], dots: float = DOTS
+    scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS
 ) -> list[np.ndarray]:
-    """The pictures of scenes, with so many dots per inch; NoPicture as `render.images`."""
-    panels = [Panel(scene.shape, scene.view, extent) for scene, extent in zip(scenes, sheet.extents, strict=True)]
-    return render.images(Job(panels, stretch, dots * sheet.scale))
+    """The pictures of scenes, with `dots` dots per inch; raises NoPicture as `render.images` does."""
+    panels = [Panel(scene.shape, scene.view, extent) for scene, extent in zip(scenes, layout.extents, strict=True)]
+    return render.images(Job(panels, stretch, dots * layout.scale))
 
 
-def composed(
+def compose(
     scenes: Sequence[Scene],
-    sheet: Sheet,
+    layout: Layout,
     pictures: Sequence[np.ndarray],
     stretch: tuple[float, float],
     title: str,
     lines: int = 0,
 ) -> Figure:
-    """The figure of drawn pictures with titles, marks, scales and legend; titles have space for that many lines."""
-    wide, high = sheet.size
+    """The figure of drawn pictures with titles, marks, scales and legend; titles have space for `lines` lines."""
+    wide, high = layout.size
     coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
-    total = sheet.columns * wide + (SIDE if coloured else 0.1)
-    rows = -(-len(scenes) // sheet.columns)
+    total = layout.columns * wide + (SIDE if coloured else 0.1)
+    rows = -(-len(scenes) // layout.columns)
     titles = [panel_title(scene, wide) for scene in scenes]
-    above = 0.08 + line_height(SMALL) * max(lines, *(title_lines(scene, sheet) for scene in scenes))
+    above = 0.08 + line_height(SMALL) * max(lines, *(title_lines(scene, layout) for scene in scenes))
     heading = textwrap.fill(title, max(12, int(total / BOLD)))
     head = line_height(TEXT) * (heading.count("\n") + 1) + 0.06 if title else 0.0
     foot = legend_height(scenes, total)
@@ -128,22 +128,22 @@ def composed(
     figure = Figure(figsize=(total, head + rows * row + foot), facecolor="white")
     height = head + rows * row + foot
     for number, (scene, picture) in enumerate(zip(scenes, pictures, strict=True)):
-        line, column = divmod(number, sheet.columns)
+        line, column = divmod(number, layout.columns)
         bottom = height - head - line * row - above - high
         axes = figure.add_axes((column * wide / total, bottom / height, wide / total, high / height))
-        draw_scene(axes, scene, picture, sheet.extents[number])
+        draw_scene(axes, scene, picture, layout.extents[number])
         axes.set_title(titles[number], fontsize=SMALL, color=INK, pad=3)
         draw_strip(
             figure.add_axes((column * wide / total, (bottom - STRIP) / height, wide / total, STRIP / height)),
-            scene, wide, sheet.scale if number == 0 else None,
+            scene, wide, layout.scale if number == 0 else None,
         )  # fmt: skip
     if title:
-        fits = BOLD * max(map(len, heading.splitlines())) < sheet.columns * wide
-        middle = 0.5 * sheet.columns * wide / total if fits else 0.5
+        fits = BOLD * max(map(len, heading.splitlines())) < layout.columns * wide
+        middle = 0.5 * layout.columns * wide / total if fits else 0.5
         figure.suptitle(heading, fontsize=TEXT, fontweight="bold", x=middle, y=1.0 - 0.05 / height, va="top")
     if coloured:
         long = min(0.7 * high, 2.4)
-        at = (sheet.columns * wide + 0.08, height - head - above - (high + long) / 2)
+        at = (layout.columns * wide + 0.08, height - head - above - (high + long) / 2)
         draw_colours(figure.add_axes((at[0] / total, at[1] / height, 0.1 / total, long / height)), stretch)
     draw_legend(figure, scenes)
     return figure
@@ -155,7 +155,7 @@ def legend_height(scenes: Sequence[Scene], width: float) -> float:
 
 
 def draw_legend(figure: Figure, scenes: Sequence[Scene]) -> None:
-    """Tell at the bottom of a figure what is marked in its pictures."""
+    """Explain at the bottom of a figure what is marked in its pictures."""
     figure.legend(
         handles=_handles(scenes), loc="lower center", ncols=_per_line(figure.get_figwidth()), fontsize=SMALL,
         frameon=False, borderpad=0.2, labelspacing=0.3, columnspacing=1.2,
@@ -182,9 +182,9 @@ def panel_title(scene: Scene, wide: float) -> str:
     return "\n".join(textwrap.fill(line, letters) for line in words.splitlines())
 
 
-def title_lines(scene: Scene, sheet: Sheet) -> int:
+def title_lines(scene: Scene, layout: Layout) -> int:
     """How many lines the title of a panel takes."""
-    return panel_title(scene, sheet.size[0]).count("\n") + 1
+    return panel_title(scene, layout.size[0]).count("\n") + 1
 
 
 def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray) -> None:

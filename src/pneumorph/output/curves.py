@@ -19,13 +19,13 @@ from pneumorph.output.sweeps import AXES, reactions
 
 DASHES = ("-", "--", ":", "-.")
 SHOWN = 0.02
-"""Components below this fraction of the largest in the same panel are not drawn: a slightly unsymmetric mesh causes
+"""Components below this fraction of the largest in the same diagram are not drawn: a slightly unsymmetric mesh causes
 them."""
 
 
 @dataclass(frozen=True)
-class Panel:
-    """One diagram: title, unit, lines by name, and the value below which the whole panel is left out."""
+class Diagram:
+    """One diagram: title, unit, lines by name, and the value below which the whole diagram is left out."""
 
     title: str
     unit: str
@@ -36,16 +36,16 @@ class Panel:
 def curves_figure(curves: Sequence[Curve], title: str = "") -> Figure:
     """A figure of all sweeps that have an equilibrium."""
     curves = [curve for curve in curves if curve.found]
-    panels = [panel for panel in _panels(curves) if _peak(panel, curves) > panel.least]
-    columns = len(panels) if len(panels) < 4 else -(-len(panels) // 2)
-    rows = -(-len(panels) // columns)
+    diagrams = [diagram for diagram in _diagrams(curves) if _peak(diagram, curves) > diagram.least]
+    columns = len(diagrams) if len(diagrams) < 4 else -(-len(diagrams) // 2)
+    rows = -(-len(diagrams) // columns)
     figure = Figure(figsize=((COLUMN, 0.5 * (COLUMN + PAGE), PAGE)[columns - 1], 2.3 * rows + 0.3), facecolor="white")
     figure.set_layout_engine("constrained", h_pad=0.05, w_pad=0.05)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, panel in zip(grid, panels, strict=False):
-        _draw(axes, panel, curves)
+    for axes, diagram in zip(grid, diagrams, strict=False):
+        _draw(axes, diagram, curves)
         axes.set_xlabel(_pressure(curves), fontsize=SMALL)
-    for axes in grid[len(panels) :]:
+    for axes in grid[len(diagrams) :]:
         axes.set_axis_off()
     _name_curves(figure, curves)
     if title:
@@ -53,7 +53,7 @@ def curves_figure(curves: Sequence[Curve], title: str = "") -> Figure:
     return figure
 
 
-def _panels(curves: Sequence[Curve]) -> list[Panel]:
+def _diagrams(curves: Sequence[Curve]) -> list[Diagram]:
     def part(of: Callable[[SweepStep], Any], index: Any, factor: float = 1.0) -> Callable[[SweepStep], float]:
         return lambda step: factor * of(step)[index]
 
@@ -70,12 +70,12 @@ def _panels(curves: Sequence[Curve]) -> list[Panel]:
     turning = {axis: part(lambda step: step.rotation, number, 180.0 / np.pi) for number, axis in enumerate(AXES)}
     volumes = {name: part(lambda step: step.volumes, name) for name in curves[0].found[0].volumes}
     return [
-        Panel("translation of the tip", "mm", _named("along", motion), 0.01),
-        Panel("rotation of the tip", "degrees", _named("about", turning), 0.1),
-        Panel("force on what holds the tip", "N", _named("along", reaction_lines(COMPONENTS[:3])), 1e-3),
-        Panel("torque on what holds the tip", "N·mm", _named("about", reaction_lines(COMPONENTS[3:])), 1e-2),
-        Panel("volume of the chambers", "mm³", volumes),
-        Panel("largest stretch", "stretch (1)", {"": lambda step: step.max_stretch}),
+        Diagram("translation of the tip", "mm", _named("along", motion), 0.01),
+        Diagram("rotation of the tip", "degrees", _named("about", turning), 0.1),
+        Diagram("force on what holds the tip", "N", _named("along", reaction_lines(COMPONENTS[:3])), 1e-3),
+        Diagram("torque on what holds the tip", "N·mm", _named("about", reaction_lines(COMPONENTS[3:])), 1e-2),
+        Diagram("volume of the chambers", "mm³", volumes),
+        Diagram("largest stretch", "stretch (1)", {"": lambda step: step.max_stretch}),
     ]
 
 
@@ -83,21 +83,21 @@ def _named(preposition: str, lines: dict[str, Callable[[SweepStep], float]]) -> 
     return {f"{preposition} {axis}": line for axis, line in lines.items()}
 
 
-def _peak(panel: Panel, curves: Sequence[Curve], only: str | None = None) -> float:
-    lines = [line for name, line in panel.lines.items() if only in (None, name)]
+def _peak(diagram: Diagram, curves: Sequence[Curve], only: str | None = None) -> float:
+    lines = [line for name, line in diagram.lines.items() if only in (None, name)]
     return max((abs(line(step)) for line in lines for curve in curves for step in curve.found), default=0.0)
 
 
-def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
+def _draw(axes: Axes, diagram: Diagram, curves: Sequence[Curve]) -> None:
     """A line per curve and component: colours distinguish components if there is one curve, otherwise curves."""
-    peak = _peak(panel, curves)
-    shown = [name for name in panel.lines if _peak(panel, curves, name) > SHOWN * peak]
+    peak = _peak(diagram, curves)
+    shown = [name for name in diagram.lines if _peak(diagram, curves, name) > SHOWN * peak]
     for number, curve in enumerate(curves):
         at = [_along(curve, step) for step in curve.found]
         # Earlier curves are wider, so that curves that coincide are all seen.
         width = 1.0 + 0.6 * (len(curves) - 1 - number)
         for place, name in enumerate(shown):
-            values = [panel.lines[name](step) for step in curve.found]
+            values = [diagram.lines[name](step) for step in curve.found]
             colour, dashes = (
                 (COLOURS[place % len(COLOURS)], "-")
                 if len(curves) == 1
@@ -115,8 +115,8 @@ def _draw(axes: Axes, panel: Panel, curves: Sequence[Curve]) -> None:
         handles.append(Line2D([], [], color="#444444", marker="x", linestyle="", label="no equilibrium beyond"))
     if handles:
         axes.legend(handles=handles, fontsize=SMALL, frameon=False, labelspacing=0.3)
-    axes.set_title(panel.title, fontsize=TEXT)
-    axes.set_ylabel(panel.unit, fontsize=TEXT)
+    axes.set_title(diagram.title, fontsize=TEXT)
+    axes.set_ylabel(diagram.unit, fontsize=TEXT)
     plain(axes)
     axes.margins(y=0.08)
 
@@ -139,7 +139,7 @@ def _pressure(curves: Sequence[Curve]) -> str:
 
 
 def _name_curves(figure: Figure, curves: Sequence[Curve]) -> None:
-    """A legend below all panels that distinguishes the curves by task, swept chambers, or both."""
+    """A legend below all diagrams that distinguishes the curves by task, swept chambers, or both."""
     if len(curves) < 2:
         return
     tasks, swept = {curve.task for curve in curves}, {curve.swept for curve in curves}

@@ -42,7 +42,7 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
     had = formats_of(rubber_of(problem.material))
     if format not in had:
         raise ProblemError(
-            f'format: "{format}" cannot hold this rubber (material.model is "{problem.material.model}"), input files '
+            f'format: "{format}" cannot hold this rubber (material.model is "{problem.material.model}"): input files '
             f"can be written for neo-Hookean rubbers only; export {', '.join(had)} instead, or step, 3mf and stl by "
             "pneumorph make"
         )

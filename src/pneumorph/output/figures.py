@@ -1,4 +1,4 @@
-"""What all pictures share: their widths, colours and letters, and how they are saved for screens and for papers."""
+"""What all pictures share: their widths, colours and fonts, and how they are saved for screens and for papers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DOTS = 300
 """Per inch, where a picture is made of dots."""
 
 TEXT, SMALL = 8.0, 7.0
-"""Points: letters of titles and labels, and of ticks and legends."""
+"""Points: font sizes of titles and labels, and of ticks and legends."""
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 """Of lines, in their order. Okabe and Ito chose them so that they differ with every kind of colour vision."""
@@ -30,7 +30,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 INK = "#333333"
 
 SETTINGS: Any = {"pdf.fonttype": 42, "svg.fonttype": "path", "svg.hashsalt": "pneumorph"}
-"""TrueType letters inside of PDF, outlines of letters in SVG: both look the same where the font is not installed."""
+"""TrueType fonts in PDF, outlines of letters in SVG: both look the same where the font is not installed."""
 
 PLOTS = ("png", "pdf", "svg")
 """Formats of pictures that do not move."""

@@ -17,7 +17,7 @@ TITLES = {"uniaxial": "uniaxial", "equibiaxial": "equibiaxial", "planar": "plana
 def fits_figure(tests: Sequence[TensionTest], fits: Sequence[Fit], title: str) -> Figure:
     """Nominal stress over stretch in each mode.
 
-    The band is what models that are as good as the first say within two standard deviations; models that are not
+    The band covers the models that are as good as the first, within two standard deviations; models that are not
     acceptable are dashed.
     """
     figure = Figure(figsize=(PAGE, 2.6 + 0.07 * len(fits)), layout="constrained", facecolor="white")

@@ -24,7 +24,7 @@ PHASES = {
 }
 UNITS = {"mm": "mm", "°": "degrees", "": "objective"}
 OVER = 1.15
-"""Where the diagram of the limits ends; values above are told by a number."""
+"""Where the diagram of the limits ends; larger values are written as numbers."""
 
 History = Sequence[HistoryEntry]
 
@@ -120,7 +120,7 @@ def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
 def draw_limits(axes: Axes, limits: Limits, history: History) -> None:
     """Draw the fraction of each limit that is used at the worst place of the body.
 
-    A value far above its limit leaves the diagram, where a number tells it: otherwise it would flatten all others.
+    A value far above its limit is written as a number above the diagram: otherwise it would flatten all other curves.
     """
     shown = in_history(limits)
     designs = _designs(history)

@@ -59,8 +59,8 @@ class Marks:
     arrows : loads at the tip.
     target : (n, 3) mm, centre line that is the target.
     wanted, reached : (S, 3) mm, sections of the target, and of the body.
-    place : (1, 3) mm, where the tip shall be; (0, 3) without.
-    looks : (2, 3) mm, an arrow that shows where the plate shall look; (0, 3) without.
+    place : (1, 3) mm, where the tip should be; (0, 3) without.
+    looks : (2, 3) mm, an arrow in the direction that the plate should face; (0, 3) without.
     outlined : whether the outline of the body at rest is drawn.
     """
 

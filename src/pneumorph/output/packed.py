@@ -1,9 +1,9 @@
-"""Numbers packed for a page: JSON and arrays of whole steps in one compressed block.
+"""Numbers packed for a page: JSON and arrays of multiples of a step, in one compressed block.
 
 A block is gzip of: the length of the JSON as four bytes (little-endian), the JSON, then the bytes of the arrays. In the
 JSON, ``facts`` is whatever the page shows and ``arrays`` says of every array where it begins, its shape, its step and
-how many bytes each number has. Bytes of the same weight stand together, and arrays that change little along their first
-axis are stored as differences along it: both compress better. `web/src/packed.js` reads it.
+how many bytes each number has. Bytes of equal significance are stored together, and arrays that change little along
+their first axis as differences along it: both compress better. `web/src/packed.js` reads it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Steps:
     values : ndarray of int, any shape
     step : float
     differences : bool
-        Store what changes along the first axis.
+        Whether the differences along the first axis are stored instead.
     """
 
     values: np.ndarray
@@ -44,13 +44,13 @@ def in_steps(values: np.ndarray, step: float, differences: bool = False) -> Step
 
 
 def in_parts(values: np.ndarray, parts: int = 32767) -> Steps:
-    """Numbers rounded to that part of the largest, by default to what two bytes hold."""
+    """Numbers rounded to multiples of the largest over `parts`, by default to what two bytes hold."""
     largest = float(np.abs(values).max(initial=0.0))
     return in_steps(values, largest / parts if largest > 0.0 else 1.0)
 
 
 def pack(facts: Mapping[str, Any], arrays: Mapping[str, Steps], level: int = 9) -> bytes:
-    """The block of these facts and arrays; with a lower level of compression it is larger, and made in less time."""
+    """Pack facts and arrays into a block; a lower level of compression makes it larger, but in less time."""
     described, blocks, place = {}, [], 0
     for name, array in arrays.items():
         block, width = _bytes(array)
@@ -82,12 +82,12 @@ def unpack(block: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 
 def as_text(block: bytes) -> str:
-    """The block in letters that mean nothing in HTML."""
+    """The block in Base64, whose characters have no meaning in HTML."""
     return base64.b64encode(block).decode("ascii")
 
 
 def _bytes(array: Steps) -> tuple[bytes, int]:
-    """The bytes of an array by their weight, and how many there are to a number."""
+    """The bytes of an array, ordered by significance, and the number of bytes per value."""
     values = array.values
     if array.differences:
         values = np.diff(values, axis=0, prepend=np.zeros_like(values[:1]))

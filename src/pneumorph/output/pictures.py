@@ -38,8 +38,8 @@ def run_pictures(run: RunDirectory) -> Pictures:
 
     Always history and profile as PNG, PDF and SVG, start.png and final.png; shape (shape_<task> if there are several)
     for tasks with a target curve or target sections; pressures if pressures are design variables; evolution.gif if
-    there are several designs; inflation.gif (inflation_<task>.gif) for tasks whose way to their pressures is stored. A
-    picture that cannot be drawn is reported and raises nothing.
+    there are several designs; inflation.gif (inflation_<task>.gif) for tasks whose inflation is stored. A picture that
+    cannot be drawn is reported and raises nothing.
     """
     folder = run.path / "pictures"
     folder.mkdir(exist_ok=True)
@@ -61,7 +61,7 @@ def picture_names(paths: Sequence[Path]) -> str:
 
 
 def accepted(run: RunDirectory) -> list[HistoryEntry]:
-    """The designs of a run, also of one that goes on or has been stopped while it stored one more."""
+    """The accepted designs of a run, without one that is still being stored, or was when the run stopped."""
     latest = run.latest()
     return [entry for entry in run.history() if latest is None or entry.iteration <= latest]
 

@@ -21,7 +21,7 @@ PAGE = "page/report.html"
 
 
 def write_report(run: RunDirectory, path: Path | None = None) -> Path:
-    """Write the page of a run with at least one design, which may still go on or have failed; see `Run.report`."""
+    """Write the page of a run with at least one design, which may be still running or have failed; see `Run.report`."""
     path = run.path / "report.html" if path is None else Path(path)
     page = page_of(facts_and_shapes(run, finished(run)), run.problem.title or run.path.resolve().name)
     try:
@@ -49,7 +49,7 @@ def finished(run: RunDirectory) -> list[HistoryEntry]:
 def facts_and_shapes(
     run: RunDirectory, history: list[HistoryEntry], more: Mapping[str, Any] | None = None, level: int = 9
 ) -> bytes:
-    """The block of everything that the page shows, with more facts; the level is that of its compression."""
+    """Pack everything that the page shows, and more facts, into one block; `level` is that of its compression."""
     surfaces, nets = packed_nets(run.problem, [run.load_design(entry.iteration) for entry in history])
     states, moved, notes = packed_states(run, history)
     facts = facts_of(run, history) | {"surfaces": surfaces, "states": states, "notes": notes, **(more or {})}
@@ -57,13 +57,13 @@ def facts_and_shapes(
 
 
 def page_of(block: bytes, title: str) -> str:
-    """The page with a block in it. Of what users write, the title alone stands in the page as text."""
+    """The page with a block in it. Of what users write, only the title is in the page as text."""
     # The title last: it may hold anything.
     return _empty().replace("{{block}}", as_text(block), 1).replace("{{title}}", html.escape(title), 1)
 
 
 def served_page(title: str) -> str:
-    """The page without a block: it asks the server that it comes from, and may ask nobody else."""
+    """The page without a block: it asks the server that it comes from, and may contact no other."""
     allowed = _empty().replace("default-src 'none'", "default-src 'none'; connect-src 'self'", 1)
     return allowed.replace("{{block}}", "", 1).replace("{{title}}", html.escape(title), 1)
 

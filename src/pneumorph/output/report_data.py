@@ -31,7 +31,7 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
     """Everything but shapes, for a run with at least one design."""
     problem, result = run.problem, run.result()
     if result is not None and result.iterations < history[-1].iteration:
-        # Of before the run was resumed.
+        # It is from before the run was resumed.
         result = None
     view, effector = view_of(problem), problem.end_effector
     return {
@@ -60,7 +60,7 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
 
 
 def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
-    """A line of the history, and what its tasks come to in the units that users expect."""
+    """A line of the history, and the results of its tasks in the units that users expect."""
     motions = {task.name: motion_of(task, entry.tasks[task.name]) for task in problem.task}
     return to_json(entry) | {
         "motions": {
@@ -76,7 +76,7 @@ def _task(problem: Problem, task: Task) -> dict[str, Any]:
 
 
 def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
-    """Where a task wants the body or its tip: a curve with sections on it, or a place and the way the plate looks."""
+    """The target of a task: a curve with sections on it, or a position and a direction of the plate; None without."""
     match task.objective:
         case MatchCurve() | MatchSections() as asked:
             target = target_centre_line(asked, problem.body.length)
@@ -90,7 +90,7 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
 
 
 def _warnings(problem: Problem, last: HistoryEntry) -> list[str]:
-    """Sentences on what the last design's numbers are not good for."""
+    """Sentences that say where the results of the last design cannot be trusted."""
     rubber, found = rubber_of(problem.material), []
     for name, task in last.tasks.items():
         if sentence := validity_warning(rubber, task.max_stretch):

@@ -1,4 +1,4 @@
-"""The shapes of a run for its page: control nets of every design, and surfaces as tasks move them where stored."""
+"""The shapes of a run for its page: control nets of every design, and the deformed surfaces that are stored."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """A six-node triangle as four flat ones."""
 
 MOST_NUMBERS = 1_300_000
-"""Displacements and stretches of a page. They take 1.5 bytes each, so that 5 MB are left for the rest too; beyond, the
-surfaces are drawn by the corners of their triangles alone, and then at fewer pressures."""
+"""Most displacements and stretches on a page. They take 1.5 bytes each, so that the whole page stays below 5 MB. Where
+there are more, surfaces are drawn by the corners of their triangles only, and then at fewer pressures."""
 
 Arrays = dict[str, Steps]
 
 
 def packed_nets(problem: Problem, designs: list[StoredDesign]) -> tuple[list[dict[str, Any]], Arrays]:
-    """What a page is told of every surface, and the control nets (designs, n_r, n_q, 3) of all."""
+    """A description of every surface for a page, and their control nets (designs, n_r, n_q, 3)."""
     start = starting_body(problem.body)
     told, arrays = [], Arrays()
     step = _length_step(start)
@@ -62,9 +62,9 @@ class Skin:
 
     Attributes
     ----------
-    nodes : (V,) numbers of the mesh's nodes; where parts with an edge between them meet, nodes come twice.
-    triangles : (T, 3) of numbers of `nodes`, from solid to void.
-    parts : surface that every part belongs to, with the ends of its vertices and triangles.
+    nodes : (V,) indices of the mesh's nodes; nodes on a sharp edge between two parts come twice.
+    triangles : (T, 3) indices into `nodes`; normals point from solid to void.
+    parts : for every part the surface that it belongs to, and where its nodes and triangles end.
     """
 
     nodes: np.ndarray
@@ -73,7 +73,7 @@ class Skin:
 
 
 def packed_states(run: RunDirectory, history: list[HistoryEntry]) -> tuple[list[dict[str, Any]], Arrays, list[str]]:
-    """Every design with stored fields as a page is told of it, the arrays, and sentences on what is left out."""
+    """Descriptions for a page of all designs with stored fields, the arrays, and sentences on what is left out."""
     found = [(entry, fields) for entry in history for fields in [run.fields(entry.iteration)] if fields is not None]
     whole = [(entry, fields.whole()) for entry, fields in found]
     stops = [{task: list(_stops(run.problem, entry, fields, task)) for task in fields.u} for entry, fields in whole]
@@ -95,7 +95,7 @@ def packed_states(run: RunDirectory, history: list[HistoryEntry]) -> tuple[list[
 
 
 def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> Iterator[Stop]:
-    """A task's states by rising pressures, as far as they are stored; only the surfaces are right on the way."""
+    """A task's states by rising pressures, as far as stored; below the full pressures only the surfaces are known."""
     pressures = entry.tasks[task].pressures
     nothing, rest = dict.fromkeys(pressures, 0.0), np.zeros_like(fields.mesh.points)
     loaded = problem.gravity is not None or any((*problem.end_effector.force, *problem.end_effector.moment))
@@ -113,14 +113,14 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
 
 
 def packed_state(fields: Fields, pressures: Mapping[str, float]) -> tuple[dict[str, Any], Arrays]:
-    """A state that is not one of a run's as a page is told of it, and its arrays; `fields` have one task."""
+    """The description for a page of a state that is not of a run, and its arrays; `fields` have one task."""
     whole = fields.whole()
     ((task, u),) = whole.u.items()
     return _packed_design(0, whole, {task: [Stop(pressures, u, whole.stretch[task])]}, corners=False)
 
 
 def _thinned(stops: list[Stop], part: float) -> list[Stop]:
-    """About that part of them; the whole pressures stay."""
+    """About that fraction of the stops; the one at full pressures is kept."""
     count = max(1, int(part * len(stops)))
     places = np.unique(np.rint(np.linspace(0, len(stops) - 1, count)).astype(int)) if count > 1 else [-1]
     return [stops[place] for place in places]
@@ -132,7 +132,7 @@ def _packed_design(
     skin, step = _skin(fields, corners), min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max()))
     arrays = {
         f"points {number}": in_steps(fields.mesh.points[skin.nodes], step),
-        # Neighbours have near numbers.
+        # Neighbouring triangles have similar numbers.
         f"triangles {number}": Steps(skin.triangles.ravel(), differences=True),
     }
     tasks = []

@@ -59,7 +59,7 @@ def scenes_of(
     mesh, gravity = whole.mesh, gravity_of(problem)
     tasks = [task for task in problem.task if only in (None, task.name)]
     views = {task.name: view or task_view(problem, task, results[task.name]) for task in tasks}
-    # Bodies that no task moves are seen like the first task, if all tasks are not seen alike.
+    # Bodies that no task moves are seen as the tasks are if these have one view, otherwise in the common view.
     alike = len({str(each) for each in views.values()}) == 1
     first = views[tasks[0].name] if only is not None or alike else view or view_of(problem)
     found = [Scene("at rest", Shape(mesh, np.zeros_like(mesh.points)), first, gravity=gravity)]
@@ -82,7 +82,7 @@ def scenes_of(
 
 
 def highest_stretch(shapes: Iterable[Shape | Shell]) -> float:
-    """Where the scale of colours ends."""
+    """The stretch at which the colour scale ends."""
     fields = [shape.field for shape in shapes if isinstance(shape, Shape) and shape.field is not None]
     return max((float(np.quantile(each, MOST)) for each in fields), default=1.0)
 

@@ -18,7 +18,7 @@ from pneumorph.output.bodies import (
     draw_scene,
     draw_strip,
     images_of,
-    laid_out,
+    lay_out,
     legend_height,
     line_height,
 )
@@ -56,15 +56,15 @@ def draw_sheet(path: Path, title: str, tiles: Sequence[Tile]) -> None:
 
 
 def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[Scene]]) -> Figure:
-    """A page of tiles, each with a caption and the scenes of one design; NoPicture as `draw_sheet`."""
+    """A page of tiles, each with a caption and the scenes of one design; raises NoPicture as `draw_sheet` does."""
     everything = [scene for own in scenes for scene in own]
     stretch = 1.0, highest_stretch(scene.shape for scene in everything)
     panels = max(len(own) for own in scenes)
     columns = _columns(len(scenes), panels)
     least = min(NARROWEST, (PAGE - SIDE) / columns - GAP) / panels
-    sheet = laid_out(everything, PAGE - SIDE - columns * GAP, TALLEST, columns * panels, least)
-    pictures = images_of(everything, sheet, stretch)
-    wide, high = sheet.size
+    layout = lay_out(everything, PAGE - SIDE - columns * GAP, TALLEST, columns * panels, least)
+    pictures = images_of(everything, layout, stretch)
+    wide, high = layout.size
     words = ["\n".join(textwrap.fill(line, int(panels * wide / (LETTER * SMALL))) for line in caption.splitlines())
              for caption in captions]  # fmt: skip
     above = 0.08 + line_height(SMALL) * max(each.count("\n") + 1 for each in words)
@@ -78,13 +78,13 @@ def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[
         left = tile * (panels * wide + GAP) + place * wide + GAP / 2
         bottom = height - head - row * (above + high + STRIP) - above - high
         axes = figure.add_axes((left / width, bottom / height, wide / width, high / height))
-        draw_scene(axes, scene, pictures[number], sheet.extents[number])
+        draw_scene(axes, scene, pictures[number], layout.extents[number])
         if place == 0:
             at = (left + panels * wide / 2) / width, (bottom + high + above - 0.04) / height
             figure.text(*at, words[row * columns + tile], ha="center", va="top", fontsize=SMALL, color=INK)
         draw_strip(
             figure.add_axes((left / width, (bottom - STRIP) / height, wide / width, STRIP / height)),
-            scene, wide, sheet.scale if number == 0 else None,
+            scene, wide, layout.scale if number == 0 else None,
         )  # fmt: skip
     long = min(0.8 * (height - head - foot), 2.4)
     at = (width - SIDE + 0.08) / width, (height - head + foot - long) / 2 / height

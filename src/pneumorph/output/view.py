@@ -76,9 +76,9 @@ class View:
 
     Attributes
     ----------
-    normal : (3,) unit vector across the axis z or along it, away from the camera: the normal of the plane of the cut.
+    normal : (3,) unit normal of the cutting plane, perpendicular to the axis z or along it, away from the camera.
         The part in front of the plane is removed.
-    offset : distance of the plane from the origin along the normal, mm; None to cut nothing away.
+    offset : distance of the plane from the origin along the normal, mm; None for no cut.
     elevation, turn : degrees by which the camera is above the normal and to its side.
     """
 

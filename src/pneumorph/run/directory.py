@@ -77,7 +77,7 @@ class RunDirectory:
         atomic.write_arrays(self._fields_path(iteration), fields.pack())
 
     def fields(self, iteration: int) -> Fields | None:
-        """The stored fields of a design, None without: only those of the first and the last design are kept."""
+        """The stored fields of a design, None if there are none: only those of the first and the last are kept."""
         path = self._fields_path(iteration)
         if not path.exists():
             return None
@@ -90,7 +90,7 @@ class RunDirectory:
         atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
 
     def result(self) -> RunResult | None:
-        """Contents of ``result.json``; None if the run has not ended."""
+        """Contents of ``result.json``, None if the run has not ended; ProblemError if it cannot be read."""
         path = self.path / "result.json"
         if not path.exists():
             return None

@@ -72,7 +72,7 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
 def residual_jacobian(
     at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective
 ) -> NodalJacobian:
-    """Derivatives of an objective's residuals by one adjoint for each, all in one call of the linear solver.
+    """Derivatives of an objective's residuals, from one adjoint for each, all in one call of the linear solver.
 
     `tangent` is factorised at the equilibrium if its last factorisation is of another state (see `Tangent.solve_at`).
     """

@@ -64,7 +64,7 @@ def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved
 
 
 def _principal(rubber: Rubber, curved: int):
-    """First and second derivatives of ψ by (λ_r, λ_θ), as functions of stretches of any shape.
+    """First and second derivatives of ψ with respect to (λ_r, λ_θ), as functions of stretches of any shape.
 
     λ_θ stands for `curved` equal stretches, so ∂ψ/∂λ_θ is P_θ times their number.
     """
@@ -83,7 +83,7 @@ def _principal(rubber: Rubber, curved: int):
 
 
 def _evaluated(function, radial, hoop) -> np.ndarray:
-    """A function of (λ_r, λ_θ) at many points, padded to few different numbers of them so that it seldom compiles."""
+    """A function of (λ_r, λ_θ) at many points, padded to one of a few lengths so that it is seldom compiled again."""
     points = np.stack(np.broadcast_arrays(radial, hoop), axis=-1)
     flat = points.reshape(-1, 2)
     padded = np.ones((max(64, 2 ** int(np.ceil(np.log2(len(flat))))), 2))

@@ -28,6 +28,7 @@ class Verdict:
 
     @property
     def passed(self) -> bool:
+        """Whether the error is within the tolerance."""
         # Written so that NaN fails.
         return self.error <= self.tolerance
 

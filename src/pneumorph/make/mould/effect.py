@@ -1,4 +1,4 @@
-"""What tubes in the ports change in the motion of the body, as it is told and checked."""
+"""How much tubes in the ports change the motion of the body, as reported and checked."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class PortEffect:
     ----------
     task : str
     moved, turned : float
-        Lengths of the tip's displacement, mm, and of its rotation vector, radians, without tubes.
+        Magnitudes of the tip's displacement, mm, and of its rotation vector, radians, without tubes.
     shift, turn : float
-        Lengths of the changes of both.
+        Magnitudes of the changes of both.
     length : float
-        Of the body, mm: a rotation moves what the tip carries by about the angle times this.
+        Of the body, mm. Rotations are compared with displacements by multiplying them with it.
     """
 
     task: str
@@ -39,7 +39,7 @@ class PortEffect:
 
     @property
     def sentence(self) -> str:
-        """For the sheet."""
+        """The change in words, for the assembly sheet."""
         return (
             f"Tubes in the ports change the motion of task {self.task} by {self.shift:.2g} mm of {self.moved:.3g} mm "
             f"and {np.degrees(self.turn):.2g}° of {np.degrees(self.turned):.3g}°."

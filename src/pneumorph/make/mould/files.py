@@ -40,7 +40,7 @@ def make_mould(
     chord : float
         Largest distance in mm between the surfaces and the triangles of the 3MF files.
     effects : callable, optional
-        Computes what the ports change in the motion of the body.
+        Computes how much the ports change the motion of the body.
 
     Returns
     -------

@@ -19,7 +19,7 @@ from pneumorph.make.mould.shapes import across, common, cone, cut, cylinder, fus
 from pneumorph.make.mould.split import Keys, room_for_key, split
 from pneumorph.make.mould.stems import INTO, Stem, roomiest
 from pneumorph.make.mould.tessellation import tessellated
-from pneumorph.make.solid import filled, solid
+from pneumorph.make.solid import fill_chamber, solid
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ def pieces(plan: Plan) -> list[Piece]:
 
 
 def _block(plan: Plan) -> TopoDS_Shape:
-    """The outside of the mould: round, with a draft at both ends, which the plates embrace."""
+    """The outside of the mould: round, with a draft at both ends, over which the plates fit."""
     height, slope = plan.length - plan.bottom, plan.slope
     block = cylinder((0, 0, plan.bottom), (0, 0, 1), plan.outer, height)
     narrow = plan.outer - (RECESS + 1.0) * slope
@@ -80,7 +80,7 @@ def _cores(plan: Plan) -> list[Piece]:
     """The chambers with their stems, whose ends are flattened so that a core cannot turn."""
     found = []
     for chamber, core in zip(plan.body.chambers, plan.cores, strict=True):
-        shape = solid([filled(chamber)])
+        shape = solid([fill_chamber(chamber)])
         for stem in core.stems:
             shape = fuse(shape, [cut(_bar(plan, stem), [_flat(plan, stem, 0.0)])])
         piece = Piece(f"core-{core.chamber}", "core", shape)
@@ -240,7 +240,7 @@ def _openings(plan: Plan) -> tuple[Array, list[Array]]:
 
 
 def _plate(plan: Plan, low: float, high: float, rim: float) -> TopoDS_Shape:
-    """A square plate with holes for four rods, and a rim that embraces the outer mould, with its draft, up to `rim`."""
+    """A square plate with holes for four rods, and a rim around the outer mould, with its draft, up to z = `rim`."""
     inner = plan.outer + plan.spec.clearance
     wide = inner + plan.spec.mould_wall
     hole = (wide + ROD / 2.0 + 1.0) / np.sqrt(2.0)

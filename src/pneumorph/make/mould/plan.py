@@ -23,7 +23,7 @@ FIT = 0.9
 """Diameter of a port relative to that of the tube that is pressed into it."""
 
 PLATE, RECESS = 8.0, 6.0
-"""Thickness in mm of the base plate and the lid, and how far their rims embrace the outer mould."""
+"""Thickness in mm of the base plate and the lid, and how far their rims reach over the outer mould."""
 
 CORE_MODULUS, CORE_DENSITY = 2000.0, 1.2e-9
 """Of printed resin and of printed soluble filament (polyvinyl alcohol), MPa and t/mm³: usual values of data sheets."""
@@ -53,7 +53,7 @@ class Core:
     pull: float
 
     def leaves_whole(self, stretch: float) -> bool:
-        """Whether it can be pulled through its port, which may be stretched by that; otherwise it leaves in pieces."""
+        """Whether it can be pulled through its port, stretched up to `stretch`; otherwise it leaves in pieces."""
         return self.pull <= stretch and self.stems[0].way != "side"
 
 
@@ -81,9 +81,9 @@ class Plan:
     length, flange, outer : float
         Height of the body; radii of the flange and of the outer mould.
     vents : (n, 3) array
-        Tops of the exterior that get a vent.
+        High points of the exterior, which get a vent.
     trapped : {chamber: (n, 3) array}
-        Tops under the cores, which have no vent.
+        High points under the cores, which have no vent.
     """
 
     body: Body
@@ -151,7 +151,7 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
     if worst.stretch > spec.release_stretch:
         x, y, z = worst.place
         raise ComputationError(
-            f"no split of the mould comes off: at x = {x:.0f}, y = {y:.0f}, z = {z:.0f} mm the rubber would be "
+            f"no split of the mould can be pulled off: at x = {x:.0f}, y = {y:.0f}, z = {z:.0f} mm the rubber would be "
             f"stretched by {worst.stretch:.2g}, more than make.release_stretch = {spec.release_stretch:g}; allow more "
             "if the rubber bears it, or design with a larger limits.fold"
         )
@@ -205,7 +205,7 @@ def _core(
     second = support(number, chamber, samples, radius, wall, angles)
     held = sag if second is None else _sag(chamber, own, port, radius, density, ends=2)
     if second is None or held > spec.core_sag:
-        middle, way = np.ptp(own.points[:, 2]) / 2.0 + own.points[:, 2].min(), f"held at both ends by {held:.2g} mm"
+        middle, way = np.ptp(own.points[:, 2]) / 2.0 + own.points[:, 2].min(), f"by {held:.2g} mm, held at both ends"
         if second is None:
             middle, way = own.points[:, 2].max(), f"by {sag:.2g} mm, and there is no room for a second stem"
         raise ComputationError(

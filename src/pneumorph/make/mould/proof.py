@@ -1,4 +1,4 @@
-"""Proof of a mould: checks of the pieces, of the room that they leave, and of how they come apart."""
+"""Proof of a mould: checks of the pieces, of the space that they leave, and of how they come apart."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pneumorph.make.triangles import together
 Array = NDArray[np.float64]
 
 VOLUME = 1e-3
-"""Largest part of the rubber's room that pieces may take up, and largest overlap of two pieces relative to it."""
+"""Largest volume of the rubber part that pieces may take up, and largest overlap of two pieces, both relative to it."""
 
 _RAYS = 1500  # per piece, to find its thinnest wall
 _OPPOSITE = -0.985  # cosine between the normals of both sides of a wall; those of an edge are farther from parallel
@@ -70,7 +70,7 @@ def proof(plan: Plan, parts: Sequence[Part], chord: float) -> Iterator[Check]:
         yield Check(f"outer-{number}", "stretch of the rubber when pulled off", found.stretch, most)
     for core in plan.cores:
         yield Check(f"core-{core.chamber}", "sideways deflection while casting", core.sag, plan.spec.core_sag, "mm")
-        yield Check(f"core-{core.chamber}", "places below it that keep air", len(plan.trapped[core.chamber]), 0)
+        yield Check(f"core-{core.chamber}", "high points below it that trap air", len(plan.trapped[core.chamber]), 0)
     yield from _openings(plan, product)
 
 
@@ -101,14 +101,14 @@ def _thin(each: Part, least: float) -> int:
 
 
 def _room(product: Part, around: Sequence[Part], chord: float) -> Iterator[Check]:
-    """The room between pieces and cores is the rubber part: distances in both directions, and volume."""
+    """The space between pieces and cores is the rubber part: distances in both directions, and volume."""
     away = distances(together([each.mesh.triangles for each in around]), product.mesh.triangles.points)
     yield Check("mould", "distance of the part's points from the mould's surfaces", float(away.max()), chord, "mm")
     curved = [each.mesh.triangles.points[np.unique(each.mesh.triangles.corners[each.mesh.spline])] for each in around]
     away = distances(product.mesh.triangles, np.concatenate(curved))
     yield Check("mould", "distance of the mould's curved surfaces from the part", float(away.max()), chord, "mm")
     taken = sum((product.solid ^ each.solid).volume() for each in around)
-    yield Check("mould", "room of the rubber that pieces take up", taken / product.solid.volume(), VOLUME)
+    yield Check("mould", "volume of the part that pieces take up, relative", taken / product.solid.volume(), VOLUME)
 
 
 def _overlaps(around: Sequence[Part], volume: float) -> Iterator[Check]:

@@ -53,7 +53,7 @@ def release(exterior: Samples, thickness: Array, start: float, stop: float, ever
     start, stop : float
         Angles of the partings about z, radians, start < stop.
     every : int
-        Only every so many samples are looked at.
+        Only every `every`-th sample is used.
     """
     middle, half = (start + stop) / 2.0, (stop - start) / 2.0
     direction = np.array([np.cos(middle), np.sin(middle), 0.0])

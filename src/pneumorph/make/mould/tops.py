@@ -1,4 +1,4 @@
-"""Local tops of the rubber in the mould, where air stays unless a vent lets it out."""
+"""High points of the rubber in the mould, where air is trapped unless a vent lets it out."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pneumorph.make.mould.samples import Samples
 Array = NDArray[np.float64]
 
 _HEIGHT = 0.3
-"""Least height in mm of a top above the pass to a higher one; less air than that dissolves or leaves by tilting."""
+"""Least height in mm of a high point above the pass to a higher one; less air dissolves, or leaves by tilting."""
 
 _UP = 0.3
-"""Least vertical component of the normal where rubber has its surface above it."""
+"""Least vertical component of the normal at a high point: the rubber is below its surface there."""
 
 
 def tops(surface: Samples) -> Array:
-    """The local tops (n, 3) of the rubber below a surface that is closed around, by the heights of its samples.
+    """The high points (n, 3) of the rubber below a tube: local maxima of the height of its samples.
 
-    Samples are added from the highest down. A sample that joins two connected parts is the pass between them: the lower
-    part's top is then known to be as high above its surroundings as above that pass.
+    Samples are added from the highest down. A sample that joins two connected parts is the pass between them: the
+    height of the lower part's top above its surroundings is that above this pass.
     """
     rows, columns = surface.x.shape[:2]
     height = surface.x[..., 2].ravel()

@@ -16,7 +16,7 @@ from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Weight
-from pneumorph.mesh import TetMesh, Unfolded, unfolded
+from pneumorph.mesh import TetMesh, Unfolded, unfold
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS, operations
 
@@ -108,7 +108,7 @@ class Whole:
 
 def whole_of(half: Model, mesh: TetMesh) -> Whole:
     """The whole body of a half model and its mesh."""
-    image = unfolded(mesh)
+    image = unfold(mesh)
     rubber = half.rubber if len(half.rubbers) == 1 else half.rubbers
     weight = any(isinstance(term.energy, Weight) for term in half.terms)
     body = build_model(image.mesh, rubber, half.plate, mixed=half.mixed, weight=weight)
