@@ -12,10 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from pneumorph.output import render
-from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT
+from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT, Figure
 from pneumorph.output.marks import draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
 from pneumorph.output.scenes import Scene
 from pneumorph.output.section import outline

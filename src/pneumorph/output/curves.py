@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pneumorph.analysis import Curve, SweepStep
 from pneumorph.mechanics import COMPONENTS
-from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, plain
+from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, Figure, plain
 from pneumorph.output.sweeps import AXES, reactions
 
 DASHES = ("-", "--", ":", "-.")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as PlainFigure
 
 COLUMN = 3.5
 """Inches: the width of a column in a journal of two columns."""
@@ -36,7 +37,16 @@ PLOTS = ("png", "pdf", "svg")
 """Formats of pictures that do not move."""
 
 
-def save(figure: Figure, path: Path) -> None:
+class Figure(PlainFigure):
+    """A matplotlib figure that notebooks show as it is, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        stream = BytesIO()
+        self.savefig(stream, dpi=DOTS / 2, format="png")
+        return stream.getvalue()
+
+
+def save(figure: PlainFigure, path: Path) -> None:
     """Save a figure as PDF or SVG by the suffix, otherwise as PNG; the same figure gives the same file."""
     format = path.suffix.removeprefix(".").lower()
     # Without the date.

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from pneumorph.mechanics.material.fit import TensionTest
 from pneumorph.mechanics.material.judge import Fit, band
-from pneumorph.output.figures import COLOURS, INK, PAGE, SMALL, TEXT, plain
+from pneumorph.output.figures import COLOURS, INK, PAGE, SMALL, TEXT, Figure, plain
 
 TITLES = {"uniaxial": "uniaxial", "equibiaxial": "equibiaxial", "planar": "planar (pure shear)"}
 

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.constraint.table import in_history
-from pneumorph.output.figures import COLUMN, SMALL, TEXT, line_style, plain
+from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
 from pneumorph.output.format import motion_of
 from pneumorph.problem import Custom, Limits, Maximize, Problem
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from pneumorph.analysis import HistoryEntry
-from pneumorph.output.figures import COLUMN, SMALL, TEXT, line_style, plain
+from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
 from pneumorph.problem import Problem, Task
 
 PER_ROW = 2

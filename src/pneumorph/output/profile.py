@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pneumorph.geometry import Body, TubeSurface
-from pneumorph.output.figures import COLOURS, COLUMN, SMALL, TEXT, plain
+from pneumorph.output.figures import COLOURS, COLUMN, SMALL, TEXT, Figure, plain
 
 HEIGHTS = 400
 WIDE, TALL = 2.9, 2.2

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
@@ -18,7 +17,7 @@ from pneumorph.analysis import TaskResult
 from pneumorph.mechanics import rotation
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.features import equidistant
-from pneumorph.output.figures import COLUMN, SMALL, TEXT, plain
+from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, plain
 from pneumorph.output.format import motion_of
 from pneumorph.problem import MatchCurve, MatchSections, Task
 

@@ -7,8 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from matplotlib.figure import Figure
-
 from pneumorph.output.bodies import (
     LETTER,
     SIDE,
@@ -22,7 +20,7 @@ from pneumorph.output.bodies import (
     legend_height,
     line_height,
 )
-from pneumorph.output.figures import INK, PAGE, SMALL, TEXT, save
+from pneumorph.output.figures import INK, PAGE, SMALL, TEXT, Figure, save
 from pneumorph.output.format import format_pressures, motion_of
 from pneumorph.output.pictures import final_scenes
 from pneumorph.output.scenes import Scene, highest_stretch
