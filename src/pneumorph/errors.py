@@ -1,8 +1,40 @@
-"""Errors that users see: one line each, naming the key or file, what is wrong, and how to fix it."""
+"""Errors for users: one line each, naming the key or file, what is wrong, and how to fix it."""
+
+import unicodedata
+
+
+def printable(text: str) -> str:
+    """A text in one line that does nothing to a terminal: control characters are shown escaped."""
+    line = " ".join(text.split()) if any(part.isspace() and part != " " for part in text) else text
+    if line.isprintable():
+        return line
+    return "".join(
+        part if part.isprintable() or unicodedata.category(part) == "Zs" else part.encode("unicode_escape").decode()
+        for part in line
+    )
+
+
+def short(value: object, most: int = 60) -> str:
+    """A value of a file as it is repeated in a message: its beginning, if it is long."""
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"a number of about {round(0.30103 * value.bit_length())} digits"
+    text = str(value)
+    return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters)"
+
+
+def clipped(text: str, most: int) -> str:
+    """A message of at most so many characters: its middle is left out, for the end says how to fix what is wrong."""
+    if len(text) <= most:
+        return text
+    head = 2 * most // 3
+    return f"{text[:head]} … {text[len(text) - (most - head - 3) :]}"
 
 
 class PneumorphError(Exception):
     """Base class of all errors that pneumorph raises deliberately."""
+
+    def __init__(self, message: object = ""):
+        super().__init__(printable(str(message)))
 
 
 class ProblemError(PneumorphError):

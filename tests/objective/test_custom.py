@@ -43,7 +43,7 @@ def written(tmp_path):
 
 
 def test_a_function_is_an_objective_with_its_gradient(written):
-    found = objectives(load(written()))["extend"]
+    found = objectives(load(written(), trust=True))["extend"]
     assert len(found.slabs.middle) == 3
     value, slope = jax.value_and_grad(found.value)(some_features())
     assert float(value) == pytest.approx(1.5 - 2.0 + 0.25 + 0.09)
@@ -57,15 +57,15 @@ def test_the_file_is_beside_the_problem_and_not_where_one_stands(written, monkey
     path = written()
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
-    assert load(path).task[0].objective.code == GOOD
+    assert load(path, trust=True).task[0].objective.code == GOOD
     (tmp_path / "study.toml").write_text('base = "arm.toml"\n[grid]\n"mesh.size" = ["5 mm", "6 mm"]\n')
-    for member in load_study(tmp_path / "study.toml").members:
+    for member in load_study(tmp_path / "study.toml", trust=True).members:
         assert member.problem.task[0].objective.code == GOOD
 
 
 def test_a_run_has_the_code_in_its_problem(written, tmp_path):
     path = written(GOOD + "# ‖log R‖ \t \\n \"quoted\" '''thrice'''\n")
-    asked = load(path)
+    asked = load(path, trust=True)
     create(tmp_path / "run", asked)
     (tmp_path / "cost.py").unlink()
     assert open_run(tmp_path / "run").problem == asked
@@ -96,7 +96,7 @@ def test_a_run_has_the_code_in_its_problem(written, tmp_path):
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(written, code, key, said):
-    asked = load(written(code))
+    asked = load(written(code), trust=True)
     with pytest.raises(ProblemError) as caught:
         objectives(asked)
     message = str(caught.value)

@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pneumorph.cli.screen import Screen
+from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
@@ -17,10 +18,10 @@ from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 
 
-def design(problem: Path, out: Path | None, iterations: int | None, resume: bool) -> None:
+def design(problem: Path, out: Path | None, iterations: int | None, resume: bool, trust: bool) -> None:
     """Design a body for a problem file."""
     keep_netgen_quiet()
-    asked = load(problem)
+    asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})
     run = prepare_run(asked, out or Path("runs") / problem.stem, resume)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from rich.console import Console
@@ -10,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry
+from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError
 from pneumorph.output.format import format_duration, motion_of
 from pneumorph.output.render import NoPicture
@@ -18,9 +20,16 @@ from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
 
 
-def study(source: Path, out: Path | None, cluster: str | None, workers: int | None) -> None:
+def study(
+    source: Path,
+    out: Path | None,
+    cluster: str | None,
+    workers: int | None,
+    tls: Mapping[str, Path | None],
+    trust: bool,
+) -> None:
     """Run every design of a study; finished members are not run again."""
-    asked = load_study(source)
+    asked = load_study(source, asking(trust))
     folder = out or Path("runs") / source.stem
     members = {member.name: member for member in asked.members}
     done = [name for name, member in members.items() if finished(folder / name, member.problem)]
@@ -31,7 +40,7 @@ def study(source: Path, out: Path | None, cluster: str | None, workers: int | No
     ends: list[MemberEnd] = []
     if unfinished:
         try:
-            with connected(cluster, workers) as client, Live(board, console=console, refresh_per_second=2):
+            with connected(cluster, workers, tls) as client, Live(board, console=console, refresh_per_second=2):
                 for end in run_members(client, unfinished, folder, board.update):
                     ends.append(end)
                     board.end(end)

@@ -18,7 +18,7 @@ import numpy as np
 from pneumorph.analysis import Fields, HistoryEntry, RunResult, from_json, to_json, unpack_fields
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body, starting_body
-from pneumorph.problem import Problem, load
+from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.run import atomic
 
 Checkpoint = dict[str, Any]
@@ -201,7 +201,7 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
     path = Path(path)
     if not (path / "problem.toml").exists():
         return create(path, problem)
-    stored = load(path / "problem.toml")
+    stored = read(path / "problem.toml")
     key = first_difference(stored, problem)
     if key:
         raise ProblemError(
@@ -213,16 +213,21 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
 
 
 def open_run(path: str | Path) -> RunDirectory:
-    """Open a run directory for reading; nothing in it is changed. ProblemError if it is not a run directory."""
+    """Open a run directory for reading; nothing in it is changed. ProblemError if it is not a run directory.
+
+    Code in its problem passes: `interface.open_run`, from which all get a run that may execute it, asks about that.
+    """
     path = Path(path)
     if not (path / "problem.toml").exists():
         raise ProblemError(f"{path}: is not a run directory (no problem.toml in it); name the --out of a design")
-    return RunDirectory(path, load(path / "problem.toml"))
+    return RunDirectory(path, read(path / "problem.toml"))
 
 
 def _started(path: Path, problem: Problem) -> RunDirectory:
     atomic.write_bytes(path / "problem.toml", problem.to_toml().encode())
     (path / "designs").mkdir(exist_ok=True)
+    # It is designed with: opening the run asks nothing.
+    keep(codes_of(problem), str(path))
     return RunDirectory(path, problem)
 
 

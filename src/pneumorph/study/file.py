@@ -15,7 +15,6 @@ Keys are those of the problem file, with numbers for tables that may be repeated
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
@@ -25,9 +24,10 @@ from typing import Any
 
 import tomli_w
 
-from pneumorph.errors import ProblemError
-from pneumorph.problem import Problem, loads
+from pneumorph.errors import ProblemError, short
+from pneumorph.problem import Problem, Trust, admit, codes_of, loads
 from pneumorph.problem.changes import change
+from pneumorph.problem.reading import read_toml
 
 MOST_MEMBERS = 1000
 
@@ -49,13 +49,13 @@ class Study:
     members: tuple[Member, ...]
 
 
-def load_study(path: str | Path) -> Study:
-    """Read a study file and build the problem of every member.
+def load_study(path: str | Path, trust: Trust = False) -> Study:
+    """Read a study file and build the problem of every member; `trust` is that of code in them, see `problem.load`.
 
     Raises
     ------
     ProblemError
-        If the file or one of the problems has a mistake.
+        If the file or one of the problems has a mistake, or code that is not trusted.
     """
     path = Path(path)
     data = _table(path)
@@ -79,7 +79,8 @@ def load_study(path: str | Path) -> Study:
     for name in names:
         if names.count(name) > 1:
             raise ProblemError(f'{path}: two members are called "{name}"; give every [[member]] a name of its own')
-    return Study(str(data.get("title", path.stem)), members)
+    admit([code for member in members for code in codes_of(member.problem)], str(path), trust)
+    return Study(short(data.get("title", path.stem), 300), members)
 
 
 def _members(path: Path, base: Any, grid: dict[str, list], listed: list[dict]) -> Iterator[Member]:
@@ -112,14 +113,7 @@ def _members(path: Path, base: Any, grid: dict[str, list], listed: list[dict]) -
 
 
 def _table(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ProblemError(f"{path}: there is no such file; check the path") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ProblemError(f"{path}: cannot be read ({error}); check the path") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ProblemError(f"{path}: is not TOML ({error}); fix it there") from None
+    return read_toml(path, str(path), "the file")
 
 
 def _named(changes: Mapping[str, Any]) -> str:
