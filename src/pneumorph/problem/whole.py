@@ -45,7 +45,7 @@ class Problem(Table):
     0.06
     """
 
-    title: str = ""
+    title: Annotated[str, Field(max_length=300)] = ""
     """A title for messages and pictures."""
     material: Annotated[Material, Example('[material] with name = "Hei-Cast 8400"')]
     """The rubber: a name of the library alone, or a model with its parameters."""
@@ -55,7 +55,7 @@ class Problem(Table):
     """What the tip carries."""
     gravity: Gravity | None = None
     """Weight of the body; without it there is none."""
-    task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1)
+    task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=50)
     """Tasks, each a table [[task]]; all share the shape."""
     limits: Limits = Limits()
     """Limits that every design keeps."""
