@@ -1,11 +1,14 @@
 """Errors for users: one line each, naming the key or file, what is wrong, and how to fix it."""
 
+import re
 import unicodedata
+
+_BREAK = re.compile(r"(?<! ) *+[\t-\r\x1c-\x1f\x85\u2028\u2029]\s*+")
 
 
 def printable(text: str) -> str:
     """A text in one line that does nothing to a terminal: control characters are shown escaped."""
-    line = " ".join(text.split()) if any(part.isspace() and part != " " for part in text) else text
+    line = _BREAK.sub(" ", text).strip()
     if line.isprintable():
         return line
     return "".join(
@@ -17,7 +20,7 @@ def printable(text: str) -> str:
 def short(value: object, most: int = 60) -> str:
     """A value of a file as it is repeated in a message: its beginning, if it is long."""
     if isinstance(value, int) and value.bit_length() > 200:
-        return f"a number of about {round(0.30103 * value.bit_length())} digits"
+        return f"of about {round(0.30103 * value.bit_length())} digits"
     text = str(value)
     return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters)"
 

@@ -1,5 +1,9 @@
 """Objectives that users write: good ones, and one line for every way to get them wrong."""
 
+import json
+import signal
+import threading
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,7 +11,7 @@ import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.objective import Features, objectives
+from pneumorph.objective import Features, custom, deadline, objectives
 from pneumorph.problem import load, loads
 from pneumorph.run import create, open_run
 from pneumorph.study import load_study
@@ -123,6 +127,51 @@ def test_what_is_wrong_with_the_table(written, tmp_path, table, key, said):
         load(path)
     message = str(caught.value)
     assert message.startswith(f"task[0].objective.{key}: ") and said in message and "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "while True:\n    pass\n",
+        "def cost(f):\n    while True:\n        try:\n            x = 1\n        except Exception:\n            pass\n",
+        "import time\ntime.sleep(1e6)\n",
+    ],
+)
+@pytest.mark.parametrize("thread", ["main", "other"])
+def test_code_that_does_not_end_is_ended(monkeypatch, code, thread):
+    if thread == "other" and "sleep" in code:
+        pytest.skip("what waits is ended in the main thread only")
+    monkeypatch.setattr(custom, "deadline", lambda: deadline.deadline(0.3, 1.0))
+    asked = loads(FILE.replace('file = "cost.py"', f"code = {json.dumps(code)}"))
+    before = signal.getsignal(signal.SIGALRM)
+    found = []
+
+    def load():
+        try:
+            objectives(asked)
+        except ProblemError as error:
+            found.append(str(error))
+
+    if thread == "main":
+        load()
+    else:
+        other = threading.Thread(target=load)
+        other.start()
+        other.join(60)
+    (message,) = found
+    assert message.startswith("task[0].objective.code: takes more than") and "\n" not in message
+    assert signal.getsignal(signal.SIGALRM) is before
+
+
+def test_an_alarm_of_the_caller_still_rings():
+    rung = []
+    before = signal.signal(signal.SIGALRM, lambda *_: rung.append(True))
+    try:
+        with deadline.deadline():
+            signal.raise_signal(signal.SIGALRM)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert rung == [True]
 
 
 def test_a_text_without_a_place_looks_in_the_working_directory(written, monkeypatch):

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.cli.trust import asking
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ComputationError, printable
 from pneumorph.output.format import format_duration, motion_of
 from pneumorph.output.render import NoPicture
 from pneumorph.study import Study, load_study, write_sheet, write_summary
@@ -82,7 +82,7 @@ class Board:
         self._state[end.name] = f"done: {end.reason}" if end.completed else f"failed: {end.reason}"
 
     def __rich__(self) -> Table:
-        table = Table(title=self._study.title, title_style="bold")
+        table = Table(title=printable(self._study.title), title_style="bold")
         for heading in ("member", "design", "motion", "limits", "time", "state"):
             table.add_column(heading, overflow="fold")
         for member in self._study.members:

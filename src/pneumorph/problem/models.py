@@ -28,6 +28,11 @@ from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 MOST_OF_A_NAME = 64
 """Characters of a name: results and files are called by it, and file systems take 255 bytes with all that is added."""
 
+RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(1, 10))}
+"""Names of devices on Windows, which no file there can have."""
+
+MOST_CHAMBERS, MOST_TASKS = 100, 50
+
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 Curvature = Annotated[float, Quantity(units.CURVATURE, "positive")]
@@ -104,7 +109,7 @@ class BodySpec(Table):
     symmetry: Symmetry = Symmetry()
     """Symmetries that every design keeps."""
     chamber: Annotated[tuple[ChamberSpec, ...], Example("a table [[body.chamber]]")] = Field(
-        min_length=1, max_length=100
+        min_length=1, max_length=MOST_CHAMBERS
     )
     """The chambers, each a table [[body.chamber]]."""
 
@@ -236,7 +241,9 @@ class Task(Table):
     """By which results name the task."""
     weight: Annotated[Number, Field(gt=0)] = 1.0
     """Factor of its objective in the sum over tasks."""
-    pressure: Annotated[dict[Name, Pressure], Example('e.g. pressure = { A = "60 kPa" }')]
+    pressure: Annotated[
+        dict[Name, Pressure], Field(max_length=MOST_CHAMBERS), Example('e.g. pressure = { A = "60 kPa" }')
+    ]
     """Gauge pressure of each chamber; one that is left out has none."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
     """What the shape and the free pressures are designed for."""

@@ -49,7 +49,7 @@ def key_of(path: Sequence[str | int]) -> str:
         if isinstance(part, int):
             key += f"[{part}]"
         else:
-            name = short(part) if _BARE.fullmatch(part) else json.dumps(short(part))
+            name = short(part) if _BARE.fullmatch(part) else json.dumps(short(part), ensure_ascii=False)
             key += f".{name}" if key else name
     return key
 
@@ -89,11 +89,7 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
 
 def _shown(given: Any) -> str:
     if isinstance(given, str):
-        return json.dumps(short(given))
-    return (
-        json.dumps(given)
-        if isinstance(given, bool | float)
-        else short(given)
-        if isinstance(given, int)
-        else (f"a {type(given).__name__}")
-    )
+        return json.dumps(short(given), ensure_ascii=False)
+    if isinstance(given, int) and given.bit_length() > 200:
+        return f"a number {short(given)}"
+    return json.dumps(given) if isinstance(given, bool | int | float) else f"a {type(given).__name__}"
