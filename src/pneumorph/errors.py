@@ -48,6 +48,10 @@ class ComputationError(PneumorphError):
     """The input is valid but the computation failed (exit status 1)."""
 
 
+class NotWritten(ComputationError):
+    """Results could not be written: the disk is full, or the directory cannot be written to."""
+
+
 class MeshError(ComputationError):
     """The body could not be meshed."""
 

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import ComputationError, NotWritten, ProblemError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.mechanics import rubber_of
@@ -34,6 +34,8 @@ def design(problem: Path, out: Path | None, iterations: int | None, resume: bool
             screen.say(sentence)
         try:
             outcome = run.complete(screen.show)
+        except NotWritten as error:
+            raise ComputationError(f"{error}; then resume with: {command}") from None
         except ComputationError as error:
             _conclude(run, screen, f"the computation failed: {error}")
             raise ComputationError(f"{error}; {_saved(run, command)}") from None

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry
 from pneumorph.cli.trust import asking
-from pneumorph.errors import ComputationError, printable
+from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.output.format import format_duration, motion_of
 from pneumorph.output.render import NoPicture
 from pneumorph.study import Study, load_study, write_sheet, write_summary
@@ -34,7 +34,10 @@ def study(
     members = {member.name: member for member in asked.members}
     done = [name for name, member in members.items() if finished(folder / name, member.problem)]
     unfinished = {name: member for name, member in members.items() if name not in done}
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ProblemError(f"--out {folder}: cannot be written ({error.strerror}); name another") from None
     console = Console()
     board = Board(asked, done)
     ends: list[MemberEnd] = []
@@ -50,7 +53,10 @@ def study(
                 "again"
             ) from None
     failed = [end for end in ends if not end.completed]
-    console.print(Text(f"summary in {write_summary(asked, folder)}"), soft_wrap=True)
+    try:
+        console.print(Text(f"summary in {write_summary(asked, folder)}"), soft_wrap=True)
+    except OSError as error:
+        raise ComputationError(f"{folder}: the summary cannot be written ({error.strerror}); make room") from None
     complete = [name for name in members if name not in {end.name for end in failed}]
     try:
         if complete:

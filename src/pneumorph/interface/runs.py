@@ -89,7 +89,9 @@ class Run:
         if not 0 <= number <= latest:
             raise ProblemError(f"design {number}: {self.path} has designs 0 to {latest} only; use one of them")
         stored = self.directory.load_design(number)
-        entry = next(entry for entry in self.history if entry.iteration == number)
+        entry = next((entry for entry in self.history if entry.iteration == number), None)
+        if entry is None:
+            raise ProblemError(f"design {number}: is not in {self.path / 'history.jsonl'}; use another one")
         body = stored.body(self.problem)
         return Design(self.problem, body, stored.pressures, number, entry, self.directory.fields(number))
 

@@ -7,8 +7,10 @@ import os
 import re
 import stat
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from pneumorph.errors import ProblemError, clipped
 
@@ -22,26 +24,42 @@ _NAME = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_NAME}(?:[ \t]*+\.[ \t]*+{_NAME}){{{MOST_PARTS},}}")
 
 
-def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """The bytes of a plain file.
+@contextmanager
+def open_plain(path: Path, most: int) -> Iterator[BinaryIO]:
+    """Open a plain file of at most `most` bytes.
 
     Raises
     ------
     OSError
-        Also if it is a device, a pipe or a directory, or has more than `most` bytes; its `strerror` says so.
+        Also if it is a device, a pipe or a directory, or has more bytes; its `strerror` says so.
     """
     # Without waiting for whoever may write into a pipe.
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    with os.fdopen(handle, "rb") as file:
+    try:
         found = os.fstat(handle)
         if stat.S_ISDIR(found.st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         if not stat.S_ISREG(found.st_mode):
             raise OSError(errno.EINVAL, "it is a device or a pipe, not a file", str(path))
-        data = file.read(most + 1) if found.st_size <= most else None
-    if data is None or len(data) > most:
-        raise OSError(errno.EFBIG, f"it has more than {most / 1e6:g} MB", str(path))
+        if found.st_size > most:
+            raise _too_large(path, most)
+        with open(handle, "rb", closefd=False) as file:
+            yield file
+    finally:
+        os.close(handle)
+
+
+def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
+    """The bytes of a plain file of at most `most` bytes; raises OSError as `open_plain` does."""
+    with open_plain(path, most) as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise _too_large(path, most)
     return data
+
+
+def _too_large(path: Path, most: int) -> OSError:
+    return OSError(errno.EFBIG, f"it has more than {most / 1e6:g} MB", str(path))
 
 
 def read_toml(path: Path, where: str, example: str) -> dict[str, Any]:
