@@ -1,5 +1,6 @@
 """Settings for the whole suite."""
 
+from itertools import count
 from pathlib import Path
 
 import jax
@@ -15,6 +16,29 @@ settings.load_profile("pneumorph")
 
 MOST_MAPPINGS = 30_000
 """Memory mappings of a process from which on compiled kernels are forgotten; Linux allows 65,530."""
+
+
+PLACES = count()
+
+
+def _configured(monkeypatch, tmp_path_factory):
+    place = tmp_path_factory.getbasetemp() / "configuration" / str(next(PLACES))
+    for name in ("XDG_CONFIG_HOME", "APPDATA"):
+        monkeypatch.setenv(name, str(place))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_configuration_of_the_user(tmp_path_factory):
+    """The user's configuration is neither read nor written."""
+    with pytest.MonkeyPatch.context() as patch:
+        _configured(patch, tmp_path_factory)
+        yield
+
+
+@pytest.fixture(autouse=True)
+def configuration_of_its_own(monkeypatch, tmp_path_factory):
+    """What one test trusts is new to the next."""
+    _configured(monkeypatch, tmp_path_factory)
 
 
 @pytest.fixture(scope="module", autouse=True)

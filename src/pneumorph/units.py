@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import pint
 
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ProblemError, short
 
 # pint documents that Decimal is accepted here; its annotation allows only float.
 _registry = pint.UnitRegistry(non_int_type=cast(type[float], Decimal))
@@ -20,9 +20,18 @@ _registry = pint.UnitRegistry(non_int_type=cast(type[float], Decimal))
 LARGEST, SMALLEST = 1e30, 1e-30
 """Bounds of quantities, the lower one for those that must be positive: beyond them powers would overflow."""
 
+MOST = 200
+"""Characters of a quantity: what is longer is none, and reading it could take for ever."""
+
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
 _UNIT = re.compile(r"(?:1?\s*/\s*)?[A-Za-zµμ°](?:[A-Za-zµμ°²³·*/() ]|\^-?\d(?!\d))*")
+
+_NO_UNIT = (
+    pint.PintError, TokenError, ArithmeticError, AssertionError, MemoryError, RecursionError, SyntaxError, TypeError,
+    ValueError,
+)  # fmt: skip
+"""What pint raises for text that is no unit depends on where its tokenizer, parser or arithmetic fails."""
 
 
 @dataclass(frozen=True)
@@ -78,17 +87,17 @@ def parse(text: Any, kind: Kind) -> float:
     text = text_of(text)
     if not isinstance(text, str):
         if isinstance(text, (int, float)) and not isinstance(text, bool):
-            raise ValueError(f"the number {text} has no unit; {fix}")
+            raise ValueError(f"the number {short(text)} has no unit; {fix}")
         raise ValueError(f"{kind.name} with its unit is expected here; {fix}")
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text) if len(text) <= MOST else None
     if match is None:
-        raise ValueError(f'"{text}" is not a number with a unit; {fix}')
+        raise ValueError(f'"{short(text)}" is not a number with a unit; {fix}')
     number, unit = match.groups()
     if not unit:
-        raise ValueError(f'"{text}" has no unit; {fix}')
+        raise ValueError(f'"{short(text)}" has no unit; {fix}')
     value = float(Decimal(number) * _factor(unit, kind))
     if not abs(value) <= LARGEST:
-        raise ValueError(f'"{text}" is too large; {fix}')
+        raise ValueError(f'"{short(text)}" is too large; {fix}')
     return value
 
 
@@ -125,13 +134,12 @@ def _factor(unit: str, kind: Kind) -> Decimal:
     """Value of one `unit` in the unit used in the code."""
     fix = f'write e.g. "{kind.example}"'
     if _UNIT.fullmatch(unit) is None:
-        raise ValueError(f'"{unit}" is not a unit; {fix}')
+        raise ValueError(f'"{short(unit)}" is not a unit; {fix}')
     try:
         parsed = _registry.parse_units(f"1{unit}" if unit.startswith("/") else unit)
-    # Which error pint raises for text that is not a unit depends on where its tokenizer, parser or arithmetic fails.
-    except (pint.PintError, TokenError, ArithmeticError, AssertionError, SyntaxError, TypeError, ValueError) as error:
-        raise ValueError(f'"{unit}" is not a known unit; {fix}') from error
+    except _NO_UNIT as error:
+        raise ValueError(f'"{short(unit)}" is not a known unit; {fix}') from error
     inside = _registry.parse_units(kind.inside)
     if parsed.dimensionality != inside.dimensionality:
-        raise ValueError(f'"{unit}" is not a unit of {kind.name}; {fix}')
+        raise ValueError(f'"{short(unit)}" is not a unit of {kind.name}; {fix}')
     return _registry.Quantity(Decimal(1), parsed).to(inside).magnitude

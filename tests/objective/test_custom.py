@@ -1,5 +1,9 @@
 """Objectives that users write: good ones, and one line for every way to get them wrong."""
 
+import json
+import signal
+import threading
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,7 +11,7 @@ import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.objective import Features, build_objectives
+from pneumorph.objective import Features, build_objectives, custom, deadline
 from pneumorph.problem import load, loads
 from pneumorph.run import create, open_run
 from pneumorph.study import load_study
@@ -43,7 +47,7 @@ def written(tmp_path):
 
 
 def test_a_function_is_an_objective_with_its_gradient(written):
-    found = build_objectives(load(written()))["extend"]
+    found = build_objectives(load(written(), trust=True))["extend"]
     assert len(found.slabs.middle) == 3
     value, slope = jax.value_and_grad(found.value)(some_features())
     assert float(value) == pytest.approx(1.5 - 2.0 + 0.25 + 0.09)
@@ -57,15 +61,15 @@ def test_the_file_is_beside_the_problem_and_not_where_one_stands(written, monkey
     path = written()
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
-    assert load(path).task[0].objective.code == GOOD
+    assert load(path, trust=True).task[0].objective.code == GOOD
     (tmp_path / "study.toml").write_text('base = "arm.toml"\n[grid]\n"mesh.size" = ["5 mm", "6 mm"]\n')
-    for member in load_study(tmp_path / "study.toml").members:
+    for member in load_study(tmp_path / "study.toml", trust=True).members:
         assert member.problem.task[0].objective.code == GOOD
 
 
 def test_a_run_has_the_code_in_its_problem(written, tmp_path):
     path = written(GOOD + "# ‖log R‖ \t \\n \"quoted\" '''thrice'''\n")
-    asked = load(path)
+    asked = load(path, trust=True)
     create(tmp_path / "run", asked)
     (tmp_path / "cost.py").unlink()
     assert open_run(tmp_path / "run").problem == asked
@@ -96,7 +100,7 @@ def test_a_run_has_the_code_in_its_problem(written, tmp_path):
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(written, code, key, said):
-    asked = load(written(code))
+    asked = load(written(code), trust=True)
     with pytest.raises(ProblemError) as caught:
         build_objectives(asked)
     message = str(caught.value)
@@ -123,6 +127,51 @@ def test_what_is_wrong_with_the_table(written, tmp_path, table, key, said):
         load(path)
     message = str(caught.value)
     assert message.startswith(f"task[0].objective.{key}: ") and said in message and "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "while True:\n    pass\n",
+        "def cost(f):\n    while True:\n        try:\n            x = 1\n        except Exception:\n            pass\n",
+        "import time\ntime.sleep(1e6)\n",
+    ],
+)
+@pytest.mark.parametrize("thread", ["main", "other"])
+def test_code_that_does_not_end_is_ended(monkeypatch, code, thread):
+    if thread == "other" and "sleep" in code:
+        pytest.skip("what waits is ended in the main thread only")
+    monkeypatch.setattr(custom, "deadline", lambda: deadline.deadline(0.3, 1.0))
+    asked = loads(FILE.replace('file = "cost.py"', f"code = {json.dumps(code)}"))
+    before = signal.getsignal(signal.SIGALRM)
+    found = []
+
+    def load():
+        try:
+            build_objectives(asked)
+        except ProblemError as error:
+            found.append(str(error))
+
+    if thread == "main":
+        load()
+    else:
+        other = threading.Thread(target=load)
+        other.start()
+        other.join(60)
+    (message,) = found
+    assert message.startswith("task[0].objective.code: takes more than") and "\n" not in message
+    assert signal.getsignal(signal.SIGALRM) is before
+
+
+def test_an_alarm_of_the_caller_still_rings():
+    rung = []
+    before = signal.signal(signal.SIGALRM, lambda *_: rung.append(True))
+    try:
+        with deadline.deadline():
+            signal.raise_signal(signal.SIGALRM)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert rung == [True]
 
 
 def test_a_text_without_a_place_looks_in_the_working_directory(written, monkeypatch):

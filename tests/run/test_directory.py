@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from records import entry, one_element
+from records import ENTRY, entry, one_element
 
 from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.errors import ProblemError
@@ -20,12 +20,15 @@ OTHER = load(EXAMPLES / "linear_spring.toml")
 
 
 def design(iteration: int) -> StoredDesign:
-    rng = np.random.default_rng(iteration)
-    return StoredDesign(rng.random((5, 8, 3)), {"A": rng.random((4, 8, 3))}, {"extend": {"A": 0.06}})
+    rng, start = np.random.default_rng(iteration), starting_body(PROBLEM.body)
+    nets = [surface.net + 0.1 * rng.random(surface.net.shape) for surface in start.surfaces]
+    return StoredDesign(nets[0], {"A": nets[1]}, {"extend": {"A": 0.06}})
 
 
 def line(iteration: int) -> HistoryEntry:
-    return entry(iteration, objective=float(np.float64(0.1 * iteration)), limits={"wall_mm": float("inf")})
+    return entry(
+        iteration, objective=float(np.float64(0.1 * iteration)), limits=ENTRY.limits | {"wall_mm": float("inf")}
+    )
 
 
 def state(iteration: int) -> dict:
@@ -75,8 +78,8 @@ def test_names_in_the_design_file(tmp_path):
     run_of(tmp_path, 1)
     with np.load(tmp_path / "designs" / "0000.npz") as stored:
         assert {name: stored[name].shape for name in stored.files} == {
-            "exterior": (5, 8, 3),
-            "chamber_A": (4, 8, 3),
+            "exterior": design(0).exterior.shape,
+            "chamber_A": design(0).chambers["A"].shape,
             "pressures": (1, 1),
         }
 
@@ -170,7 +173,7 @@ def refusal(action, *arguments) -> str:
 def test_refusals(tmp_path):
     run_of(tmp_path / "run", 1)
     assert "add --resume" in refusal(create, tmp_path / "run", PROBLEM)
-    assert "end_effector.spring.axial differs" in refusal(
+    assert "end_effector.spring.axial, end_effector.hold differ" in refusal(
         resume, tmp_path / "run", OTHER.model_copy(update={"title": PROBLEM.title})
     )
     assert "name another --out" in refusal(create, tmp_path / "run" / "problem.toml", PROBLEM)

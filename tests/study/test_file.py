@@ -83,6 +83,38 @@ def test_what_is_wrong_is_said_in_one_line(study, text, said):
     assert "\n" not in str(caught.value)
 
 
+def test_names_are_what_every_file_system_takes(study):
+    long = "x" * 300
+    text = f'base = "base.toml"\n[[member]]\nname = "{long}1"\n[[member]]\nname = "{long}2"\n[[member]]\nname = "nul"\n'
+    names = [member.name for member in load_study(study(text)).members]
+    assert names == [member.name for member in load_study(study(text)).members]
+    assert len(set(names)) == 3 and all(len(name) <= 120 for name in names) and names[2] == "_nul"
+    with pytest.raises(ProblemError, match="two members are called"):
+        load_study(study('base = "base.toml"\n[[member]]\nname = "a"\n[[member]]\nname = "A"\n'))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'base = "base.toml"\n[grid]\n"' + "a." * 100_000 + 'b" = [1]\n',
+        'base = "base.toml"\n[grid]\n"task[' + "9" * 5000 + '].weight" = [1.0]\n',
+        'base = "base.toml"\n[grid]\n"mesh.size" = [0x' + "f" * 50_000 + "]\n",
+        'base = "base.toml"\n[grid]\n"mesh.size" = [' + 300 * "[" + 300 * "]" + "]\n",
+        'base = "base.toml"\n' + "k" * 1_000_000 + " = 1\n[[member]]\n",
+        'base = "base.toml"\n[[member]]\nname = "' + "k" * 1_000_000 + '"\nset = { "mesh.size" = "x" }\n',
+        'base = "/dev/zero"\n[[member]]\n',
+        "x = 1\n" * 500_000,
+    ],
+    ids=lambda text: text[18:60],
+)
+def test_files_without_measure_are_refused_in_a_short_line(study, text):
+    path = study(text)
+    with pytest.raises(ProblemError) as caught:
+        load_study(path)
+    message = str(caught.value)
+    assert len(message) - len(str(path)) <= 300 and message.isprintable()
+
+
 def test_captions_tell_what_members_do_not_share():
     def members(*changes):
         return [Member(f"m{number}", each, cast(Problem, None)) for number, each in enumerate(changes)]

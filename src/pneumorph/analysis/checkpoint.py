@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
+from pneumorph.analysis.fields import unpack_mesh
+from pneumorph.analysis.stored import floats, indices
 from pneumorph.errors import ComputationError
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import NoEquilibrium
@@ -35,13 +38,51 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
     return arrays
 
 
+def check(problem: Problem, state: Mapping[str, Any]) -> None:
+    """Check that a state is one from which the design loop can resume: kernels do not ask whether indices are in range.
+
+    Raises
+    ------
+    KeyError, ValueError
+        If it is not.
+    """
+    n = len(floats(state, "phi", None))
+    mesh = unpack_mesh(state, "mesh_straight", "mesh_tets")
+    controls = len(floats(state, "mesh_points", None, 3))
+    entries = len(floats(state, "mesh_B_data", None))
+    indices(state, "mesh_B_indices", entries, below=controls)
+    starts = indices(state, "mesh_B_indptr", None, below=entries + 1)
+    if not 2 <= len(starts) <= len(mesh.points) + 1 or starts[0] != 0 or starts[-1] != entries:
+        raise ValueError('"mesh_B_indptr" does not fit the mesh')
+    if (np.diff(starts.astype(np.int64)) < 0).any():
+        raise ValueError('"mesh_B_indptr" falls')
+    for name in state:
+        if name.startswith("param "):
+            floats(state, name, None, 6, 2, most=1.0 + 1e-6)
+    for task in problem.task:
+        floats(state, f"state {task.name}", None)
+    for name, shape in (("phi", (None,)), ("slope", (None,)), ("steps", (None, n)), ("changes", (None, n))):
+        if "curvature_phi" in state:
+            floats(state, f"curvature_{name}", *shape)
+    for name in ("mesh_size", "radius", "dfp_iterations"):
+        if name in state or name != "dfp_iterations":
+            floats(state, name)
+    if "prices" in state:
+        floats(state, "prices", None, None)
+    if "dfp_slope" in state:
+        floats(state, "dfp_slope", None)
+    floats(state, "values", None)
+    indices(state, "iteration", below=10**9)
+
+
 def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tuple[Discretisation, Analysis]:
     """Restore a mesh and the analysed design from the arrays of `pack`.
 
     Raises
     ------
     ComputationError
-        If the number of design variables has changed since, or an equilibrium is not found again.
+        If the number of design variables has changed since, the mesh does not fit the problem, or an equilibrium is not
+        found again.
     """
     if len(arrays["phi"]) != space.n:
         raise ComputationError(
@@ -56,8 +97,15 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
         shape=(len(arrays["mesh_B_indptr"]) - 1, len(points)),
     )
     straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces)
-    disc = build_discretisation(problem, build_morph(straight, B, points, float(arrays["mesh_size"]), param), points)
-    starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
+    try:
+        morph = build_morph(straight, B, points, float(arrays["mesh_size"]), param)
+        disc = build_discretisation(problem, morph, points)
+        starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
+    # It is a mesh, but not one of this problem.
+    except (ArithmeticError, KeyError, RuntimeError, ValueError) as error:
+        raise ComputationError(
+            f"the checkpoint does not fit its problem ({error}); start the run again in another directory"
+        ) from None
     analysis = analyse(problem, space, disc, arrays["phi"], starts)
     if isinstance(analysis, NoEquilibrium):
         raise ComputationError(f"the checkpoint's design cannot be analysed again: {analysis.reason}")

@@ -10,10 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
+from pneumorph.analysis.stored import floats, indices
 from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
 from pneumorph.mesh import TetMesh, unfold
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
+from pneumorph.problem.symmetry import MIRRORS
 
 MAX_FACTORISATIONS = 20
 """Most factorisations for a partly inflated state; these states are only shown, so a missing one does no harm."""
@@ -99,17 +101,45 @@ class Fields:
 
 
 def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
-    """Restore fields from the arrays of `Fields.pack`; KeyError if some are missing."""
+    """Restore fields from the arrays of `Fields.pack`; KeyError or ValueError if some are missing or wrong."""
 
-    def named(kind: str) -> dict[str, np.ndarray]:
-        return {key.removeprefix(f"{kind} "): each for key, each in arrays.items() if key.startswith(f"{kind} ")}
+    def named(kind: str) -> list[str]:
+        return [key.removeprefix(f"{kind} ") for key in arrays if key.startswith(f"{kind} ")]
 
-    mesh = TetMesh(arrays["points"], arrays["tets"], named("face"))
-    displacements, stretches = named("inflation u"), named("inflation stretch")
-    inflation = {
-        name: Inflation(parts, displacements[name], stretches[name]) for name, parts in named("inflation parts").items()
-    }
-    return Fields(mesh, named("u"), named("stretch"), arrays.get("sag"), inflation)
+    mesh = unpack_mesh(arrays, "points", "tets")
+    nodes, skin = len(mesh.points), len(_skin(mesh))
+    u = {name: floats(arrays, f"u {name}", nodes, 3) for name in named("u")}
+    stretch = {name: floats(arrays, f"stretch {name}", nodes) for name in named("stretch")}
+    if set(u) != set(stretch):
+        raise ValueError("displacements and stretches are not of the same tasks")
+    sag = floats(arrays, "sag", nodes, 3) if "sag" in arrays else None
+    inflation = {}
+    for name in named("inflation parts"):
+        parts = floats(arrays, f"inflation parts {name}", None)
+        moved = floats(arrays, f"inflation u {name}", len(parts), skin, 3)
+        inflation[name] = Inflation(parts, moved, floats(arrays, f"inflation stretch {name}", len(parts), skin))
+        if name not in u:
+            raise ValueError("its ways of inflation are of other tasks")
+    return Fields(mesh, u, stretch, sag, inflation)
+
+
+def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> TetMesh:
+    """A mesh from stored arrays by their names, and its faces; KeyError or ValueError if it is none."""
+    places = floats(arrays, points, None, 3, most=1e12)
+    corners = indices(arrays, tets, None, 10, below=len(places))
+    names = [key.removeprefix("face ") for key in arrays if key.startswith("face ")]
+    faces = {name: indices(arrays, f"face {name}", None, 6, below=len(places)) for name in names}
+    if not len(corners) or all(name.startswith("mirror ") for name in names):
+        raise ValueError("the mesh has no elements or no faces")
+    if any(name.startswith("mirror ") and name.removeprefix("mirror ") not in MIRRORS for name in names):
+        raise ValueError("the mesh is half of a body about no known plane")
+    if np.bincount(corners.ravel(), minlength=len(places)).min() == 0:
+        raise ValueError("the mesh has nodes that no element uses")
+    gradients = tet_gradient(TET_RULE)
+    jacobian = np.einsum("eai,gaj->egij", places[corners], gradients)
+    if not np.linalg.det(jacobian).min() > 0.0:
+        raise ValueError("the mesh has elements without volume")
+    return TetMesh(places, corners, faces)
 
 
 def collect_fields(

@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from typing import TYPE_CHECKING, Any, TypeVar
+from functools import cache
+from types import UnionType
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, float, float]
 Pressures = Mapping[str, float]
+
+LARGEST = 1e100
+"""Largest number in a file; beyond it squares would overflow."""
 
 NOWHERE: Vector = (math.nan, math.nan, math.nan)
 """In place of a vector of a step without an equilibrium."""
@@ -209,16 +214,47 @@ def from_json(kind: type[Record], content: Mapping[str, Any]) -> Record:
     ------
     KeyError
         If a key is missing.
+    ValueError
+        If a value is not of its kind.
     """
-    values = {}
+    values, hints = {}, _hints(kind)
+    _check(isinstance(content, Mapping), kind.__name__)
     for each in fields(kind):
         key = each.metadata.get("key", each.name)
         inner = each.metadata.get("of")
         if inner is not None:
+            _check(isinstance(content[key], Mapping), key)
             values[each.name] = {name: from_json(inner, part) for name, part in content[key].items()}
         elif (each.default is MISSING and each.default_factory is MISSING) or content.get(key) is not None:
             values[each.name] = _tuples(content[key])
+            _check(_fits(values[each.name], hints[each.name]), key)
     return kind(**values)
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind)
+
+
+def _check(fits: bool, key: str) -> None:
+    if not fits:
+        raise ValueError(f'"{key}" is not what it should be')
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value from a file is of the kind that a record's field has; numbers are finite and of sensible size."""
+    inner = get_args(hint)
+    if hint is float or hint is int:
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        return number and abs(value) <= LARGEST and (hint is float or isinstance(value, int))
+    if get_origin(hint) is UnionType:
+        return any(_fits(value, each) for each in inner)
+    if get_origin(hint) is tuple:
+        kinds = [inner[0]] * len(value) if isinstance(value, tuple) and inner[-1] is Ellipsis else inner
+        return isinstance(value, tuple) and len(value) == len(kinds) and all(map(_fits, value, kinds))
+    if get_origin(hint) is not None:
+        return isinstance(value, Mapping) and all(_fits(part, inner[1]) for part in value.values())
+    return isinstance(value, hint)
 
 
 def _tuples(value: Any) -> Any:

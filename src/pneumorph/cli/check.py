@@ -8,8 +8,9 @@ from rich.console import Console
 from rich.text import Text
 
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
+from pneumorph.cli.trust import asking
 from pneumorph.constraint import certify
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ComputationError, printable
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
@@ -18,11 +19,11 @@ from pneumorph.output.format import format_pressures, mirror_note, motion_of
 from pneumorph.problem import load
 
 
-def check(problem: Path) -> None:
+def check(problem: Path, trust: bool) -> None:
     """Check the problem of a file, on its starting body, or of a run, on its last design."""
     keep_netgen_quiet()
-    run = open_run(problem) if problem.is_dir() else None
-    asked = load(problem) if run is None else run.problem
+    run = open_run(problem, asking(trust)) if problem.is_dir() else None
+    asked = load(problem, asking(trust)) if run is None else run.problem
     console = Console()
 
     def say(text: str, style: str = "") -> None:
@@ -69,7 +70,7 @@ def _description(at: AnalysedBody) -> list[str]:
         chosen = f" (bulk modulus {model.rubber.bulk_modulus / model.rubber.shear_modulus:.3g} times the shear modulus)"
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
     return [
-        f"problem   {problem.title or 'without a title'}",
+        f"problem   {printable(problem.title) or 'without a title'}",
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} for the shape, {free} for pressures",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"

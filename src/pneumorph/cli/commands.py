@@ -8,6 +8,9 @@ from typing import Annotated
 import typer
 
 RunDirectory = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
+Trusted = Annotated[
+    bool, typer.Option("--trust", help="Run the Python code that comes with the file, without a question.")
+]
 DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")]
 
 
@@ -16,11 +19,12 @@ def design(
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
+    trust: Trusted = False,
 ) -> None:
     """Design a body for a problem."""
     from pneumorph.cli.design import design
 
-    design(problem, out, iterations, resume)
+    design(problem, out, iterations, resume, trust)
 
 
 def simulate(
@@ -48,18 +52,24 @@ def simulate(
     csv: Annotated[Path | None, typer.Option(help="Write the steps to this file as a table.")] = None,
     png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep to this file.")] = None,
     design: Annotated[int | None, typer.Option(min=0, help="Number of a run's design; by default the last.")] = None,
+    trust: Trusted = False,
 ) -> None:
     """Simulate the starting body of a problem, or a design of a run: at the tasks' pressures or along sweeps."""
     from pneumorph.cli.simulate import simulate
 
-    simulate(source, pressure or [], one_by_one, block or [], {"--json": json, "--csv": csv, "--png": png}, design)
+    simulate(
+        source, pressure or [], one_by_one, block or [], {"--json": json, "--csv": csv, "--png": png}, design, trust
+    )
 
 
-def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), or a run directory.")]) -> None:
+def check(
+    problem: Annotated[Path, typer.Argument(help="A problem file (TOML), or a run directory.")],
+    trust: Trusted = False,
+) -> None:
     """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
-    check(problem)
+    check(problem, trust)
 
 
 def export(
@@ -74,24 +84,28 @@ def export(
     ] = None,
     task: Annotated[str | None, typer.Option(help="Task whose loads an input file has; by default the first.")] = None,
     design: DesignNumber = None,
+    trust: Trusted = False,
 ) -> None:
     """Export a design of a run for other programs, always as a whole body."""
+    from pneumorph.cli.trust import asking
     from pneumorph.interface.runs import open_run
     from pneumorph.mesh import keep_netgen_quiet
 
     keep_netgen_quiet()
-    open_run(run).design(design).export(out, format, task)
+    open_run(run, asking(trust)).design(design).export(out, format, task)
     print(f"written to {out}")
 
 
 def report(
     run: RunDirectory,
     out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the run directory.")] = None,
+    trust: Trusted = False,
 ) -> None:
     """Write the page of a run: one file for any browser, with its shapes, history, limits and problem."""
+    from pneumorph.cli.trust import asking
     from pneumorph.interface.runs import open_run
 
-    print(f"written to {open_run(run).report(out)}")
+    print(f"written to {open_run(run, asking(trust)).report(out)}")
 
 
 def draw(
@@ -123,22 +137,24 @@ def draw(
     out: Annotated[
         Path | None, typer.Option(help="The file to write; by default in the folder pictures of the run.")
     ] = None,
+    trust: Trusted = False,
 ) -> None:
     """Draw a picture of a run: a design cut open, its history, or how it changes and inflates."""
     from pneumorph.cli.draw import draw
 
-    draw(run, picture, design, cut, at, task, format, out)
+    draw(run, picture, design, cut, at, task, format, out, trust)
 
 
 def view(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories; several are compared.")],
     port: Annotated[int, typer.Option(min=0, help="The port on this machine; 0 for a free one.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
+    trust: Trusted = False,
 ) -> None:
     """Show runs in a browser, live while they go on, and let their pressures be set; only on this machine."""
     from pneumorph.cli.view import view
 
-    view(runs, port, browser)
+    view(runs, port, browser, trust)
 
 
 def make(
@@ -148,27 +164,39 @@ def make(
     chord: Annotated[str, typer.Option(help="Largest distance of the triangles in 3MF and STL from the body.")] = (
         "0.02 mm"
     ),
+    trust: Trusted = False,
 ) -> None:
     """Write a design as exact CAD (STEP) and as triangles (3MF, STL), make its mould, and check the files."""
     from pneumorph.cli.make import make
 
-    make(run, design, out, chord)
+    make(run, design, out, chord, trust)
 
 
 def study(
     source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,
     cluster: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler, tcp://…, whose workers share this disk; or slurm.")
+        str | None,
+        typer.Option(help="Address of a Dask scheduler, tcp://… or tls://…, whose workers share this disk; or slurm."),
     ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes on this machine; by default one per core.")
     ] = None,
+    tls_ca: Annotated[
+        Path | None, typer.Option(metavar="FILE.pem", help="For tls://…: certificate of who signed the others.")
+    ] = None,
+    tls_cert: Annotated[
+        Path | None, typer.Option(metavar="FILE.pem", help="For tls://…: certificate of this machine.")
+    ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(metavar="FILE.pem", help="For tls://…: key of that certificate.")
+    ] = None,
+    trust: Trusted = False,
 ) -> None:
     """Run every design of a study; finished members are not run again."""
     from pneumorph.cli.study import study
 
-    study(source, out, cluster, workers)
+    study(source, out, cluster, workers, {"--tls-ca": tls_ca, "--tls-cert": tls_cert, "--tls-key": tls_key}, trust)
 
 
 def verify(

@@ -7,7 +7,8 @@ from pathlib import Path
 from rich.console import Console
 
 from pneumorph.cli.screen import Screen
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.cli.trust import asking
+from pneumorph.errors import ComputationError, NotWritten, ProblemError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.mechanics import rubber_of
@@ -17,10 +18,10 @@ from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 
 
-def design(problem: Path, out: Path | None, iterations: int | None, resume: bool) -> None:
+def design(problem: Path, out: Path | None, iterations: int | None, resume: bool, trust: bool) -> None:
     """Design a body for a problem file."""
     keep_netgen_quiet()
-    asked = load(problem)
+    asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})
     run = prepare_run(asked, out or Path("runs") / problem.stem, resume)
@@ -33,6 +34,8 @@ def design(problem: Path, out: Path | None, iterations: int | None, resume: bool
             screen.say(sentence)
         try:
             outcome = run.complete(screen.show)
+        except NotWritten as error:
+            raise ComputationError(f"{error}; then resume with: {command}") from None
         except ComputationError as error:
             _conclude(run, screen, f"the computation failed: {error}")
             raise ComputationError(f"{error}; {_saved(run, command)}") from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.drawing import Wanted
 from pneumorph.interface.drawing import draw as draw_one
@@ -21,10 +22,11 @@ def draw(
     task: str | None,
     format: str | None,
     out: Path | None,
+    trust: bool,
 ) -> None:
     """Draw a picture of a run, or all of them."""
     keep_netgen_quiet()
-    run = open_run(source)
+    run = open_run(source, asking(trust))
     if picture != "all":
         print(f"written to {draw_one(run, Wanted(picture, design, cut, at, task, format), out)}")
         return

@@ -10,16 +10,17 @@ from rich.console import Console
 from rich.table import Table
 
 from pneumorph import units
+from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import keep_netgen_quiet
 
 
-def make(run: Path, design: int | None, out: Path | None, chord: str) -> None:
+def make(run: Path, design: int | None, out: Path | None, chord: str, trust: bool) -> None:
     """Write the files of a design and print the results of their checks."""
     began = time.perf_counter()
     allowed = units.parse_positive("--chord", chord, units.LENGTH)
-    chosen = open_run(run).design(design)
+    chosen = open_run(run, asking(trust)).design(design)
     folder = out or run / "make"
     keep_netgen_quiet()
     try:

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from pneumorph.analysis import Curve, SweepStep
+from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.design import Design, starting_design
 from pneumorph.interface.runs import open_run
@@ -21,7 +22,7 @@ from pneumorph.interface.sweep import Sweep
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import format_pressures, mirror_note
-from pneumorph.problem import load
+from pneumorph.problem import Trust, load
 from pneumorph.run import atomic
 
 
@@ -32,11 +33,12 @@ def simulate(
     block: list[str],
     files: Mapping[str, Path | None],
     number: int | None,
+    trust: bool,
 ) -> None:
     """Simulate the starting body of a problem file or a design of a run; `files` are the output files by option."""
     began = time.perf_counter()
     keep_netgen_quiet()
-    design = _design(source, number)
+    design = _design(source, number, asking(trust))
     given = _given(pressures)
     for option, path in files.items():
         _check(option, path)
@@ -72,12 +74,12 @@ def simulate(
         raise ComputationError(f"{missing} of {simulation.count} steps have no equilibrium: {reason}{kept}")
 
 
-def _design(source: Path, number: int | None) -> Design:
+def _design(source: Path, number: int | None, trust: Trust) -> Design:
     if source.is_dir():
-        return open_run(source).design(number)
+        return open_run(source, trust).design(number)
     if number is not None:
         raise ProblemError(f"--design: {source} is not a run directory and has no designs; leave the option out")
-    return starting_design(load(source))
+    return starting_design(load(source, trust))
 
 
 def _given(options: list[str]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from rich.console import Console
@@ -10,7 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry
-from pneumorph.errors import ComputationError
+from pneumorph.cli.trust import asking
+from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.output.format import format_duration, motion_of
 from pneumorph.output.render import NoPicture
 from pneumorph.study import Study, load_study, write_sheet, write_summary
@@ -18,20 +20,30 @@ from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
 
 
-def study(source: Path, out: Path | None, cluster: str | None, workers: int | None) -> None:
+def study(
+    source: Path,
+    out: Path | None,
+    cluster: str | None,
+    workers: int | None,
+    tls: Mapping[str, Path | None],
+    trust: bool,
+) -> None:
     """Run every design of a study; finished members are not run again."""
-    asked = load_study(source)
+    asked = load_study(source, asking(trust))
     folder = out or Path("runs") / source.stem
     members = {member.name: member for member in asked.members}
     done = [name for name, member in members.items() if finished(folder / name, member.problem)]
     unfinished = {name: member for name, member in members.items() if name not in done}
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ProblemError(f"--out {folder}: cannot be written ({error.strerror}); name another") from None
     console = Console()
     board = Board(asked, done)
     ends: list[MemberEnd] = []
     if unfinished:
         try:
-            with connected(cluster, workers) as client, Live(board, console=console, refresh_per_second=2):
+            with connected(cluster, workers, tls) as client, Live(board, console=console, refresh_per_second=2):
                 for end in run_members(client, unfinished, folder, board.update):
                     ends.append(end)
                     board.end(end)
@@ -41,7 +53,10 @@ def study(source: Path, out: Path | None, cluster: str | None, workers: int | No
                 "again"
             ) from None
     failed = [end for end in ends if not end.completed]
-    console.print(Text(f"summary in {write_summary(asked, folder)}"), soft_wrap=True)
+    try:
+        console.print(Text(f"summary in {write_summary(asked, folder)}"), soft_wrap=True)
+    except OSError as error:
+        raise ComputationError(f"{folder}: the summary cannot be written ({error.strerror}); make room") from None
     complete = [name for name in members if name not in {end.name for end in failed}]
     try:
         if complete:
@@ -73,7 +88,7 @@ class Board:
         self._state[end.name] = f"done: {end.reason}" if end.completed else f"failed: {end.reason}"
 
     def __rich__(self) -> Table:
-        table = Table(title=self._study.title, title_style="bold")
+        table = Table(title=printable(self._study.title), title_style="bold")
         for heading in ("member", "design", "motion", "limits", "time", "state"):
             table.add_column(heading, overflow="fold")
         for member in self._study.members:

@@ -8,11 +8,15 @@ import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 
+from pneumorph.cli.trust import asking
+from pneumorph.interface.runs import open_run
 from pneumorph.serve.server import Server
 
 
-def view(runs: Sequence[Path], port: int, browser: bool) -> None:
+def view(runs: Sequence[Path], port: int, browser: bool, trust: bool) -> None:
     """Serve runs until Ctrl-C."""
+    for path in runs:
+        open_run(path, asking(trust))
     server = Server(runs, port)
     print(f"{', '.join(map(str, runs))} at {server.address} (Ctrl-C ends it)", flush=True)
     if browser and not (_has_windows() and webbrowser.open(server.address)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import platform
 import sys
 from collections.abc import Callable, Mapping
@@ -10,11 +11,11 @@ from importlib.metadata import PackageNotFoundError, version
 
 import pneumorph
 from pneumorph.analysis import HistoryEntry, Motion, RunResult
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem
-from pneumorph.run import RunDirectory, StoredDesign
+from pneumorph.run import RunDirectory, StoredDesign, held
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,20 @@ def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
     Raises
     ------
     ComputationError
-        If the loop fails; ``result.json`` then has the results so far.
+        If the loop fails; ``result.json`` then has the results so far. If the directory cannot be written, NotWritten.
+    ProblemError
+        If another run goes on in the directory, or what is in it is damaged.
     """
-    state = run.checkpoint()[1] if run.latest() is not None else None
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(held(run.path))
+        except OSError as error:
+            raise NotWritten(f"{run.path}: cannot be written ({error.strerror}); make it writable") from None
+        return _driven(run, show)
+
+
+def _driven(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
+    state = run.resumable()
     try:
         for event in design(run.problem, state):
             if isinstance(event, DesignAccepted):
@@ -56,6 +68,8 @@ def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
                 outcome = Outcome(event.reason, True, event.stable)
                 _conclude(run, outcome)
                 return outcome
+    except NotWritten:
+        raise
     except ComputationError as error:
         _conclude(run, Outcome(f"the computation failed: {error}", completed=False))
         raise

@@ -14,7 +14,7 @@ from pneumorph.interface.design import Design
 from pneumorph.objective import build_objectives
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
-from pneumorph.problem import Problem, load
+from pneumorph.problem import Problem, Trust, admit, codes_of, load
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,9 @@ class Run:
         if not 0 <= number <= latest:
             raise ProblemError(f"design {number}: {self.path} has designs 0 to {latest} only; use one of them")
         stored = self.directory.load_design(number)
-        entry = next(entry for entry in self.history if entry.iteration == number)
+        entry = next((entry for entry in self.history if entry.iteration == number), None)
+        if entry is None:
+            raise ProblemError(f"design {number}: is not in {self.path / 'history.jsonl'}; use another one")
         body = stored.body(self.problem)
         return Design(self.problem, body, stored.pressures, number, entry, self.directory.fields(number))
 
@@ -195,6 +197,7 @@ def design(
     out: str | Path,
     resume: bool = False,
     show: Callable[[Event], None] | None = None,
+    trust: Trust = False,
 ) -> Run:
     """Design a body for a problem, and store the run in a directory.
 
@@ -206,11 +209,13 @@ def design(
     resume : bool
         Resume an interrupted run of this problem; without one, start a new run.
     show : called with every event of the design loop.
+    trust : bool
+        Whether code in the problem file is trusted; see `load`.
 
     Raises
     ------
     ProblemError
-        If the problem has a mistake, or the directory contains something else.
+        If the problem has a mistake, or the directory contains something else, or another run goes on in it.
     ComputationError
         If the loop fails; the designs so far are then stored.
 
@@ -221,21 +226,23 @@ def design(
     >>> run.history[-1].tasks["extend"].translation[2] > run.history[0].tasks["extend"].translation[2]  # mm
     True
     """
-    prepared = prepare_run(problem, out, resume)
+    prepared = prepare_run(problem, out, resume, trust)
     prepared.complete(show)
     return prepared
 
 
-def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = False) -> Run:
+def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = False, trust: Trust = False) -> Run:
     """Make a new run of a problem in a directory, or prepare one for resuming; see `design`."""
-    asked = _problem(problem)
+    asked = _problem(problem, trust)
     # A mistake in a target is reported before the directory is made.
     build_objectives(asked)
     return Run((run.resume if resume else run.create)(out, asked))
 
 
-def designs(problem: Problem | str | Path) -> Iterator[Design]:
+def designs(problem: Problem | str | Path, trust: Trust = False) -> Iterator[Design]:
     """Yield every accepted design for a problem as it is found, the start first; nothing is written.
+
+    For `trust` see `load`.
 
     Raises
     ------
@@ -251,19 +258,25 @@ def designs(problem: Problem | str | Path) -> Iterator[Design]:
     >>> design.entry.held
     True
     """
-    asked = _problem(problem)
+    asked = _problem(problem, trust)
     for event in events_of(asked):
         if isinstance(event, DesignAccepted):
             yield Design(asked, event.body, event.pressures, event.iteration, event.entry, event.fields)
 
 
-def open_run(path: str | Path) -> Run:
+def open_run(path: str | Path, trust: Trust = False) -> Run:
     """Open a run for reading; nothing in it is changed.
+
+    Parameters
+    ----------
+    path : Path
+    trust : bool
+        Whether code in its problem is trusted; see `load`. Not needed for runs that were made here.
 
     Raises
     ------
     ProblemError
-        If the directory does not contain a run.
+        If the directory does not contain a run, or one with code that is not trusted.
 
     Examples
     --------
@@ -271,8 +284,10 @@ def open_run(path: str | Path) -> Run:
     >>> pm.open_run("runs/small").problem.title
     'Small linear actuator'
     """
-    return Run(run.open_run(path))
+    found = Run(run.open_run(path))
+    admit(codes_of(found.problem), str(path), trust)
+    return found
 
 
-def _problem(given: Problem | str | Path) -> Problem:
-    return given if isinstance(given, Problem) else load(given)
+def _problem(given: Problem | str | Path, trust: Trust) -> Problem:
+    return given if isinstance(given, Problem) else load(given, trust)

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from pneumorph.errors import ProblemError
+from pneumorph.objective.deadline import PROCESSOR, TooLong, deadline
 from pneumorph.objective.features import Features
 from pneumorph.problem import Custom
 
@@ -53,7 +54,12 @@ def custom(key: str, asked: Custom, chambers: tuple[str, ...]) -> Callable[[Feat
 def _guarded(key: str, call: Callable[[], Any]) -> Any:
     """Result of a call into the user's code; an error in it is raised again as one line."""
     try:
-        return call()
+        with deadline():
+            return call()
+    except TooLong:
+        raise ProblemError(
+            f"{key}.code: takes more than {PROCESSOR:g} s of processor time to load, or waits; make it end sooner"
+        ) from None
     except (Exception, SystemExit) as error:
         where = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == FILE]
         line = where[-1] if where else getattr(error, "lineno", None)

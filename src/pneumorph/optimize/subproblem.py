@@ -97,8 +97,9 @@ class SequentialQuadratic:
 
     def unpack(self, state: dict[str, Any]) -> SequentialQuadratic:
         """See `Stepper.unpack`."""
-        # Checkpoints of earlier versions have none; they are learnt again.
-        return replace(self, prices=np.asarray(state["prices"])) if "prices" in state else self
+        # Checkpoints of earlier versions have none, or others; they are learnt again.
+        known = "prices" in state and np.shape(state["prices"]) == self.prices.shape
+        return replace(self, prices=np.asarray(state["prices"], float)) if known else self
 
 
 @dataclass(frozen=True, eq=False)

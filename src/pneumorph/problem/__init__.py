@@ -1,7 +1,7 @@
 """The design problem: body, material, tasks and limits, read from a file or built in Python, and validated."""
 
 from pneumorph.problem.fabrication import MakeSpec
-from pneumorph.problem.file import load, loads
+from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
     BodySpec,
@@ -21,11 +21,13 @@ from pneumorph.problem.models import (
     Task,
 )
 from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach
+from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
 
 __all__ = [
     "BodySpec",
     "ChamberSpec",
+    "Code",
     "Custom",
     "EndEffector",
     "Envelope",
@@ -48,6 +50,11 @@ __all__ = [
     "Stretch",
     "Symmetry",
     "Task",
+    "Trust",
+    "admit",
+    "codes_of",
+    "keep",
     "load",
     "loads",
+    "read",
 ]

@@ -6,9 +6,11 @@ import re
 from itertools import pairwise
 from typing import Any
 
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ProblemError, short
 
-_STEP = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d+\])*)")
+_STEP = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d{1,6}\])*)")
+MOST = 300
+"""Characters of a key."""
 
 
 def change(table: dict[str, Any], key: str, value: Any) -> None:
@@ -21,6 +23,8 @@ def change(table: dict[str, Any], key: str, value: Any) -> None:
     ProblemError
         If the key cannot exist.
     """
+    if len(key) > MOST:
+        raise ProblemError(f'"{short(key)}" is not a key of a problem; write e.g. "task[0].pressure.A"')
     steps: list[str | int] = []
     for part in key.split("."):
         match = _STEP.fullmatch(part)

@@ -102,9 +102,15 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
             if fault:
                 yield fault
                 return
-    for index, task in enumerate(problem.task):
-        twists = isinstance(task.objective, Maximize) and task.objective.component == "twist"
-        if twists and any(_same_pressures(problem, task, matrix) for matrix in reflecting):
+    twisting = [
+        index
+        for index, task in enumerate(problem.task)
+        if isinstance(task.objective, Maximize) and task.objective.component == "twist"
+    ]
+    count = len(body.chamber) if twisting else 0
+    images = [[_image(body, index, matrix) or 0 for index in range(count)] for matrix in reflecting]
+    for index in twisting:
+        if any(_same_pressures(problem, problem.task[index], each) for each in images):
             yield (
                 f"task[{index}].objective.motion",
                 "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures; leave "
@@ -115,16 +121,10 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
 def _image(body: BodySpec, index: int, matrix: np.ndarray) -> int | None:
     """Index of the chamber that is the image of the given one; None if there is no such chamber."""
     chamber = body.chamber[index]
-    place = _placed(body, chamber, matrix)
-    return next(
-        (
-            number
-            for number, other in enumerate(body.chamber)
-            if other.ends == chamber.ends
-            and np.allclose((*place, chamber.radius), (*other.center, *other.span, other.radius), rtol=0, atol=1e-6)
-        ),
-        None,
-    )
+    place = np.array([*_placed(body, chamber, matrix), chamber.radius])
+    places = np.array([(*other.center, *other.span, other.radius) for other in body.chamber])
+    near = np.flatnonzero(np.abs(places - place).max(axis=1) <= 1e-6)
+    return next((int(number) for number in near if body.chamber[number].ends == chamber.ends), None)
 
 
 def _placed(body: BodySpec, chamber: ChamberSpec, matrix: np.ndarray) -> tuple[float, ...]:
@@ -160,11 +160,10 @@ def _fault_of_image(body: BodySpec, index: int, matrix: np.ndarray) -> Fault | N
     return None
 
 
-def _same_pressures(problem: Problem, task: Task, matrix: np.ndarray) -> bool:
+def _same_pressures(problem: Problem, task: Task, images: list[int]) -> bool:
     """Whether chambers and their images have the same pressures in a task, and keep them during the design."""
-    body = problem.body
-    names = [chamber.name for chamber in body.chamber]
-    pairs = [(name, names[_image(body, index, matrix) or 0]) for index, name in enumerate(names)]
+    names = [chamber.name for chamber in problem.body.chamber]
+    pairs = [(name, names[image]) for name, image in zip(names, images, strict=True)]
     given = [(one, task.pressure.get(one), task.pressure.get(other)) for one, other in pairs if one != other]
     return all(one == other and not (one is not None and one.free) for _, one, other in given)
 

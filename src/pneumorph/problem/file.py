@@ -1,19 +1,28 @@
 """Reading problem files into a valid `Problem`, or into an error of one readable line."""
 
-import tomllib
 from pathlib import Path
 
 from pneumorph.errors import ProblemError
+from pneumorph.problem.reading import parse_toml, read_toml
+from pneumorph.problem.trust import Trust, admit, codes_of
 from pneumorph.problem.whole import Problem
 
 
-def load(path: str | Path) -> Problem:
+def load(path: str | Path, trust: Trust = False) -> Problem:
     """Read a problem file.
+
+    Parameters
+    ----------
+    path : Path
+    trust : bool
+        Whether code in the file is trusted: an objective of kind "custom" is Python code, which the functions that
+        compute will run with all rights of the user. Only needed once for the same code. May also be a function that is
+        asked, with the name of the file and the pieces of code in it that are new.
 
     Raises
     ------
     ProblemError
-        One line: the file or the key in it, what is wrong, and how to fix it.
+        One line: the file or the key in it, what is wrong, and how to fix it. Also for code that is not trusted.
 
     Examples
     --------
@@ -22,29 +31,26 @@ def load(path: str | Path) -> Problem:
     >>> problem.body.length  # mm
     24.0
     """
+    problem = read(path)
+    admit(codes_of(problem), str(path), trust)
+    return problem
+
+
+def read(path: str | Path) -> Problem:
+    """Read a problem file as `load` does, but let code in it pass: for those who do not run it, or have asked."""
     path = Path(path)
-    try:
-        text = path.read_bytes().decode("utf-8")
-    except FileNotFoundError:
-        raise ProblemError(f"{path}: there is no such file; check the path") from None
-    except IsADirectoryError:
-        raise ProblemError(f"{path}: is a directory; give the problem file in it") from None
-    except UnicodeDecodeError:
-        raise ProblemError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
-    except (OSError, ValueError) as error:
-        raise ProblemError(f"{path}: cannot be read ({error}); check the path and its permissions") from None
-    return loads(text, where=str(path), folder=path.parent)
+    return _valid(read_toml(path, str(path), "the problem file"), str(path), path.parent)
 
 
 def loads(text: str, where: str = "problem", folder: str | Path = ".") -> Problem:
     """Read a problem from text; `where` names it in messages, and files it refers to are looked up in `folder`.
 
-    Raises ProblemError as `load` does.
+    Code in the text is taken to be the caller's own. Raises ProblemError as `load` does.
     """
-    try:
-        data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ProblemError(f"{where}: is not TOML ({' '.join(str(error).split())}); fix it there") from None
+    return _valid(parse_toml(text, where), where, folder)
+
+
+def _valid(data: dict, where: str, folder: str | Path) -> Problem:
     if not data:
         raise ProblemError(f"{where}: is empty; start from a file in examples/")
     return Problem.model_validate(data, context={"folder": folder})

@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.errors import short
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 AnyModulus = Annotated[float, Quantity(units.MODULUS)]
@@ -30,7 +31,7 @@ Number = Annotated[float, Strict()]
 class RubberModel(Table):
     """What all rubbers have: bulk modulus (MPa), density (t/mm³), largest stretch at which the parameters are valid."""
 
-    name: str = "rubber"
+    name: Annotated[str, Field(max_length=300)] = "rubber"
     """A name for messages."""
     bulk_modulus: Modulus
     """κ; 1000 times the shear modulus is nearly incompressible."""
@@ -38,7 +39,7 @@ class RubberModel(Table):
     """Density of the undeformed rubber."""
     valid_stretch: Annotated[Number, Field(gt=1)] | None = None
     """Largest stretch for which the parameters hold; states beyond it are reported."""
-    source: str = ""
+    source: Annotated[str, Field(max_length=2000)] = ""
     """Where the parameters come from."""
     blamed_key: ClassVar[str] = "shear_modulus"
     """The key named in the error when the initial shear modulus is not positive."""
@@ -190,13 +191,13 @@ def _from_the_library(data: Any) -> Any:
     if data.keys() - {"name"}:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
-            shown = f'"{model}"' if isinstance(model, str) else f"a {type(model).__name__}"
+            shown = f'"{short(model)}"' if isinstance(model, str) else f"a {type(model).__name__}"
             raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
         return data
     name, known = data.get("name"), library()
     if isinstance(name, str) and name in known:
         return {"name": name, **{key: value for key, value in known[name].items() if key != "assumed"}}
-    wrong = "is missing" if name is None else f'"{name}" is not in the library'
+    wrong = "is missing" if name is None else f'"{short(name)}" is not in the library'
     named = ", ".join(f'"{elastomer}"' for elastomer in known)
     raise InvalidKey("name", f"{wrong}; use one of {named} or give a model, its parameters, bulk_modulus and density")
 

@@ -25,6 +25,14 @@ from pneumorph.problem.components import COMPONENT_OF, Component, component_of
 from pneumorph.problem.objective import ObjectiveSpec
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 
+MOST_OF_A_NAME = 64
+"""Characters of a name: results and files are called by it, and file systems take 255 bytes with all that is added."""
+
+RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(1, 10))}
+"""Names of devices on Windows, which no file there can have."""
+
+MOST_CHAMBERS, MOST_TASKS = 100, 50
+
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 Curvature = Annotated[float, Quantity(units.CURVATURE, "positive")]
@@ -35,7 +43,7 @@ Force = Annotated[float, Quantity(units.FORCE)]
 Moment = Annotated[float, Quantity(units.MOMENT)]
 Number = Annotated[float, Strict()]
 Whole = Annotated[int, Strict()]
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$", max_length=MOST_OF_A_NAME)]
 
 
 class Ripple(Table):
@@ -60,7 +68,7 @@ class Symmetry(Table):
     rotational symmetry about z. The point symmetry, and the half turn about x or y, are about the body's centre.
     """
 
-    mirror: tuple[Literal["xz", "yz", "xy"], ...] = ()
+    mirror: Annotated[tuple[Literal["xz", "yz", "xy"], ...], Field(max_length=3)] = ()
     """Mirror planes."""
     rotation: Annotated[Whole, Field(ge=1, le=24)] = 1
     """Order of the rotational symmetry about z; 1 is none."""
@@ -100,7 +108,9 @@ class BodySpec(Table):
     """Waves that the exterior and every chamber without its own start with."""
     symmetry: Symmetry = Symmetry()
     """Symmetries that every design keeps."""
-    chamber: Annotated[tuple[ChamberSpec, ...], Example("a table [[body.chamber]]")] = Field(min_length=1)
+    chamber: Annotated[tuple[ChamberSpec, ...], Example("a table [[body.chamber]]")] = Field(
+        min_length=1, max_length=MOST_CHAMBERS
+    )
     """The chambers, each a table [[body.chamber]]."""
 
     def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
@@ -152,7 +162,7 @@ class EndEffector(Table):
     """Dead force on the plate: x, y, z."""
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
     """Moment on the plate about x, y, z."""
-    hold: tuple[Component, ...] = ()
+    hold: Annotated[tuple[Component, ...], Field(max_length=12)] = ()
     """Motions of the plate that a guide blocks."""
 
     @model_validator(mode="after")
@@ -231,7 +241,9 @@ class Task(Table):
     """By which results name the task."""
     weight: Annotated[Number, Field(gt=0)] = 1.0
     """Factor of its objective in the sum over tasks."""
-    pressure: Annotated[dict[Name, Pressure], Example('e.g. pressure = { A = "60 kPa" }')]
+    pressure: Annotated[
+        dict[Name, Pressure], Field(max_length=MOST_CHAMBERS), Example('e.g. pressure = { A = "60 kPa" }')
+    ]
     """Gauge pressure of each chamber; one that is left out has none."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
     """What the shape and the free pressures are designed for."""

@@ -1,5 +1,6 @@
 """Objectives of a task: the largest motion, a target shape, a target pose of the plate, or a user's function."""
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -18,7 +19,9 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.errors import short
 from pneumorph.problem.components import MOTION_OF
+from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
@@ -26,6 +29,8 @@ Angle = Annotated[float, Quantity(units.ANGLE)]
 Weight = Annotated[float, Strict(), Field(ge=0)]
 Sections = Annotated[int, Strict(), Field(ge=2, le=100)]
 HALF_TURN = np.pi - 1e-6
+MOST_CODE = 100_000
+"""Characters of a user's function: whoever is asked whether it may run has to read it."""
 Position = tuple[Length, Length, Length]
 RotationVector = tuple[Angle, Angle, Angle]
 
@@ -85,7 +90,7 @@ class MatchCurve(Table):
     """The kind of objective."""
     control_points: Annotated[
         tuple[Position, ...], Example('e.g. control_points = [["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "80 mm"]]')
-    ] = Field(min_length=2)
+    ] = Field(min_length=2, max_length=1000)
     """Control points of the curve, from the centre of the base."""
     degree: Annotated[int, Strict(), Field(ge=1, le=5)] = 3
     """Degree of the B-spline."""
@@ -186,9 +191,14 @@ class Custom(Table):
 
     kind: Literal["custom"]
     """The kind of objective."""
-    code: Annotated[str, Strict(), Example('a file next to the problem file, e.g. file = "objective.py"')]
+    code: Annotated[
+        str,
+        Strict(),
+        Field(max_length=MOST_CODE),
+        Example('a file next to the problem file, e.g. file = "objective.py"'),
+    ]
     """The text of the Python file; `file` is given in its place."""
-    function: Annotated[str, Strict()] = "objective"
+    function: Annotated[str, Strict(), Field(max_length=100)] = "objective"
     """Name of the function."""
     sections: Annotated[int, Strict(), Field(ge=0, le=100)] = 0
     """Number of sections in the features; 0 for none."""
@@ -204,10 +214,12 @@ class Custom(Table):
             raise InvalidKey("file", 'should be the name of a Python file; write e.g. file = "objective.py"')
         path = Path((info.context or {}).get("folder", ".")) / data["file"]
         try:
-            code = path.read_text(encoding="utf-8")
+            # With the ends of lines that Python gives every text.
+            code = io.TextIOWrapper(io.BytesIO(read_bytes(path)), encoding="utf-8").read()
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
-            raise InvalidKey("file", f"{path} cannot be read ({why}); put it next to the problem file") from None
+            shown = short(path, 120)
+            raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
         return {key: value for key, value in data.items() if key != "file"} | {"code": code}
 
     @classmethod
@@ -240,7 +252,7 @@ KINDS = {
 def _of_a_known_kind(data: Any) -> Any:
     kind = data.get("kind", "maximize") if isinstance(data, dict) else "maximize"
     if not isinstance(kind, str) or kind not in KINDS:
-        shown = f'"{kind}"' if isinstance(kind, str) else f"a {type(kind).__name__}"
+        shown = f'"{short(kind)}"' if isinstance(kind, str) else f"a {type(kind).__name__}"
         raise InvalidKey("kind", f"{shown} is not a known kind of objective; use one of {', '.join(KINDS)}")
     return data
 

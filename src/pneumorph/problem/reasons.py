@@ -7,16 +7,21 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from pneumorph.errors import clipped, short
 from pneumorph.problem.table import TAG, InvalidKey
+
+MOST = 300
+"""Characters of a message about something in a file."""
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def one_line(faults: Sequence[tuple[str, str]]) -> str:
-    """The first fault (key, reason) as text, and how many more there are."""
+    """The first fault (key, reason) as text of at most `MOST` characters, and how many more there are."""
     key, reason = faults[0]
     more = len(faults) - 1
-    return f"{key}: {reason}" + (f" (and {more} more {'fault' if more == 1 else 'faults'})" if more else "")
+    rest = f" (and {more} more {'fault' if more == 1 else 'faults'})" if more else ""
+    return clipped(f"{key}: {reason}", MOST - len(rest)) + rest
 
 
 def faults_of(error: ValidationError) -> list[tuple[str, str]]:
@@ -44,7 +49,7 @@ def key_of(path: Sequence[str | int]) -> str:
         if isinstance(part, int):
             key += f"[{part}]"
         else:
-            name = part if _BARE.fullmatch(part) else json.dumps(part)
+            name = short(part) if _BARE.fullmatch(part) else json.dumps(short(part), ensure_ascii=False)
             key += f".{name}" if key else name
     return key
 
@@ -68,6 +73,8 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
             return "is missing; the list needs all its entries"
         case "too_long":
             return f"has too many entries; give at most {context['max_length']}"
+        case "string_too_long":
+            return f"has {len(str(given))} characters; use at most {context['max_length']}"
         case "string_pattern_mismatch":
             return f"{_shown(given)} cannot be a name; use only letters, digits, _ and -"
         case "string_type":
@@ -81,4 +88,8 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
 
 
 def _shown(given: Any) -> str:
-    return json.dumps(given) if isinstance(given, str | bool | int | float) else f"a {type(given).__name__}"
+    if isinstance(given, str):
+        return json.dumps(short(given), ensure_ascii=False)
+    if isinstance(given, int) and given.bit_length() > 200:
+        return f"a number {short(given)}"
+    return json.dumps(given) if isinstance(given, bool | int | float) else f"a {type(given).__name__}"

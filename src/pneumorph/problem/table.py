@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaH
 from pydantic_core import CoreSchema, core_schema
 
 from pneumorph import units
+from pneumorph.errors import short
 
 TAG = "="
 """Prefix of the tags of alternative tables: they appear in the paths of pydantic's errors but are not keys."""
@@ -32,11 +33,11 @@ class Quantity:
         """The float as read by `units.parse`; raises ValueError also if its sign is not allowed."""
         value = units.parse(text, self.kind)
         if self.sign == "positive" and value <= 0:
-            raise ValueError(f'"{text}" is not above zero; write e.g. "{self.kind.example}"')
+            raise ValueError(f'"{short(text)}" is not above zero; write e.g. "{self.kind.example}"')
         if self.sign == "positive" and value < units.SMALLEST:
-            raise ValueError(f'"{text}" is too small; write e.g. "{self.kind.example}"')
+            raise ValueError(f'"{short(text)}" is too small; write e.g. "{self.kind.example}"')
         if self.sign == "not negative" and value < 0:
-            raise ValueError(f'"{text}" is below zero; write e.g. "{self.kind.example}"')
+            raise ValueError(f'"{short(text)}" is below zero; write e.g. "{self.kind.example}"')
         return value
 
     def write(self, value: float) -> str:
@@ -96,7 +97,7 @@ class Table(BaseModel):
         """Refuse unknown and missing keys here, where the valid names are known and can be suggested."""
         if isinstance(data, dict):
             for key in (key for key in data if key not in cls.model_fields):
-                near = difflib.get_close_matches(key, cls.model_fields, n=1)
+                near = difflib.get_close_matches(short(key), cls.model_fields, n=1)
                 fix = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
                 raise InvalidKey(key, f"unknown key; {fix}")
             for key, field in cls.model_fields.items():

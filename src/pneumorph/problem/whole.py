@@ -14,7 +14,17 @@ from pneumorph.problem.changes import change
 from pneumorph.problem.checks import faults
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
-from pneumorph.problem.models import BodySpec, EndEffector, Gravity, Limits, MeshSpec, OptimizerSpec, Pressure, Task
+from pneumorph.problem.models import (
+    MOST_TASKS,
+    BodySpec,
+    EndEffector,
+    Gravity,
+    Limits,
+    MeshSpec,
+    OptimizerSpec,
+    Pressure,
+    Task,
+)
 from pneumorph.problem.reasons import faults_of, one_line
 from pneumorph.problem.table import Example, Table
 
@@ -46,7 +56,7 @@ class Problem(Table):
     0.06
     """
 
-    title: str = ""
+    title: Annotated[str, Field(max_length=300)] = ""
     """A title for messages and pictures."""
     material: Annotated[Material, Example('[material] with name = "Hei-Cast 8400"')]
     """The rubber: a name of the library alone, or a model with its parameters."""
@@ -56,7 +66,7 @@ class Problem(Table):
     """What the tip carries."""
     gravity: Gravity | None = None
     """Weight of the body; without it there is none."""
-    task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1)
+    task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=MOST_TASKS)
     """Tasks, each a table [[task]]; all share the shape."""
     limits: Limits = Limits()
     """Limits that every design keeps."""

@@ -10,19 +10,32 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import Fields, HistoryEntry, RunResult, from_json, to_json, unpack_fields
-from pneumorph.errors import ProblemError
-from pneumorph.geometry import Body, starting_body
-from pneumorph.problem import Problem, load
+from pneumorph.analysis import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
+from pneumorph.analysis.stored import floats
+from pneumorph.constraint.table import in_history
+from pneumorph.errors import NotWritten, ProblemError
+from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.run import atomic
+from pneumorph.run.differences import differences, in_words
+from pneumorph.run.lock import NAME, held
+from pneumorph.run.reading import complete_lines, read_arrays, read_json, reporting_damage
 
 Checkpoint = dict[str, Any]
 """Arrays and JSON values by name: what the design loop needs to resume."""
+
+MOST_DESIGNS = 10**6
+"""Above all numbers of designs."""
+
+BEYOND = 100.0
+"""Farthest that a point of a stored design may lie from the origin, in lengths of the body."""
 
 
 @dataclass(frozen=True)
@@ -65,45 +78,56 @@ class RunDirectory:
     def record(self, entry: HistoryEntry, design: StoredDesign, fields: Fields, state: Checkpoint) -> None:
         """Store an accepted design: history entry, shape and pressures, fields, and the state for resuming after it."""
         iteration = entry.iteration
-        atomic.write_arrays(self._design_path(iteration), self._design_arrays(design))
-        self.write_fields(iteration, fields)
-        atomic.append_line(self.path / "history.jsonl", json.dumps(to_json(entry), allow_nan=False))
-        atomic.write_arrays(self.path / "checkpoint.npz", _checkpoint_arrays(iteration, state))
-        self._keep_fields_of((0, iteration))
+        with self._writing():
+            atomic.write_arrays(self._design_path(iteration), self._design_arrays(design))
+            self.write_fields(iteration, fields)
+            atomic.append_line(self.path / "history.jsonl", json.dumps(to_json(entry), allow_nan=False))
+            atomic.write_arrays(self.path / "checkpoint.npz", _checkpoint_arrays(iteration, state))
+            self._keep_fields_of((0, iteration))
 
     def write_fields(self, iteration: int, fields: Fields) -> None:
         """Store the fields of a design."""
-        (self.path / "fields").mkdir(exist_ok=True)
-        atomic.write_arrays(self._fields_path(iteration), fields.pack())
+        with self._writing():
+            (self.path / "fields").mkdir(exist_ok=True)
+            atomic.write_arrays(self._fields_path(iteration), fields.pack())
 
     def fields(self, iteration: int) -> Fields | None:
         """The stored fields of a design, None if there are none: only those of the first and the last are kept."""
         path = self._fields_path(iteration)
         if not path.exists():
             return None
-        with _reporting_damage(path):
-            return unpack_fields(atomic.read_arrays(path))
+        with reporting_damage(path):
+            found = unpack_fields(read_arrays(path))
+            if set(found.u) != self._tasks():
+                raise ValueError("its tasks are not those of the problem")
+            return found
 
     def write_result(self, result: RunResult) -> None:
         """Store ``result.json``."""
         text = json.dumps(to_json(result), indent=2, allow_nan=False, ensure_ascii=False)
-        atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
+        with self._writing():
+            atomic.write_bytes(self.path / "result.json", f"{text}\n".encode())
 
     def result(self) -> RunResult | None:
         """Contents of ``result.json``, None if the run has not ended; ProblemError if it cannot be read."""
         path = self.path / "result.json"
         if not path.exists():
             return None
-        try:
-            return from_json(RunResult, json.loads(path.read_text(encoding="utf-8")))
-        except (OSError, ValueError, KeyError) as error:
-            raise ProblemError(f"{path}: cannot be read ({error}); remove it and run with --resume") from None
+        with reporting_damage(path, "remove it and run with --resume"):
+            found = from_json(RunResult, read_json(path))
+            if set(found.tasks) != self._tasks() or not self._tasks() <= set(found.motions):
+                raise ValueError("its tasks are not those of the problem")
+            return found
 
     def history(self) -> list[HistoryEntry]:
         """The history in the order of iterations; an incomplete last line is ignored."""
         path = self.path / "history.jsonl"
-        with _reporting_damage(path):
-            return [from_json(HistoryEntry, json.loads(text)) for text in atomic.complete_lines(path)]
+        with reporting_damage(path):
+            found = [self._entry(number, text) for number, text in enumerate(complete_lines(path), start=1)]
+            for one, following in pairwise(found):
+                if following.iteration <= one.iteration:
+                    raise ValueError(f"design {following.iteration} follows design {one.iteration}")
+            return found
 
     def latest(self) -> int | None:
         """The iteration of the checkpoint; None before the first.
@@ -111,9 +135,15 @@ class RunDirectory:
         Raises
         ------
         ProblemError
-            If its history line or its design is missing.
+            If its history line or its design is missing, or the checkpoint itself is although designs are finished.
         """
         if not (self.path / "checkpoint.npz").exists():
+            # The first design is stored in part before its checkpoint is.
+            if self._design_path(1).exists() or (self.path / "result.json").exists() or len(self._lines()) > 1:
+                raise ProblemError(
+                    f"{self.path}: has finished designs, but checkpoint.npz is missing; restore that file or name "
+                    "another directory"
+                )
             return None
         iteration, _ = self.checkpoint()
         if self._design_path(iteration).exists() and any(entry.iteration == iteration for entry in self.history()):
@@ -126,24 +156,82 @@ class RunDirectory:
     def checkpoint(self) -> tuple[int, Checkpoint]:
         """Iteration and state of the checkpoint."""
         path = self.path / "checkpoint.npz"
-        with _reporting_damage(path):
-            arrays = atomic.read_arrays(path)
+        with reporting_damage(path):
+            arrays = read_arrays(path)
             plain = json.loads(arrays.pop("json").item())
             state = {name.removeprefix("array "): array for name, array in arrays.items()}
-            return plain["iteration"], plain["state"] | state
+            iteration = plain["iteration"]
+            if not isinstance(iteration, int) or not 0 <= iteration < MOST_DESIGNS:
+                raise ValueError("its number is none of a design")
+            return iteration, plain["state"] | state
+
+    def resumable(self) -> Checkpoint | None:
+        """The state from which the run can be resumed, checked to be one; None before the first design."""
+        if self.latest() is None:
+            return None
+        _, state = self.checkpoint()
+        with reporting_damage(self.path / "checkpoint.npz"):
+            checkpoint.check(self.problem, state)
+        return state
 
     def load_design(self, iteration: int) -> StoredDesign:
         """The design of an iteration; ProblemError if there is none."""
-        path = self._design_path(iteration)
-        chambers = [chamber.name for chamber in self.problem.body.chamber]
-        with _reporting_damage(path):
-            arrays = atomic.read_arrays(path)
-            pressures = zip((task.name for task in self.problem.task), arrays["pressures"], strict=True)
+        path, start = self._design_path(iteration), self._start
+        chambers = [chamber.name for chamber in start.chambers]
+        tasks = [task.name for task in self.problem.task]
+        most = BEYOND * (self.problem.body.length + self.problem.body.radius)
+        with reporting_damage(path):
+            arrays = read_arrays(path)
+            pressures = floats(arrays, "pressures", len(tasks), len(chambers))
             return StoredDesign(
-                exterior=arrays["exterior"],
-                chambers={name: arrays[f"chamber_{name}"] for name in chambers},
-                pressures={task: dict(zip(chambers, map(float, row), strict=True)) for task, row in pressures},
+                exterior=_net(arrays, "exterior", start.exterior, most),
+                chambers={each.name: _net(arrays, f"chamber_{each.name}", each, most) for each in start.chambers},
+                pressures={
+                    task: dict(zip(chambers, map(float, row), strict=True))
+                    for task, row in zip(tasks, pressures, strict=True)
+                },
             )
+
+    @cached_property
+    def _start(self) -> Body:
+        return starting_body(self.problem.body)
+
+    @cached_property
+    def _limits(self) -> set[str]:
+        return {key for _, key, _ in in_history(self.problem.limits)}
+
+    def _tasks(self) -> set[str]:
+        return {task.name for task in self.problem.task}
+
+    def _lines(self) -> list[str]:
+        with reporting_damage(self.path / "history.jsonl"):
+            return complete_lines(self.path / "history.jsonl")
+
+    def _entry(self, number: int, text: str) -> HistoryEntry:
+        """The entry of a line, by its number in the file; ValueError if it is not one of this run."""
+        try:
+            found = from_json(HistoryEntry, json.loads(text))
+            if not 0 <= found.iteration < MOST_DESIGNS:
+                raise ValueError(f"it is of design {found.iteration}")
+            if set(found.tasks) != self._tasks():
+                raise ValueError("its tasks are not those of the problem")
+            if missing := self._limits - set(found.limits) or {"total"} - set(found.seconds):
+                raise KeyError(min(missing))
+            return found
+        except (KeyError, TypeError, ValueError, RecursionError) as error:
+            words = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            raise ValueError(f"line {number}: {words}") from None
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Raise NotWritten, one line, where the run's files cannot be written."""
+        try:
+            yield
+        except OSError as error:
+            raise NotWritten(
+                f"{self.path}: cannot be written ({error.strerror or error}); what is in it is whole; make room, or "
+                "make it writable"
+            ) from None
 
     def _design_path(self, iteration: int) -> Path:
         return self.path / "designs" / f"{iteration:04d}.npz"
@@ -166,8 +254,8 @@ class RunDirectory:
         """Remove what is newer than the checkpoint: an iteration that was interrupted while it was being stored."""
         latest = self.latest()
         finished = -1 if latest is None else latest
-        lines = atomic.complete_lines(self.path / "history.jsonl")
-        text = "".join(f"{line}\n" for line in lines if json.loads(line)["iteration"] <= finished)
+        kept = sum(entry.iteration <= finished for entry in self.history())
+        text = "".join(f"{line}\n" for line in self._lines()[:kept])
         atomic.write_bytes(self.path / "history.jsonl", text.encode())
         for stored in (self.path / "designs").glob("[0-9]*.npz"):
             if int(stored.stem) > finished:
@@ -178,79 +266,84 @@ class RunDirectory:
 def create(path: str | Path, problem: Problem) -> RunDirectory:
     """Make a new run directory for `problem`; ProblemError if it exists and is not empty, or cannot be made."""
     path = Path(path)
-    try:
+    with _usable(path):
         path.mkdir(parents=True, exist_ok=True)
-        if any(not entry.name.startswith(".") for entry in path.iterdir()):
-            raise ProblemError(f"{path}: is not empty; add --resume to resume the run in it, or name another --out")
-        return _started(path, problem)
-    except OSError as error:
-        raise ProblemError(f"{path}: cannot be a run directory ({error.strerror}); name another --out") from None
+        if (path / NAME).exists() or _is_empty(path):
+            with held(path):
+                if _is_empty(path):
+                    return _started(path, problem)
+        raise ProblemError(f"{path}: is not empty; add --resume to resume the run in it, or name another --out")
 
 
 def resume(path: str | Path, problem: Problem) -> RunDirectory:
     """Prepare the directory of an interrupted run of `problem` for resuming: remove what was unfinished.
 
-    The number of iterations may differ from that of the interrupted run. Without a run in the directory a new one is
-    made.
+    The number of iterations, and other keys that do not change what is designed (`HARMLESS`), may differ from those of
+    the interrupted run. Without a run in the directory a new one is made.
 
     Raises
     ------
     ProblemError
-        If it contains a run of another problem, or other files but no run.
+        If it contains a run of another problem, or other files but no run, or another run goes on in it. Nothing has
+        been changed then.
     """
     path = Path(path)
     if not (path / "problem.toml").exists():
         return create(path, problem)
-    stored = load(path / "problem.toml")
-    key = first_difference(stored, problem)
-    if key:
+    stored = read(path / "problem.toml")
+    if keys := differences(stored, problem):
         raise ProblemError(
-            f"{path}: contains a run of another problem ({key} differs); name another --out or use {path}/problem.toml"
+            f"{path}: contains a run of another problem ({in_words(keys)}); name another --out or use "
+            f"{path}/problem.toml"
         )
-    run = _started(path, problem)
-    run._remove_unfinished()
-    return run
+    with _usable(path), held(path):
+        # What is not as it should be is said before anything is replaced.
+        RunDirectory(path, stored).latest()
+        run = _started(path, problem)
+        run._remove_unfinished()
+        return run
 
 
 def open_run(path: str | Path) -> RunDirectory:
-    """Open a run directory for reading; nothing in it is changed. ProblemError if it is not a run directory."""
+    """Open a run directory for reading; nothing in it is changed. ProblemError if it is not a run directory.
+
+    Code in its problem passes: `interface.open_run`, from which all get a run that may execute it, asks about that.
+    """
     path = Path(path)
     if not (path / "problem.toml").exists():
         raise ProblemError(f"{path}: is not a run directory (no problem.toml in it); name the --out of a design")
-    return RunDirectory(path, load(path / "problem.toml"))
+    return RunDirectory(path, read(path / "problem.toml"))
 
 
 def _started(path: Path, problem: Problem) -> RunDirectory:
     atomic.write_bytes(path / "problem.toml", problem.to_toml().encode())
     (path / "designs").mkdir(exist_ok=True)
+    # It is designed with: opening the run asks nothing.
+    keep(codes_of(problem), str(path))
     return RunDirectory(path, problem)
 
 
-def first_difference(one: Problem, other: Problem) -> str | None:
-    """The first key in which two problems differ, other than the number of iterations; None if they do not."""
-    return next(_differences(one.model_dump(), other.model_dump()), None)
+def _is_empty(path: Path) -> bool:
+    return all(entry.name.startswith(".") for entry in path.iterdir())
 
 
 @contextmanager
-def _reporting_damage(path: Path) -> Iterator[None]:
-    """Raise ProblemError, one line, where the contents of a run's file are not what they should be."""
+def _usable(path: Path) -> Iterator[None]:
+    """Raise ProblemError, one line, where a directory cannot be that of a run."""
     try:
         yield
-    except (KeyError, TypeError, ValueError) as error:
-        words = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-        raise ProblemError(f"{path}: is damaged ({words}); run the design again") from None
+    except OSError as error:
+        raise ProblemError(
+            f"{path}: cannot be a run directory ({error.strerror or error}); name another --out"
+        ) from None
 
 
-def _differences(one: Any, other: Any, key: str = "") -> Iterator[str]:
-    """The keys in which two dumped problems differ, other than the number of iterations."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        for name in {**one, **other}:
-            yield from _differences(one.get(name), other.get(name), f"{key}.{name}" if key else name)
-    elif isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
-        for index, (mine, yours) in enumerate(zip(one, other, strict=True)):
-            yield from _differences(mine, yours, f"{key}[{index}]")
-    elif one != other and key != "optimizer.iterations":
-        yield key
+def _net(arrays: dict[str, np.ndarray], name: str, start: TubeSurface, most: float) -> np.ndarray:
+    """A stored control net, of the shape that it had at the start, and with an extent in every direction."""
+    net = floats(arrays, name, *start.net.shape, most=most)
+    if not np.ptp(net, axis=(0, 1)).min() > 0.0:
+        raise ValueError(f'"{name}" is no body: its points lie in a plane')
+    return net.astype(float)
 
 
 def _checkpoint_arrays(iteration: int, state: Checkpoint) -> dict[str, np.ndarray]:

@@ -8,35 +8,51 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from dask import config
-from distributed import Client, KilledWorker, LocalCluster, as_completed
+from distributed import Client, KilledWorker, LocalCluster, Security, as_completed
 
 from pneumorph.analysis import HistoryEntry, from_json
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ProblemError, short
 from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
+
+LOOPBACK = "127.0.0.1"
+
+# Dask documents that None is accepted here; its annotation allows only text.
+_NONE = cast(str, None)
+
+TLS = {"--tls-ca": "tls_ca_file", "--tls-cert": "tls_client_cert", "--tls-key": "tls_client_key"}
+"""Dask's name of what each option gives."""
 
 KILLS = 5
 """A member fails after so many killed workers; before that, another worker resumes it from its checkpoint."""
 
 
 @contextmanager
-def connected(address: str | None, workers: int | None = None) -> Iterator[Client]:
+def connected(
+    address: str | None, workers: int | None = None, tls: Mapping[str, Path | None] | None = None
+) -> Iterator[Client]:
     """A client of the scheduler at an address, of a SLURM cluster, or of processes on this machine.
+
+    Client and scheduler run what the other sends them: only a scheduler that is named here is connected to, and the
+    processes on this machine listen on its loopback interface alone, without a dashboard.
 
     Parameters
     ----------
-    address : "tcp://…", "slurm", or None for this machine
+    address : "tcp://…", "tls://…", "slurm", or None for this machine
         For SLURM, queue, cores and memory come from Dask's own configuration (jobqueue.slurm).
     workers : number of workers to start, by default one per core of this machine; unused with a scheduler's address.
+    tls : {option: file}
+        "--tls-ca", "--tls-cert" and "--tls-key" for an address with tls; without them those of Dask's configuration.
 
     Raises
     ------
     ProblemError
         If no scheduler answers at the address, or SLURM cannot be used here.
     """
+    security = _security(address, {option: path for option, path in (tls or {}).items() if path is not None})
     logging.getLogger("distributed").setLevel(logging.ERROR)
     count = workers or os.cpu_count() or 1
     if address == "slurm":
@@ -44,8 +60,12 @@ def connected(address: str | None, workers: int | None = None) -> Iterator[Clien
             yield client
         return
     if address is not None:
+        if "://" not in address:
+            raise ProblemError(
+                f'--cluster "{short(address)}": is not an address; write tcp://host:8786, tls://… or slurm'
+            )
         try:
-            client = Client(address, timeout=20)
+            client = Client(address, timeout=20, security=security)
         except (OSError, ValueError, TypeError) as error:
             raise ProblemError(
                 f"--cluster {address}: no scheduler answers there ({error}); check that it is running"
@@ -56,11 +76,31 @@ def connected(address: str | None, workers: int | None = None) -> Iterator[Clien
     with (
         config.set({"distributed.scheduler.allowed-failures": KILLS}),
         LocalCluster(
-            n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address="", silence_logs=logging.CRITICAL
+            host=LOOPBACK,
+            n_workers=count,
+            threads_per_worker=1,
+            memory_limit=0,
+            dashboard_address=_NONE,
+            silence_logs=logging.CRITICAL,
         ) as cluster,
         Client(cluster) as client,
     ):
         yield client
+
+
+def _security(address: str | None, files: Mapping[str, Path]) -> Security | None:
+    """What encrypts a connection; None where Dask's own configuration says it."""
+    if not files:
+        return None
+    named = ", ".join(files)
+    if address is None or not address.startswith("tls://"):
+        raise ProblemError(f"{named}: is for a scheduler at tls://…; name it with --cluster")
+    if set(files) != set(TLS):
+        raise ProblemError(f"{named}: is not enough; give {', '.join(TLS)}")
+    for option, path in files.items():
+        if not path.is_file():
+            raise ProblemError(f"{option} {path}: there is no such file; check the path")
+    return Security(require_encryption=True, **{TLS[option]: str(path) for option, path in files.items()})
 
 
 def _slurm(workers: int) -> Any:
@@ -72,7 +112,9 @@ def _slurm(workers: int) -> Any:
             "--cluster slurm: needs dask-jobqueue; install it with pip install pneumorph[slurm]"
         ) from None
     try:
-        cluster = SLURMCluster()
+        # Asked for by the user's configuration, the page of the scheduler is where that says.
+        given = config.get("jobqueue.slurm.scheduler-options", None) or {}
+        cluster = SLURMCluster(scheduler_options={"dashboard_address": f"{LOOPBACK}:0", **given})
     except (ValueError, TypeError) as error:
         raise ProblemError(f"--cluster slurm: {error}; set it in Dask's configuration under jobqueue.slurm") from None
     cluster.scale(jobs=workers)

@@ -16,7 +16,7 @@ from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output.pictures import run_pictures
 from pneumorph.output.report import write_report
 from pneumorph.problem import Problem
-from pneumorph.run import first_difference, open_run, resume
+from pneumorph.run import differences, in_words, open_run, resume
 
 TOPIC = "pneumorph"
 
@@ -41,9 +41,8 @@ def finished(directory: Path, problem: Problem) -> bool:
     if not (directory / "problem.toml").exists():
         return False
     run = open_run(directory)
-    key = first_difference(run.problem, problem)
-    if key:
-        raise ProblemError(f"{directory}: contains a run of another problem ({key} differs); name another --out")
+    if keys := differences(run.problem, problem):
+        raise ProblemError(f"{directory}: contains a run of another problem ({in_words(keys)}); name another --out")
     result = run.result()
     return run.problem == problem and result is not None and result.completed
 

@@ -1,0 +1,120 @@
+"""Code in files from elsewhere runs only once somebody has agreed to it, and is then not asked about again."""
+
+import os
+from pathlib import Path
+
+import pytest
+from tiny import tiny
+
+import pneumorph as pm
+from pneumorph.errors import ProblemError
+from pneumorph.problem import loads
+from pneumorph.run import create
+from pneumorph.study import load_study
+
+CODE = "def objective(f):\n    return -f.translation[2]\n"
+FILE = tiny(objective='{ kind = "custom", file = "cost.py" }')
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """A problem file with its code, and what else is made of both."""
+    (tmp_path / "cost.py").write_text(CODE)
+    (tmp_path / "arm.toml").write_text(FILE)
+    return tmp_path / "arm.toml"
+
+
+def refusal(action, *arguments) -> str:
+    with pytest.raises(ProblemError) as caught:
+        action(*arguments)
+    message = str(caught.value)
+    assert "\n" not in message and "add --trust" in message
+    return message
+
+
+def trusted() -> Path:
+    return Path(os.environ["XDG_CONFIG_HOME"]) / "pneumorph" / "trusted"
+
+
+def test_code_in_a_file_is_refused_until_it_is_trusted(arm):
+    assert refusal(pm.load, arm).startswith(f"{arm}: task[0].objective.code: is Python code of 2 lines")
+    assert not trusted().exists()
+    assert pm.load(arm, trust=True).task[0].objective.code == CODE
+    assert pm.load(arm).task[0].objective.code == CODE
+    assert trusted().read_text().endswith(f"  {arm}\n")
+    assert len(trusted().read_text().splitlines()) == 1
+
+
+def test_a_change_of_the_code_or_its_function_is_asked_about_again(arm):
+    pm.load(arm, trust=True)
+    arm.write_text(FILE.replace('"cost.py"', '"cost.py", function = "other"'))
+    refusal(pm.load, arm)
+    arm.write_text(FILE.replace('"6 mm"', '"5 mm"'))
+    assert pm.load(arm).mesh.size == 5.0, "a change of anything else is not"
+    (arm.parent / "cost.py").write_text(CODE + "import os\n")
+    refusal(pm.load, arm)
+
+
+def test_who_is_asked_gets_the_code_that_is_new(arm):
+    asked = []
+
+    def answer(where, codes):
+        asked.append((where, [(code.key, code.function, code.text) for code in codes]))
+        return len(asked) > 1
+
+    refusal(pm.load, arm, answer)
+    pm.load(arm, answer)
+    pm.load(arm, answer)
+    assert asked == 2 * [(str(arm), [("task[0].objective.code", "objective", CODE)])]
+
+
+def test_a_run_from_elsewhere_is_asked_about_and_one_of_ones_own_is_not(arm, tmp_path, monkeypatch):
+    create(tmp_path / "run", loads(FILE, folder=tmp_path))
+    assert pm.open_run(tmp_path / "run").problem.task[0].objective.code == CODE, "it was made here"
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "of another user"))
+    assert refusal(pm.open_run, tmp_path / "run").startswith(f"{tmp_path / 'run'}: task[0].objective.code: ")
+    assert pm.open_run(tmp_path / "run", trust=True).problem.task[0].objective.code == CODE
+    assert pm.open_run(tmp_path / "run").latest is None
+
+
+def test_designs_of_a_file_are_refused_too(arm, tmp_path):
+    refusal(lambda: pm.design(arm, tmp_path / "run"))
+    refusal(lambda: next(iter(pm.designs(arm))))
+    assert not (tmp_path / "run").exists()
+
+
+def test_problems_of_ones_own_need_no_question(arm):
+    assert loads(FILE, folder=arm.parent).with_changes({"mesh.size": "5 mm"}).task[0].objective.code == CODE
+    assert not trusted().exists()
+
+
+def test_a_study_asks_once_for_all_its_members(arm, tmp_path):
+    (tmp_path / "study.toml").write_text('base = "arm.toml"\n[grid]\n"mesh.size" = ["5 mm", "6 mm"]\n')
+    refusal(load_study, tmp_path / "study.toml")
+    asked = []
+    load_study(tmp_path / "study.toml", lambda where, codes: bool(asked.append(len(codes)) or True))
+    assert asked == [1]
+
+
+def test_where_nothing_can_be_kept_it_is_asked_again(arm, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "file"))
+    assert pm.load(arm, trust=True).title == "Tiny"
+    refusal(pm.load, arm)
+
+
+def test_damaged_and_strange_lists_trust_nothing(arm):
+    trusted().parent.mkdir(parents=True)
+    trusted().write_bytes(b"\xff\n\n  \n" + b"0" * 64 + b"\n")
+    refusal(pm.load, arm)
+    trusted().unlink()
+    os.mkfifo(trusted())
+    refusal(pm.load, arm)
+
+
+def test_a_relative_place_for_configuration_is_not_used(arm, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", "here")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    pm.load(arm, trust=True)
+    assert not (tmp_path / "here").exists() and (tmp_path / "home" / ".config" / "pneumorph" / "trusted").exists()

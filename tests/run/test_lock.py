@@ -1,0 +1,172 @@
+"""Two runs in one directory, a changed problem, a full disk: one line, and what there is stays whole."""
+
+import errno
+import os
+import subprocess
+import sys
+
+import pytest
+from records import entry, one_element
+from tiny import tiny
+
+from pneumorph.drive import single
+from pneumorph.errors import NotWritten, ProblemError
+from pneumorph.geometry import starting_body
+from pneumorph.optimize import DesignAccepted
+from pneumorph.problem import loads
+from pneumorph.run import RunDirectory, StoredDesign, create, held, lock, open_run, resume
+
+fcntl = pytest.importorskip("fcntl")
+
+PROBLEM = loads(tiny())
+START = starting_body(PROBLEM.body)
+PRESSURES = {"extend": {"A": 0.06}}
+HOLDER = "import fcntl, sys; f = open(sys.argv[1], 'a'); fcntl.flock(f, fcntl.LOCK_EX); print(1, flush=True); input()"
+
+
+def record(run: RunDirectory, number: int) -> None:
+    run.record(entry(number), StoredDesign.of(START, PRESSURES), one_element(), {"number": number})
+
+
+@pytest.fixture
+def run(tmp_path):
+    run = create(tmp_path / "run", PROBLEM)
+    for number in range(2):
+        record(run, number)
+    return run
+
+
+def refusal(action, *arguments, kind: type[Exception] = ProblemError) -> str:
+    with pytest.raises(kind) as caught:
+        action(*arguments)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def contents(run):
+    return {path: path.read_bytes() for path in sorted(run.path.rglob("*")) if path.is_file()}
+
+
+def test_a_second_run_is_refused_before_it_changes_anything(run):
+    # What the first one is about to store.
+    (run.path / "designs" / "0002.npz").write_bytes(b"half")
+    with held(run.path):
+        before = contents(run)
+        for action in (
+            lambda: create(run.path, PROBLEM),
+            lambda: resume(run.path, PROBLEM),
+            lambda: single.drive(run, lambda event: None),
+        ):
+            message = refusal(action)
+            assert message.startswith(f"{run.path}: another run goes on in it (process {os.getpid()} on ")
+            assert message.endswith("; wait until it ends, or name another --out")
+        assert open_run(run.path).latest() == 1, "it can be read"
+        assert contents(run) == before
+    assert resume(run.path, PROBLEM).latest() == 1
+
+
+def test_a_dead_process_leaves_no_lock(run):
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(run.path / lock.NAME)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert holder.stdout is not None and holder.stdout.readline() == b"1\n"
+    assert "another run goes on in it" in refusal(resume, run.path, PROBLEM)
+    holder.kill()
+    holder.communicate()
+    assert resume(run.path, PROBLEM).latest() == 1
+
+
+def test_where_there_are_no_locks_it_goes_on(run, monkeypatch):
+    def unknown(*_):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(lock.fcntl, "flock", unknown)
+    assert resume(run.path, PROBLEM).latest() == 1
+    monkeypatch.setattr(lock, "fcntl", None)
+    with held(run.path), held(run.path):
+        assert resume(run.path, PROBLEM).latest() == 1
+
+
+def test_other_directories_get_no_file(tmp_path):
+    (tmp_path / "thesis.tex").touch()
+    assert "is not empty" in refusal(create, tmp_path, PROBLEM)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_changes_that_are_harmless_and_that_are_not(run):
+    same = PROBLEM.with_changes({"optimizer.iterations": 9, "title": "Longer", "make.chord": False, "make.wall": False})
+    assert resume(run.path, same).latest() == 1 and open_run(run.path).problem == same
+    before = contents(run)
+    changed = PROBLEM.with_changes({"mesh.size": "5 mm", "task[0].pressure.A": "50 kPa", "limits.skew": 0.1})
+    message = refusal(resume, run.path, changed)
+    assert "contains a run of another problem (task[0].pressure.A, limits.skew, mesh.size differ)" in message
+    many = {f"end_effector.spring.{name}": "1 N/mm" for name in ("shift_x", "shift_y", "axial")}
+    turning = {f"end_effector.spring.{name}": "1 N*mm/rad" for name in ("bending_x", "bending_y", "torsion")}
+    assert "and 1 more differ)" in refusal(resume, run.path, PROBLEM.with_changes(many | turning))
+    assert contents(run) == before
+
+
+def full(monkeypatch, calls: int, number: int = errno.ENOSPC):
+    """A disk that is full from the given call on."""
+    made = [0]
+    sync = os.fsync
+
+    def fsync(handle):
+        made[0] += 1
+        if made[0] > calls:
+            raise OSError(number, os.strerror(number))
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+
+
+@pytest.mark.parametrize("calls", range(4))
+def test_a_full_disk_leaves_what_there_is_whole(run, monkeypatch, calls):
+    with monkeypatch.context() as patch:
+        full(patch, calls)
+        message = refusal(record, run, 2, kind=NotWritten)
+        assert message.startswith(f"{run.path}: cannot be written (No space left on device); what is in it is whole")
+    assert open_run(run.path).latest() == 1
+    assert not list(run.path.rglob(".*.new"))
+    again = resume(run.path, PROBLEM)
+    record(again, 2)
+    assert [entry.iteration for entry in again.history()] == [0, 1, 2] and again.latest() == 2
+
+
+def test_a_line_that_does_not_fit_is_taken_back(run, monkeypatch):
+    path = run.path / "history.jsonl"
+    before, write = path.read_bytes(), os.write
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", lambda handle, content: write(handle, content[: len(content) // 2]))
+        refusal(record, run, 2, kind=NotWritten)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("number", [errno.EROFS, errno.EACCES])
+def test_directories_that_cannot_be_written(run, monkeypatch, number):
+    before = contents(run)
+
+    def refused(*_, **__):
+        raise OSError(number, os.strerror(number))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(lock.os, "open", refused)
+        with pytest.raises(NotWritten, match="make it writable"):
+            single.drive(run, lambda event: None)
+    with monkeypatch.context() as patch:
+        full(patch, 0, number)
+        assert f"cannot be a run directory ({os.strerror(number)})" in refusal(resume, run.path, PROBLEM)
+        assert "cannot be a run directory" in refusal(create, run.path.parent / "new", PROBLEM)
+    assert contents(run) == before and open_run(run.path).latest() == 1
+
+
+def test_a_run_ends_in_one_line_when_the_disk_is_full(run, monkeypatch):
+    def accepted(problem, state):
+        yield DesignAccepted(0, entry(0), START, PRESSURES, one_element(), {})
+
+    monkeypatch.setattr(single, "design", accepted)
+    new = create(run.path.parent / "new", PROBLEM)
+    full(monkeypatch, 2)
+    message = refusal(single.drive, new, lambda event: None, kind=NotWritten)
+    assert "No space left on device" in message and new.latest() is None
