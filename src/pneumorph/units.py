@@ -4,6 +4,7 @@ In the code everything is a float in mm, N, MPa, t, s, rad (N = t·mm/s², MPa =
 a float is written as text that reads back as the same float to the last bit; the arithmetic is therefore decimal.
 """
 
+import math
 import re
 from dataclasses import dataclass
 from decimal import Context, Decimal
@@ -76,7 +77,8 @@ def parse(text: Any, kind: Kind) -> float:
     text = text_of(text)
     if not isinstance(text, str):
         if isinstance(text, (int, float)) and not isinstance(text, bool):
-            raise ValueError(f"the number {text} has no unit; {fix}")
+            meant = f"{text} {kind.written}" if isinstance(text, int) or math.isfinite(text) else kind.example
+            raise ValueError(f'the number {text} has no unit; write e.g. "{meant}"')
         raise ValueError(f"{kind.name} with its unit is expected here; {fix}")
     match = _QUANTITY.fullmatch(text)
     if match is None:
@@ -92,6 +94,8 @@ def parse(text: Any, kind: Kind) -> float:
 
 def write(value: float, kind: Kind) -> str:
     """Write a value as the shortest text that `parse` reads back exactly, in the usual unit of its kind."""
+    if value == 0.0:
+        return f"0 {kind.written}"
     factor = _factor(kind.written, kind)
     exact = Decimal(value) / factor
     for digits in range(1, 29):

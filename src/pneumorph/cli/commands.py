@@ -7,12 +7,26 @@ from typing import Annotated
 
 import typer
 
+from pneumorph.cli.help import WholeSentences
+
 RunDirectory = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
 DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")]
 
 
+def new(
+    name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the file; .toml is added.")],
+    kind: Annotated[
+        str, typer.Option(metavar="extension|bending|twist|finger|arm", help="What the robot does.")
+    ] = "extension",
+) -> None:
+    """Write a commented problem file to start from."""
+    from pneumorph.cli.new import new
+
+    new(name, kind)
+
+
 def design(
-    problem: Annotated[Path, typer.Argument(help="The problem file (TOML).")],
+    problem: Annotated[Path, typer.Argument(metavar="PROBLEM", help="The problem file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
@@ -40,8 +54,9 @@ def simulate(
     block: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="shift_x|shift_y|axial|bending_x|bending_y|torsion|extension|twist|all",
-            help="Block a motion of the plate and report the force or torque on the block; repeatable.",
+            metavar="MOTION",
+            help="Block a motion of the plate and report the force or torque on the block: shift_x, shift_y, axial (or "
+            "extension), bending_x, bending_y, torsion (or twist), all; repeatable.",
         ),
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the steps to this file as JSON.")] = None,
@@ -55,7 +70,11 @@ def simulate(
     simulate(source, pressure or [], one_by_one, block or [], {"--json": json, "--csv": csv, "--png": png}, design)
 
 
-def check(problem: Annotated[Path, typer.Argument(help="A problem file (TOML), or a run directory.")]) -> None:
+def check(
+    problem: Annotated[
+        Path, typer.Argument(metavar="PROBLEM_OR_RUN", help="A problem file (TOML), or a run directory.")
+    ],
+) -> None:
     """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
@@ -99,7 +118,7 @@ def draw(
     picture: Annotated[
         str,
         typer.Argument(
-            metavar="[PICTURE]",
+            metavar="PICTURE",
             help="body, history, profile, shape, pressures, evolution or inflation; or all, as at the end of a run.",
         ),
     ] = "body",
@@ -183,7 +202,12 @@ def verify(
     verify(only or [], write)
 
 
-material = typer.Typer(no_args_is_help=True, help="Elastomers: show the library, fit models to tension tests.")
+material = typer.Typer(
+    cls=WholeSentences,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Elastomers: show the library, fit models to tension tests.",
+)
 
 
 @material.command("list")
@@ -195,7 +219,7 @@ def list_materials(json: Annotated[bool, typer.Option("--json", help="As JSON, f
 
 
 @material.command("show")
-def show_material(name: Annotated[str, typer.Argument(help="An elastomer of the library.")]) -> None:
+def show_material(name: Annotated[str, typer.Argument(metavar="NAME", help="An elastomer of the library.")]) -> None:
     """Show an elastomer of the library."""
     from pneumorph.cli.material import show
 

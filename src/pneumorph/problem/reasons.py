@@ -7,16 +7,18 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from pneumorph.errors import ProblemError
 from pneumorph.problem.table import TAG, InvalidKey
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def one_line(faults: Sequence[tuple[str, str]]) -> str:
-    """The first fault (key, reason) as text, and how many more there are."""
-    key, reason = faults[0]
-    more = len(faults) - 1
-    return f"{key}: {reason}" + (f" (and {more} more {'fault' if more == 1 else 'faults'})" if more else "")
+def refusal(faults: Sequence[tuple[str, str]]) -> ProblemError:
+    """The error for faults (key, reason): its message is the first of them, and how many more there are."""
+    lines = list(dict.fromkeys(f"{key}: {reason}" for key, reason in faults))
+    more = len(lines) - 1
+    message = lines[0] + (f" (and {more} more {'fault' if more == 1 else 'faults'})" if more else "")
+    return ProblemError(message, lines)
 
 
 def faults_of(error: ValidationError) -> list[tuple[str, str]]:

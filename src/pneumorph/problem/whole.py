@@ -8,13 +8,12 @@ from typing import Annotated, Any, Self
 import tomli_w
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
-from pneumorph.errors import ProblemError
 from pneumorph.problem.changes import change
 from pneumorph.problem.checks import faults
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import BodySpec, EndEffector, Gravity, Limits, MeshSpec, OptimizerSpec, Pressure, Task
-from pneumorph.problem.reasons import faults_of, one_line
+from pneumorph.problem.reasons import faults_of, refusal
 from pneumorph.problem.table import Example, Table
 
 
@@ -73,9 +72,9 @@ class Problem(Table):
         try:
             problem = handler(data)
         except ValidationError as error:
-            raise ProblemError(one_line(faults_of(error))) from None
+            raise refusal(faults_of(error)) from None
         if found := faults(problem):
-            raise ProblemError(one_line(found))
+            raise refusal(found)
         zero = Pressure.model_validate("0 kPa")
         tasks = [
             task.model_copy(
