@@ -7,7 +7,7 @@ import jsonschema
 import pytest
 
 from pneumorph.analysis import simulate
-from pneumorph.cli import design
+from pneumorph.cli import check, design
 from pneumorph.drive import single
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, sweep
@@ -124,7 +124,25 @@ def test_check(run, tiny):
     assert result.exit_code == 0, result.output
     for words in ("rubber    Hei-Cast 8400", "axial spring 4 N/mm", "limit     wall is 3 mm"):
         assert words in result.output
-    assert result.output.count("right") == 3
+    assert result.output.count("right") == 2
+    assert "gradient  pressures: nothing to test, no pressure is designed\n" in result.output
+    assert result.output.endswith("The problem is sound and its gradient is exact.\n")
+
+
+def test_a_quick_check_tests_no_gradient(run, tiny, monkeypatch):
+    monkeypatch.setattr(check, "gradient_check", None)
+    result = run("check", tiny, "--quick")
+    assert result.exit_code == 0, result.output
+    assert "limit     wall is 3 mm" in result.output and "gradient  " not in result.output
+    assert result.output.endswith("The problem is sound; its gradient was not tested.\n")
+
+
+def test_a_body_that_does_not_move_has_no_gradient_to_test(run, tiny):
+    tiny.write_text(tiny.read_text().replace('pressure = { A = "60 kPa" }', "pressure = {}"))
+    result = run("check", tiny)
+    assert result.exit_code == 0, result.output
+    assert result.output.count(": nothing to test") == 3 and "WRONG" not in result.output
+    assert result.output.endswith("The problem is sound but there is nothing to test its gradient on.\n")
 
 
 @pytest.fixture

@@ -74,11 +74,12 @@ def check(
     problem: Annotated[
         Path, typer.Argument(metavar="PROBLEM_OR_RUN", help="A problem file (TOML), or a run directory.")
     ],
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out the test of the gradient.")] = False,
 ) -> None:
     """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
-    check(problem)
+    check(problem, quick)
 
 
 def export(
