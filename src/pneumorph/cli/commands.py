@@ -30,11 +30,18 @@ def design(
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the outcome, and what is wrong.")] = False,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", help="Print more of every design: step, gain over predicted gain, gradient left, cost."
+        ),
+    ] = False,
 ) -> None:
     """Design a body for a problem."""
     from pneumorph.cli.design import design
 
-    design(problem, out, iterations, resume)
+    design(problem, out, iterations, resume, quiet, verbose)
 
 
 def simulate(

@@ -24,7 +24,8 @@ class Motion(NamedTuple):
     def __str__(self) -> str:
         if not self.unit:
             return f"{self.value:.4g}"
-        return f"{self.value:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
+        # Rounded before it is written, so that no -0.00 is shown.
+        return f"{round(self.value, 2) + 0.0:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
 
 
 def motion_of(task: Task, found: TaskResult) -> Motion:
