@@ -20,7 +20,7 @@ from pneumorph.problem.models import (
     Symmetry,
     Task,
 )
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach
+from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach, TargetMotion
 from pneumorph.problem.whole import Problem
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "Spring",
     "Stretch",
     "Symmetry",
+    "TargetMotion",
     "Task",
     "load",
     "loads",

@@ -11,7 +11,7 @@ import numpy as np
 
 from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach
+from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach, TargetMotion
 from pneumorph.problem.symmetry import operations
 
 if TYPE_CHECKING:
@@ -108,10 +108,12 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
                 yield fault
                 return
     for index, task in enumerate(problem.task):
-        twists = isinstance(task.objective, Maximize) and task.objective.component == "twist"
+        asked = task.objective
+        maximizes = isinstance(asked, Maximize) and asked.component == "twist"
+        twists = maximizes or (isinstance(asked, TargetMotion) and bool(asked.twist))
         if twists and any(_same_pressures(problem, task, matrix) for matrix in reflecting):
             yield (
-                f"task[{index}].objective.motion",
+                f"task[{index}].objective.{'motion' if maximizes else 'twist'}",
                 "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures; leave "
                 'out body.symmetry.mirror and point (half_turn = "x" also keeps both halves alike)',
             )
