@@ -70,11 +70,14 @@ def simulate(
     csv: Annotated[Path | None, typer.Option(help="Write the steps to this file as a table.")] = None,
     png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep to this file.")] = None,
     design: Annotated[int | None, typer.Option(min=0, help="Number of a run's design; by default the last.")] = None,
+    task: Annotated[str | None, typer.Option(help="Simulate only this task; by default all that differ.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print no steps, for --json, --csv or --png.")] = False,
 ) -> None:
     """Simulate the starting body of a problem, or a design of a run: at the tasks' pressures or along sweeps."""
     from pneumorph.cli.simulate import simulate
 
-    simulate(source, pressure or [], one_by_one, block or [], {"--json": json, "--csv": csv, "--png": png}, design)
+    files = {"--json": json, "--csv": csv, "--png": png}
+    simulate(source, pressure or [], one_by_one, block or [], files, design, task, quiet)
 
 
 def check(
