@@ -75,7 +75,8 @@ def test_a_step_without_equilibrium_is_null():
     missing = SweepStep("t", {"A": 0.1}, converged=False, reason="it balloons")
     written = to_json(missing)
     assert {key for key, value in written.items() if value is None} == {
-        "translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity", "stable", "errors",
+        "translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity", "stable",
+        "errors",
     }  # fmt: skip
     back = from_json(SweepStep, json.loads(json.dumps(written)))
     assert (back.task, back.converged, back.reason) == ("t", False, "it balloons")

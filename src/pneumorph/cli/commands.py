@@ -194,11 +194,12 @@ def study(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes on this machine; by default one per core.")
     ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only where the results are.")] = False,
 ) -> None:
     """Run every design of a study; finished members are not run again."""
     from pneumorph.cli.study import study
 
-    study(source, out, cluster, workers)
+    study(source, out, cluster, workers, quiet)
 
 
 def verify(
