@@ -100,6 +100,8 @@ def test_limits_have_their_worst_value_and_its_place(width):
     assert place.surface == "A" and place.point[2] == pytest.approx(3.0) and str(place).endswith("3.0)")
     broken = tuple(replace(reading, bound=4.0) if reading.limit == "wall" else reading for reading in readings)
     assert "3 mm !" in printed(limits_table(body, broken))
+    skew = next(each for each in readings if each.limit == "skew")
+    assert "skew is 0, must be at most 0.2 " in str(skew) and "e-" not in text.split("skew")[1].split("≤")[0]
     # What nobody has asked for is shown where it is broken.
     area = tuple(replace(each, value=0.01) for each in readings if each.limit == "area")
     assert "area" not in text and "0.01 !" in printed(limits_table(body, area))

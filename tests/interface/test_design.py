@@ -87,7 +87,7 @@ def test_a_sweep(start, tmp_path):
     assert sweep.to_json()["steps"][0]["pressure_MPa"] == {"A": 0.0}
     assert sweep.to_csv().count("\n") == 4
     figure = sweep.plot(tmp_path / "sweep.png")
-    assert figure.get_suptitle() == "Tiny, blocked: axial"
+    assert figure.get_suptitle() == "Tiny, blocked: extension"
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(ProblemError, match="no sweep to draw"):
         sweeps.Sweep(sweep.simulation, [], 0.0).plot()

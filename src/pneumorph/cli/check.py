@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from pneumorph.analysis import AnalysedBody, analyse_body, gradient_check, task_results
-from pneumorph.constraint import certify
+from pneumorph.constraint import certify, without_rounding
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
@@ -41,7 +41,8 @@ def check(problem: Path, quick: bool) -> None:
     limits = certify(design.body, asked.limits)
     for reading in limits.readings:
         # The certified bound holds for all points; the value seen is that of the worst sample.
-        say(f"limit     {reading}, seen {reading.seen:.3g}", "red" if reading in limits.violated() else "")
+        seen = without_rounding(reading.seen)
+        say(f"limit     {reading}, seen {seen:.3g}", "red" if reading in limits.violated() else "")
     if quick:
         say("The problem is sound; its gradient was not tested.")
         return

@@ -84,7 +84,10 @@ def limits_table(body: Body, readings: tuple[LimitReading, ...]) -> Table:
             continue
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
         kept = reading.excess() <= limit.tolerance
-        worst = Text(f"{reading.value:.3g}{unit}{'' if kept else ' ' + MARK}", style="" if kept else "red")
+        worst = Text(
+            f"{reading.without_rounding(reading.value):.3g}{unit}{'' if kept else ' ' + MARK}",
+            style="" if kept else "red",
+        )
         bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
         table.add_row(limit.name, worst, bound, str(place_of(body, reading)))
     return table
