@@ -12,7 +12,7 @@ from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry, RunResult
 from pneumorph.cli.columns import MARK
-from pneumorph.constraint import LimitReading
+from pneumorph.constraint import LimitReading, without_rounding
 from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry import Body
 from pneumorph.interface.runs import Run
@@ -85,7 +85,7 @@ def limits_table(body: Body, readings: tuple[LimitReading, ...]) -> Table:
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
         kept = reading.excess() <= limit.tolerance
         worst = Text(
-            f"{reading.without_rounding(reading.value):.3g}{unit}{'' if kept else ' ' + MARK}",
+            f"{without_rounding(reading.value):.3g}{unit}{'' if kept else ' ' + MARK}",
             style="" if kept else "red",
         )
         bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
