@@ -29,6 +29,7 @@ PACKAGES = [
     "interface",
     "serve",
     "cli",
+    "__main__",
 ]
 # The subpackages of mechanics, top to bottom like the packages.
 SUBPACKAGES = ["material", "assembly", "solve", "setup", "__init__"]

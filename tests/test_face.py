@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import subprocess
 import sys
 from importlib import import_module
@@ -64,10 +65,13 @@ def test_help_names_what_there_is():
     from pneumorph.analysis.simulate import BLOCKS
     from pneumorph.output.export import FORMATS
     from pneumorph.problem.material import MODELS
+    from pneumorph.problem.starts import KINDS
 
     commands = import_module("pneumorph.cli.commands")
     source = inspect.getsource(commands)
-    assert f'"{"|".join(BLOCKS)}"' in inspect.getsource(simulate)
+    told = inspect.getsource(simulate)
+    assert all(re.search(rf"\b{name}\b", told) for name in BLOCKS)
+    assert f'"{"|".join(KINDS)}"' in source
     assert f'metavar="{"|".join(FORMATS)}"' in source
     assert f"One of {', '.join(MODELS)}, or all." in source
 

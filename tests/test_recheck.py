@@ -60,7 +60,7 @@ def test_it_agrees_with_the_report(stored):
 def test_a_claim_that_is_too_good_is_noticed(stored, key, factor):
     path, line = stored
     history = path / "history.jsonl"
-    written = history.read_text()
+    written = history.read_text(encoding="utf-8")
     spoiled = replace(line, limits={**line.limits, key: line.limits[key] * factor})
     history.write_text(json.dumps(to_json(spoiled)) + "\n")
     try:

@@ -51,6 +51,8 @@ def test_degrees_become_radians():
     ("text", "reason"),
     [
         (60, 'the number 60 has no unit; write e.g. "60 kPa"'),
+        (0, 'the number 0 has no unit; write e.g. "0 kPa"'),
+        (math.inf, 'the number inf has no unit; write e.g. "60 kPa"'),
         ("60", '"60" has no unit; write e.g. "60 kPa"'),
         ("kPa", '"kPa" is not a number with a unit; write e.g. "60 kPa"'),
         ("60 mm", '"mm" is not a unit of a pressure; write e.g. "60 kPa"'),
@@ -95,3 +97,8 @@ def test_written_text_is_short():
     assert units.write(80.0, units.LENGTH) == "80 mm"
     assert units.write(0.6, units.PER_LENGTH) == "0.6 /mm"
     assert units.write(9810.0, units.ACCELERATION) == "9.81 m/s^2"
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_zero_is_written_as_zero(kind):
+    assert units.write(0.0, kind) == f"0 {kind.written}"

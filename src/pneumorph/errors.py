@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from collections.abc import Sequence
 
 _BREAK = re.compile(r"(?<! ) *+[\t-\r\x1c-\x1f\x85\u2028\u2029]\s*+")
 
@@ -41,7 +42,17 @@ class PneumorphError(Exception):
 
 
 class ProblemError(PneumorphError):
-    """The input is invalid: a problem file, a key in it, or an argument (exit status 2)."""
+    """The input is invalid: a problem file, a key in it, or an argument (exit status 2).
+
+    Attributes
+    ----------
+    faults : tuple of str
+        All faults that were found, one line each; the message is the first, and how many more there are.
+    """
+
+    def __init__(self, message: str, faults: Sequence[str] = ()):
+        super().__init__(message)
+        self.faults = tuple(printable(fault) for fault in faults) or (str(self),)
 
 
 class ComputationError(PneumorphError):

@@ -87,7 +87,9 @@ def parse(text: Any, kind: Kind) -> float:
     text = text_of(text)
     if not isinstance(text, str):
         if isinstance(text, (int, float)) and not isinstance(text, bool):
-            raise ValueError(f"the number {short(text)} has no unit; {fix}")
+            shown = short(text)
+            meant = f"{shown} {kind.written}" if abs(text) < LARGEST else kind.example
+            raise ValueError(f'the number {shown} has no unit; write e.g. "{meant}"')
         raise ValueError(f"{kind.name} with its unit is expected here; {fix}")
     match = _QUANTITY.fullmatch(text) if len(text) <= MOST else None
     if match is None:
@@ -120,6 +122,8 @@ def parse_positive(name: str, text: Any, kind: Kind) -> float:
 
 def write(value: float, kind: Kind) -> str:
     """Write a value as the shortest text that `parse` reads back exactly, in the usual unit of its kind."""
+    if value == 0.0:
+        return f"0 {kind.written}"
     factor = _factor(kind.written, kind)
     exact = Decimal(value) / factor
     for digits in range(1, 29):

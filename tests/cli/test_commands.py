@@ -7,7 +7,7 @@ import jsonschema
 import pytest
 
 from pneumorph.analysis import simulate
-from pneumorph.cli import design
+from pneumorph.cli import check, design
 from pneumorph.drive import single
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, sweep
@@ -48,7 +48,7 @@ STEPS = {
 
 
 def steps_of(path):
-    content = json.loads(path.read_text())
+    content = json.loads(path.read_text(encoding="utf-8"))
     jsonschema.validate(content, STEPS)
     return content["steps"]
 
@@ -94,7 +94,7 @@ def test_a_step_without_equilibrium(run, tiny, tmp_path, monkeypatch):
     assert result.exit_code == 1
     assert result.stderr.startswith("pneumorph: 2 of 3 steps have no equilibrium: no equilibrium found near")
     assert result.stderr.count("\n") == 1
-    steps = json.loads((tmp_path / "steps.json").read_text())["steps"]
+    steps = json.loads((tmp_path / "steps.json").read_text(encoding="utf-8"))["steps"]
     assert [step["converged"] for step in steps] == [True, False, False]
     assert steps[1]["translation_mm"] is None and "balloons" in steps[1]["reason"]
 
@@ -115,7 +115,7 @@ def test_an_interrupted_sweep(run, tiny, tmp_path, monkeypatch):
     assert result.stderr.startswith("pneumorph: stopped after 2 of 4 steps; the steps so far are in ")
     assert all(str(file) in result.stderr for file in files)
     assert len(steps_of(files[0])) == 2
-    assert len(files[1].read_text().splitlines()) == 3
+    assert len(files[1].read_text(encoding="utf-8").splitlines()) == 3
     assert files[2].stat().st_size > 1000
 
 
@@ -124,7 +124,25 @@ def test_check(run, tiny):
     assert result.exit_code == 0, result.output
     for words in ("rubber    Hei-Cast 8400", "axial spring 4 N/mm", "limit     wall is 3 mm"):
         assert words in result.output
-    assert result.output.count("right") == 3
+    assert result.output.count("right") == 2
+    assert "gradient  pressures: nothing to test, no pressure is designed\n" in result.output
+    assert result.output.endswith("The problem is sound and its gradient is exact.\n")
+
+
+def test_a_quick_check_tests_no_gradient(run, tiny, monkeypatch):
+    monkeypatch.setattr(check, "run_gradient_check", None)
+    result = run("check", tiny, "--quick")
+    assert result.exit_code == 0, result.output
+    assert "limit     wall is 3 mm" in result.output and "gradient  " not in result.output
+    assert result.output.endswith("The problem is sound; its gradient was not tested.\n")
+
+
+def test_a_body_that_does_not_move_has_no_gradient_to_test(run, tiny):
+    tiny.write_text(tiny.read_text(encoding="utf-8").replace('pressure = { A = "60 kPa" }', "pressure = {}"))
+    result = run("check", tiny)
+    assert result.exit_code == 0, result.output
+    assert result.output.count(": nothing to test") == 3 and "WRONG" not in result.output
+    assert result.output.endswith("The problem is sound but there is nothing to test its gradient on.\n")
 
 
 @pytest.fixture
@@ -139,12 +157,12 @@ def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
     first = run("design", tiny, "--out", out, "--iterations", 1)
     assert first.exit_code == 0, first.output
     assert "no pictures here" in first.output
-    result = json.loads((out / "result.json").read_text())
+    result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert result["completed"] and result["iterations"] == 1 and "reached" in result["reason"]
     again = run("design", tiny, "--out", out, "--resume")
     assert again.exit_code == 0, again.output
     assert "resuming after design 1" in again.output
-    lines = [json.loads(line) for line in (out / "history.jsonl").read_text().splitlines()]
+    lines = [json.loads(line) for line in (out / "history.jsonl").read_text(encoding="utf-8").splitlines()]
     assert [line["iteration"] for line in lines][:3] == [0, 1, 2]
     assert str(out / "report.html") in again.output.replace("\n", "") and (out / "report.html").exists()
     reported = run("report", out, "--out", tmp_path / "page.html")
@@ -180,7 +198,11 @@ def test_half_a_body_is_simulated_where_all_is_symmetric(run, tiny, tmp_path):
     span = ["3 mm", "21 mm"]
     [[body.chamber]]
     """
-    text = tiny.read_text().replace("[[body.chamber]]", pair).replace('["0 mm", "0 mm"]', '["0 mm", "4 mm"]')
+    text = (
+        tiny.read_text(encoding="utf-8")
+        .replace("[[body.chamber]]", pair)
+        .replace('["0 mm", "0 mm"]', '["0 mm", "4 mm"]')
+    )
     tiny.write_text(text.replace('radius = "4 mm"', 'radius = "1.5 mm"').replace("{ A =", '{ B = "60 kPa", A ='))
     report = tmp_path / "steps.json"
     result = run("simulate", tiny, "--json", report)

@@ -33,7 +33,7 @@ def test_the_last_design_is_made(run, designs):
     assert "FAILED" not in result.output and "volume error" in result.output
     names = {"body.step", "chamber_A.step", "body.3mf", "body.stl", "checks.json", "mould"}
     assert {path.name for path in (designs / "make").iterdir()} == names
-    checks = json.loads((designs / "make" / "checks.json").read_text())["checks"]
+    checks = json.loads((designs / "make" / "checks.json").read_text(encoding="utf-8"))["checks"]
     (effect,) = (check for check in checks if "tubes in the ports" in check["what"])
     assert 0.0 < effect["value"] < 0.05
 

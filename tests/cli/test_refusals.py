@@ -20,7 +20,7 @@ def test_a_file_that_is_not_there(run, tmp_path, command):
     ],
 )
 def test_a_bad_file(run, tiny, change, words):
-    tiny.write_text(tiny.read_text().replace(*change))
+    tiny.write_text(tiny.read_text(encoding="utf-8").replace(*change))
     result = run("check", tiny)
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1 and words in result.stderr
@@ -50,7 +50,7 @@ def test_usage(run, tiny, arguments):
     ],
 )
 def test_a_target_without_an_answer_begins_no_run(run, tiny, tmp_path, objective, words):
-    tiny.write_text(tiny.read_text().replace('{ kind = "maximize", motion = "extension" }', objective))
+    tiny.write_text(tiny.read_text(encoding="utf-8").replace('{ kind = "maximize", motion = "extension" }', objective))
     result = run("design", tiny, "--out", tmp_path / "run", "--trust")
     assert result.exit_code == 2 and words in result.stderr and result.stderr.count("\n") == 1
     assert not (tmp_path / "run").exists()
@@ -91,20 +91,20 @@ def test_export_refuses(run, tiny, tmp_path):
     result = run("export", tiny, "--out", tmp_path / "body.vtu")
     assert result.exit_code == 2 and "is not a run directory" in result.stderr
     (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "problem.toml").write_text(tiny.read_text())
+    (tmp_path / "run" / "problem.toml").write_text(tiny.read_text(encoding="utf-8"))
     result = run("export", tmp_path / "run", "--out", tmp_path / "body.vtu")
     assert result.exit_code == 2 and "no finished design" in result.stderr
 
 
 def test_a_free_tip_cannot_be_blocked(run, tiny):
-    tiny.write_text(tiny.read_text().replace('spring = { axial = "4 N/mm" }', 'kind = "free"'))
+    tiny.write_text(tiny.read_text(encoding="utf-8").replace('spring = { axial = "4 N/mm" }', 'kind = "free"'))
     result = run("simulate", tiny, "--block", "axial")
     assert result.exit_code == 2 and "free tip" in result.stderr
 
 
 def test_an_empty_run_cannot_be_simulated(run, tiny, tmp_path):
     (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "problem.toml").write_text(tiny.read_text())
+    (tmp_path / "run" / "problem.toml").write_text(tiny.read_text(encoding="utf-8"))
     result = run("simulate", tmp_path / "run")
     assert result.exit_code == 2 and "no finished design" in result.stderr
 

@@ -17,11 +17,11 @@ CODE = "import pathlib\n\npathlib.Path(__file__ if False else {mark!r}).touch()\
 @pytest.fixture
 def foreign(tmp_path, monkeypatch):
     """A problem file, a run and a study with code that leaves a mark where it runs."""
-    (tmp_path / "cost.py").write_text(CODE.format(mark=str(tmp_path / "mark")))
+    (tmp_path / "cost.py").write_text(CODE.format(mark=str(tmp_path / "mark")), encoding="utf-8")
     (tmp_path / "arm.toml").write_text(tiny(objective='{ kind = "custom", file = "cost.py" }'))
     (tmp_path / "study.toml").write_text('base = "arm.toml"\n[grid]\n"mesh.size" = ["5 mm", "6 mm"]\n')
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "of another user"))
-    create(tmp_path / "run", loads((tmp_path / "arm.toml").read_text(), folder=tmp_path))
+    create(tmp_path / "run", loads((tmp_path / "arm.toml").read_text(encoding="utf-8"), folder=tmp_path))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "own"))
     return tmp_path
 
@@ -72,7 +72,7 @@ class Terminal(io.StringIO):
 )
 def test_at_a_terminal_the_code_is_shown_and_asked_about(foreign, monkeypatch, typed, agreed):
     hidden = "x = 1  # \x1b[2K\u202e\n\tpass\n"
-    (foreign / "cost.py").write_text(hidden)
+    (foreign / "cost.py").write_text(hidden, encoding="utf-8")
     shown = Terminal()
     monkeypatch.setattr(sys, "stdin", Terminal(typed))
     monkeypatch.setattr(sys, "stderr", shown)

@@ -113,7 +113,7 @@ def test_valid_problems(tally, command, equilibria, tmp_path):
             tally.add(Outcome("too long", "", time.process_time() - began, text, str(stopped)))
             return
         seconds = time.process_time() - began
-        steps = json.loads(report.read_text())["steps"] if report.exists() else []
+        steps = json.loads(report.read_text(encoding="utf-8"))["steps"] if report.exists() else []
         broken = promise_broken(result, steps, equilibria)
         if seconds > DEADLINE:
             broken = broken or f"it took {seconds:.0f} s"

@@ -1,5 +1,8 @@
 """Symmetric design spaces: exactly symmetric bodies for any variables, and nothing symmetric left out."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
@@ -194,4 +197,53 @@ def test_control_points_around_are_made_to_fit_and_it_is_said():
 def test_a_chamber_without_its_image_is_refused():
     ((key, reason), *_) = faults({"mirror": ["xz", "yz"]}, [FOUR[0], FOUR[3]])
     assert key == "body.chamber[0]"
-    assert reason.startswith('"A" has no image under body.symmetry; add the same chamber at center = ["-4 mm", "4 mm"]')
+    assert reason.startswith('"A" has no image under body.symmetry; put one like it at center = ["-4 mm", "4 mm"]')
+
+
+def round_about(*chambers, **symmetry):
+    """A problem of chambers of 1.5 mm in a body of 9 mm."""
+    return problem(symmetry, [{"span": ["3 mm", "37 mm"], "radius": "1.5 mm"} | each for each in chambers])
+
+
+def test_the_place_that_a_refusal_names_is_accepted_as_it_is_written():
+    """Numbers in the sentence are rounded, and so are those in a file."""
+    chambers = [{"center": ["6 mm", "0 mm"]}]
+    with pytest.raises(ProblemError) as caught:
+        round_about(*chambers, rotation=3)
+    assert len(caught.value.faults) == 2 and all("or give it copies = 3" in fault for fault in caught.value.faults)
+    for fault in caught.value.faults:
+        center, span = re.findall(r"(?:center|span) = (\[[^]]*\])", fault)
+        chambers.append({"center": json.loads(center), "span": json.loads(span)})
+    assert chambers[1]["center"] == ["-3 mm", "5.19615 mm"]
+    asked = round_about(*chambers, rotation=3)
+    space = build_design_space(asked, starting_body(asked.body))
+    points = space.body(space.start).control_points()
+    for matrix in operations(asked.body.symmetry):
+        assert KDTree(points).query(points @ matrix.T)[0].max() < 1e-9
+
+
+def test_chambers_near_their_images_are_moved_to_them():
+    asked = round_about({"center": ["5.004 mm", "0.003 mm"]}, {"center": ["-5 mm", "0 mm"]}, mirror=["xz", "yz"])
+    assert [chamber.center for chamber in asked.body.chamber] == [(5.002, 0.0), (-5.002, 0.0)]
+    exact = round_about({"center": ["5 mm", "0 mm"]}, {"center": ["-5 mm", "0 mm"]}, mirror=["xz", "yz"])
+    assert [chamber.center for chamber in exact.body.chamber] == [(5.0, 0.0), (-5.0, 0.0)]
+    with pytest.raises(ProblemError, match="has no image"):
+        round_about({"center": ["5.02 mm", "0 mm"]}, {"center": ["-5 mm", "0 mm"]}, mirror=["yz"])
+
+
+def test_copies_stand_around_the_axis():
+    body = problem({"rotation": 3}, [THREE[0] | {"copies": 3}], pressure={"A2": "60 kPa"}).body
+    assert [chamber.name for chamber in body.chamber] == ["A1", "A2", "A3"]
+    np.testing.assert_allclose(
+        [chamber.center for chamber in body.chamber],
+        [problem({}, THREE).body.chamber[k].center for k in range(3)],
+        atol=1e-12,
+    )
+    written = problem({}, [THREE[0] | {"copies": 3}], pressure={"A1": "60 kPa"})
+    assert Problem.model_validate(written.model_dump()) == written
+
+
+def test_copies_on_the_axis_are_refused():
+    assert faults({}, [ONE[0] | {"copies": 2}])[0] == [
+        "body.chamber[0].copies", "would all be in one place; move center away from the body's axis"
+    ]  # fmt: skip

@@ -61,7 +61,7 @@ def test_exports(start, tmp_path):
     grid = pv.read(tmp_path / "deep" / "body.vtu")
     np.testing.assert_allclose(grid.point_data["extend displacement"], start.fields.u["extend"])
     start.export(tmp_path / "body.dat", format="inp")
-    text = (tmp_path / "body.dat").read_text()
+    text = (tmp_path / "body.dat").read_text(encoding="utf-8")
     assert text.count("*ELEMENT, TYPE=C3D10") == 1 and "P" in text
     start.export(tmp_path / "named.dat", format="vtu")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["body.dat", "deep", "named.dat"]
@@ -87,7 +87,7 @@ def test_a_sweep(start, tmp_path):
     assert sweep.to_json()["steps"][0]["pressure_MPa"] == {"A": 0.0}
     assert sweep.to_csv().count("\n") == 4
     figure = sweep.plot(tmp_path / "sweep.png")
-    assert figure.get_suptitle() == "Tiny, blocked: axial"
+    assert figure.get_suptitle() == "Tiny, blocked: extension"
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(ProblemError, match="no sweep to draw"):
         sweeps.Sweep(sweep.simulation, [], 0.0).plot()

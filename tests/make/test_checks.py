@@ -21,7 +21,7 @@ def test_everything_of_a_body(body, tmp_path):
     cores = [f"chamber_{chamber.name}.step" for chamber in body.chambers]
     assert [path.name for path in made.files] == ["body.step", *cores, "body.3mf", "body.stl", "checks.json"]
     assert all(path.stat().st_size for path in made.files)
-    written = json.loads(made.files[-1].read_text())["checks"]
+    written = json.loads(made.files[-1].read_text(encoding="utf-8"))["checks"]
     assert {check["file"] for check in written} == {"body.step", *cores, "body.3mf", "body.stl"}
     assert all(check["passed"] and check["value"] <= check["limit"] for check in written)
     volumes = [check["value"] for check in written if "relative" in check["what"]]

@@ -59,12 +59,12 @@ def test_chambers_are_solids_of_their_own(body, tmp_path):
         read = OCCGeometry(str(path)).shape
         assert len(read.solids) == 1
         assert read.mass == pytest.approx(enclosed_volume(chamber), rel=1e-6)
-        assert f"PRODUCT('chamber {chamber.name}'" in path.read_text()
+        assert f"PRODUCT('chamber {chamber.name}'" in path.read_text(encoding="utf-8")
 
 
 def test_names_units_and_shells_are_in_the_file(bodies, tmp_path):
     make.write_body_step(bodies("several"), tmp_path / "body.step")
-    text = tmp_path.joinpath("body.step").read_text()
+    text = tmp_path.joinpath("body.step").read_text(encoding="utf-8")
     assert "PRODUCT('body'" in text
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
     assert "BREP_WITH_VOIDS" in text and text.count("= ORIENTED_CLOSED_SHELL(") == 3

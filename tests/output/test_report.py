@@ -77,7 +77,7 @@ def test_what_the_page_has_is_what_is_stored(run, fields):
     path = write_report(run)
     assert path == run.path / "report.html"
     facts, arrays = block_of(path)
-    result = json.loads((run.path / "result.json").read_text())
+    result = json.loads((run.path / "result.json").read_text(encoding="utf-8"))
     assert facts["result"].items() >= result.items()
     assert [entry["iteration"] for entry in facts["history"]] == [0, 1, 2]
     assert facts["history"][2]["motions"]["extend"]["text"] == "3.00 mm"
@@ -85,7 +85,7 @@ def test_what_the_page_has_is_what_is_stored(run, fields):
         design = run.load_design(number)
         np.testing.assert_allclose(arrays["net exterior"][number], design.exterior, atol=0.51e-3)
         np.testing.assert_allclose(arrays["net chamber A"][number], design.chambers["A"], atol=0.51e-3)
-    assert facts["problem"] == (run.path / "problem.toml").read_text()
+    assert facts["problem"] == (run.path / "problem.toml").read_text(encoding="utf-8")
     assert [state["design"] for state in facts["states"]] == [0, 2]
     stops = facts["states"][1]["tasks"][0]["stops"]
     np.testing.assert_allclose([stop["pressures"]["A"] for stop in stops], np.linspace(0, 0.06, 7))
@@ -132,7 +132,7 @@ def test_inflation_is_stored_and_halves_become_whole(problem, fields):
 @pytest.mark.slow
 def test_a_page_of_forty_designs_is_small(tmp_path):
     """Seven pressures of two tasks, with nets and a mesh as large as those of the examples."""
-    text = (ROOT / "examples" / "linear.toml").read_text()
+    text = (ROOT / "examples" / "linear.toml").read_text(encoding="utf-8")
     problem = loads(text.replace("[limits]", f"{TASK.format('half').replace('60', '30')}\n[limits]"))
     body = waved(starting_body(problem.body), 1.0)
     mesh = mesh_body(body, 3.0).mesh

@@ -177,7 +177,7 @@ WRONG = [
     ('A = "60 kPa"', 'A = "60 KPa"', "task[0].pressure.A", "not a known unit"),
     ('start = "30 kPa"', 'start = "70 kPa"', "task[0].pressure.B.start", "between min and max"),
     ('min = "0 kPa"', 'min = "90 kPa"', "task[0].pressure.B.min", "above max"),
-    ('min = "0 kPa", ', "", "task[0].pressure.B.min", "is missing"),
+    ('min = "0 kPa", ', "", "task[0].pressure.B.min", 'is missing; add e.g. min = "0 kPa"'),
     ('motion = "bending_y"', 'motion = "bend"', "task[0].objective.motion", "use 'extension'"),
     ('"maximize", motion = "bending_y"', '"follow"', "task[0].objective.kind", "use one of maximize, match_curve"),
     ('"maximize", motion = "bending_y"', '"reach", position = [0, 0, 9]', "task[0].objective.position[0]", "no unit"),
@@ -237,6 +237,12 @@ WRONG = [
         "task[0].objective.position_weight",
         "leaves no target with a weight",
     ),
+    (TARGET, '"motion"', "task[0].objective.bending_y", "is missing, and so is every other motion; give at least one"),
+    (TARGET, '"motion", bending_y = "60 mm"', "task[0].objective.bending_y", "not a unit of an angle"),
+    (TARGET, '"motion", shift_x = 3', "task[0].objective.shift_x", 'write e.g. "3 mm"'),
+    (TARGET, '"motion", axial = "1 mm", extension = "2 mm"', "task[0].objective.axial", "is the same as extension"),
+    (TARGET, '"motion", twist = "9 deg", rotation_weight = 0', "task[0].objective.rotation_weight", "no motion with a"),
+    (TARGET, '"motion", bend_y = "60 deg"', "task[0].objective.bend_y", "unknown key"),
     (TARGET, '"custom", file = "none.py"', "task[0].objective.file", "none.py cannot be read"),
     (TARGET, "3", "task[0].objective.kind", "a int is not a known kind"),
     ("weight = 1.0", "weight = 0", "task[0].weight", "greater than 0"),
@@ -316,6 +322,24 @@ def test_several_faults_are_counted():
     assert message.startswith("body.length: ")
     assert message.endswith("(and 1 more fault)")
     assert "more fault" not in refusal(GOOD.replace("weight = 1.0", "weight = 0"))
+
+
+def test_all_faults_are_found_at_once():
+    """Unknown, missing and wrong keys of one table, of others, and what does not fit together."""
+    text = GOOD.replace('length = "80 mm"', 'lenght = "80 mm"').replace('radius = "12 mm"', "radius = 12")
+    text = text.replace('wall = "2 mm"', 'wall = "2 mm"\nwalls = 1').replace('motion = "bending_y"', 'motion = "bend"')
+    with pytest.raises(ProblemError) as caught:
+        loads(text)
+    assert [fault.split(": ")[0] for fault in caught.value.faults] == [
+        "body.lenght", "body.length", "body.radius", "task[0].objective.motion", "limits.walls",
+    ]  # fmt: skip
+    assert str(caught.value) == f"{caught.value.faults[0]} (and 4 more faults)"
+    text = GOOD.replace('span = ["3 mm", "77 mm"]', 'span = ["3 mm", "85 mm"]').replace("{ A =", "{ C =")
+    with pytest.raises(ProblemError) as caught:
+        loads(text.replace('size = "2 mm"', 'size = "20 mm"'))
+    assert [fault.split(": ")[0] for fault in caught.value.faults] == [
+        "body.chamber[0].span", "body.chamber[1].span", "task[0].pressure.C", "mesh.size",
+    ]  # fmt: skip
 
 
 def test_files_that_are_no_problem_files(tmp_path):

@@ -164,7 +164,7 @@ def test_schema_states_defaults_as_the_file_would():
 
 
 def test_springs_and_motions_are_read_by_each_others_names():
-    text = (FOLDER / "linear_spring.toml").read_text()
+    text = (FOLDER / "linear_spring.toml").read_text(encoding="utf-8")
     assert 'motion = "extension"' in text
     assert "axial =" in text
     other = text.replace('motion = "extension"', 'motion = "-axial"').replace("axial =", "extension =")
@@ -176,6 +176,6 @@ def test_springs_and_motions_are_read_by_each_others_names():
 
 
 def test_the_old_name_of_the_method_is_read_with_a_sentence():
-    text = (FOLDER / "linear.toml").read_text().replace('"sqp"', '"lbfgs"')
+    text = (FOLDER / "linear.toml").read_text(encoding="utf-8").replace('"sqp"', '"lbfgs"')
     with pytest.warns(Renamed, match='"lbfgs" is now called "sqp"'):
         assert loads(text).optimizer.method == "sqp"

@@ -145,7 +145,7 @@ def test_names_of_strain(tmp_path, title, strain):
 
 def test_force_and_displacement(tmp_path):
     path = written(tmp_path / "a.txt", "Extension (mm)   Load (N)", [(25 * (a - 1), 8 * b) for a, b in POINTS], "   ")
-    path.write_text(path.read_text().replace("Extension (mm)   Load (N)", "Extension_mm   Load_N"))
+    path.write_text(path.read_text(encoding="utf-8").replace("Extension (mm)   Load (N)", "Extension_mm   Load_N"))
     read = read_tension(path, Reading(gauge_length=25.0, area=8.0))
     assert read.stretch == pytest.approx(np.sort([a for a, _ in POINTS]))
     assert read.stress == pytest.approx(np.sort([b for _, b in POINTS]))

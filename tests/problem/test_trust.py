@@ -41,8 +41,8 @@ def test_code_in_a_file_is_refused_until_it_is_trusted(arm):
     assert not trusted().exists()
     assert pm.load(arm, trust=True).task[0].objective.code == CODE
     assert pm.load(arm).task[0].objective.code == CODE
-    assert trusted().read_text().endswith(f"  {arm}\n")
-    assert len(trusted().read_text().splitlines()) == 1
+    assert trusted().read_text(encoding="utf-8").endswith(f"  {arm}\n")
+    assert len(trusted().read_text(encoding="utf-8").splitlines()) == 1
 
 
 def test_a_change_of_the_code_or_its_function_is_asked_about_again(arm):

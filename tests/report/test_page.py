@@ -78,7 +78,7 @@ def test_the_start_is_a_ghost(page):
 
 
 def test_numbers_are_those_of_the_result(run, page):
-    result = json.loads((run.path / "result.json").read_text())
+    result = json.loads((run.path / "result.json").read_text(encoding="utf-8"))
     assert words(page, "title") == page.title() == result["title"]
     assert result["reason"] in words(page, "reason")
     for name, motion in result["motions"].items():
@@ -93,7 +93,7 @@ def test_numbers_are_those_of_the_result(run, page):
     slide(page, "design", 0)
     assert "1.00 mm" in words(page, "tasks") and words(page, "of-design") == "design 0"
     page.locator("details:has(#problem) summary").click()
-    assert words(page, "problem").strip() == (run.path / "problem.toml").read_text().strip()
+    assert words(page, "problem").strip() == (run.path / "problem.toml").read_text(encoding="utf-8").strip()
 
 
 def test_a_click_on_a_diagram_chooses_a_design(page):
@@ -130,7 +130,7 @@ def test_playing_ends_at_the_last(page):
 def test_nets_as_a_table(run, page):
     with page.expect_download() as saved:
         page.get_by_role("button", name="Control nets of this design").click()
-    rows = list(csv.DictReader(io.StringIO(saved.value.path().read_text())))
+    rows = list(csv.DictReader(io.StringIO(saved.value.path().read_text(encoding="utf-8"))))
     net = [[float(row[f"{axis}_mm"]) for axis in "xyz"] for row in rows if row["surface"] == "chamber_A"]
     stored = run.load_design(2).chambers["A"]
     np.testing.assert_allclose(np.reshape(net, stored.shape), stored, atol=0.6e-3)

@@ -196,7 +196,7 @@ LINES = {
 def test_lines_of_the_history(run, name):
     change, said = LINES[name]
     path = run.path / "history.jsonl"
-    lines = path.read_text().splitlines()
+    lines = path.read_text(encoding="utf-8").splitlines()
     path.write_text("\n".join([lines[0], json.dumps(change(json.loads(lines[1])))]) + "\n")
     before = contents(run)
     message = refusal(everything, run)

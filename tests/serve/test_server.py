@@ -107,7 +107,7 @@ def test_new_designs_change_the_stamp(tmp_path, serving, asked):
 def test_a_result_of_before_the_run_was_resumed_is_no_end(run, serving, asked, tmp_path):
     problem = loads(tiny())
     again = waving_run(tmp_path / "again", problem, 3, {0: analysed(problem, 0.0)})
-    result = json.loads((run.path / "result.json").read_text()) | {"iterations": 1}
+    result = json.loads((run.path / "result.json").read_text(encoding="utf-8")) | {"iterations": 1}
     (again.path / "result.json").write_text(json.dumps(result))
     with serving(again.path) as server:
         assert unpack(asked(server, "runs/0")[1])[0]["result"] is None
@@ -137,7 +137,7 @@ def test_what_cannot_be_served(run, tmp_path):
 
 
 def test_sliders_go_beyond_the_tasks():
-    problem = loads(Path("examples/arm_parallel.toml").read_text())
+    problem = loads(Path("examples/arm_parallel.toml").read_text(encoding="utf-8"))
     for slider in sliders_of(problem):
         ends = [
             end

@@ -39,7 +39,7 @@ def test_a_grid_is_every_combination(study):
     assert found.title == "Both"
     pairs = [(m.problem.task[0].pressure["A"].start, m.problem.end_effector.spring.axial) for m in found.members]
     assert pairs == [(p, k) for p in (0.02, 0.03) for k in (0.0, 1.0, 2.0)]
-    assert found.members[1].name == "A-20-kPa,axial-1-N-mm"
+    assert found.members[1].name == "A-20-kPa_axial-1-N-mm"
 
 
 def test_members_have_bases_and_changes_of_their_own(study):
@@ -52,7 +52,7 @@ def test_members_have_bases_and_changes_of_their_own(study):
     assert [m.problem.body.length for m in found.members] == [24.0, 24.0, 34.0, 34.0]
     assert [m.problem.mesh.size for m in found.members] == [5.0, 5.0, 4.0, 4.0]
     assert [m.problem.body.ripple is None for m in found.members] == [False, True, False, True]
-    assert found.members[3].name == "long,no-ripple"
+    assert found.members[3].name == "long_no-ripple"
 
 
 @pytest.mark.parametrize(
@@ -69,6 +69,14 @@ def test_members_have_bases_and_changes_of_their_own(study):
             '"task[3].weight": there is no entry [3]; the list',
         ),
         ('base = "base.toml"\n[grid]\n"title.x" = [1]\n', 'there is no table to hold "x"'),
+        (
+            'base = "base.toml"\n[grid]\n"task.pressure.A" = ["9 kPa"]\n',
+            '"task.pressure.A": task is a list; say which entry, of the first it is "task[0].pressure.A"',
+        ),
+        (
+            'base = "base.toml"\n[grid]\n"body.chamber.radius" = ["3 mm"]\n',
+            'body.chamber is a list; say which entry, of the first it is "body.chamber[0].radius"',
+        ),
         ('base = "base.toml"\nbases = 1\n[[member]]', "bases: is not a key of a study"),
         ('base = "base.toml"\n[[member]]\nname = "a"\n[[member]]\nname = "a"', 'two members are called "a"'),
         ('base = "base.toml"\n[[member]]\nchange = 1', "member[0].change: is not a key of a member"),

@@ -178,6 +178,8 @@ class SweepStep:
         As in `TaskResult`; `stable` is against all motions of the whole body.
     reason : str
         Why no equilibrium was found, as a sentence; else empty.
+    errors : {name: float}
+        Distance from the task's target, as in `TaskResult`; empty for tasks without one.
     """
 
     task: str
@@ -191,6 +193,7 @@ class SweepStep:
     stable: bool = False
     converged: bool = True
     reason: str = ""
+    errors: Mapping[str, float] = field(default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,8 @@ from pneumorph.mechanics import (
     whole_of,
 )
 from pneumorph.mesh import TetMesh, mesh_body
-from pneumorph.objective import measure_features
-from pneumorph.problem import Problem
+from pneumorph.objective import Objective, build_objectives, measure_features
+from pneumorph.problem import Custom, Maximize, Problem
 from pneumorph.problem.components import COMPONENT_OF, component_of
 
 BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
@@ -71,6 +71,8 @@ class Simulation:
     paths : the pressures of the sweeps, each computed for every task.
     blocked : (6,) bool
         Plate components that are held at zero.
+    targets : {task: Objective}
+        Objectives of the tasks with a target, from which the steps have their distance.
     """
 
     problem: Problem
@@ -79,26 +81,63 @@ class Simulation:
     pressures: Mapping[str, Mapping[str, float]]
     paths: list[PressurePath]
     blocked: np.ndarray
+    targets: Mapping[str, Objective] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
         """Number of steps of all sweeps."""
-        return len(self.pressures) * sum(len(path.steps) for path in self.paths)
+        return sum(map(len, self._alike)) * sum(len(path.steps) for path in self.paths)
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Tasks that are not simulated, since under these loads each is the same as another one: {task: that one}."""
+        shown = {task for tasks in self._alike for task in tasks}
+        return {task: self._first_like(task) for task in self.pressures if task not in shown}
+
+    @property
+    def _alike(self) -> list[list[str]]:
+        """Tasks under equal loads, solved together: the first of them, and others with a target of their own."""
+        groups: dict[str, list[str]] = {}
+        for task in self.pressures:
+            first = self._first_like(task)
+            if task == first or task in self.targets:
+                groups.setdefault(first, []).append(task)
+        return list(groups.values())
+
+    def _first_like(self, task: str) -> str:
+        """The first task whose chambers have the same pressures, but for those that the paths give."""
+        given = set(self.paths[0].steps[0])
+
+        def own(name: str) -> dict[str, float]:
+            return {chamber: value for chamber, value in self.pressures[name].items() if chamber not in given}
+
+        return next(name for name in self.pressures if own(name) == own(task))
 
     def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
         whole = None if self.model.mirror is None else whole_of(self.model, self.mesh)
-        for task, own in self.pressures.items():
+        for tasks in self._alike:
+            own = self.pressures[tasks[0]]
             for path in self.paths:
-                curves.append(Curve(task, path.swept, []))
+                new = [Curve(task, path.swept, []) for task in tasks]
+                curves += new
                 along = [{**own, **given} for given in path.steps]
                 loads = [loads_of(self.problem, self.model, each) for each in along]
                 configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
                 for pressures, at, found in zip(along, configurations, sweep(configurations, tangent), strict=True):
-                    step = step_of(task, pressures, at, found, whole)
-                    curves[-1].steps.append(step)
-                    yield step
+                    step = step_of(tasks[0], pressures, at, found, whole)
+                    for curve in new:
+                        curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, found)))
+                        yield curve.steps[-1]
+
+    def _errors(self, task: str, at: Configuration, found: Equilibrium | NoEquilibrium) -> dict[str, float]:
+        """Distances of an equilibrium from the target of a task, if it has one."""
+        objective = self.targets.get(task)
+        if objective is None or isinstance(found, NoEquilibrium):
+            return {}
+        moved = objective.features(at.model, at.X, found.state)
+        return {name: float(error(moved)) for name, error in objective.errors.items()}
 
 
 def prepare_simulation(
@@ -131,7 +170,15 @@ def prepare_simulation(
     blocked = _blocked(problem, list(block))
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
     mesh = mesh_body(body, problem.mesh.size, mirror_of(problem, applied)).mesh
-    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked)
+    targets = {name: found for name, found in _targets(problem).items() if name in pressures}
+    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets)
+
+
+def _targets(problem: Problem) -> dict[str, Objective]:
+    """The objectives that have a distance from a target; functions of users are not called."""
+    if all(isinstance(task.objective, Maximize | Custom) for task in problem.task):
+        return {}
+    return {name: found for name, found in build_objectives(problem).items() if found.errors}
 
 
 def _blocked(problem: Problem, names: list[str]) -> np.ndarray:

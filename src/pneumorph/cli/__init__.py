@@ -2,16 +2,20 @@
 
 import sys
 import warnings
-from typing import Any
+from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
+import pneumorph as package
 from pneumorph.cli import commands
+from pneumorph.cli.help import WholeSentences
 from pneumorph.errors import ComputationError, ProblemError, Renamed
 
+MOST_FAULTS = 10
+"""Faults of a problem file that are shown at once, one line each."""
 
-class Commands(TyperGroup):
+
+class Commands(WholeSentences):
     """The commands; the package's own errors end in one line and an exit status instead of a traceback."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -20,7 +24,10 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except ProblemError as error:
-            _report(error)
+            for fault in error.faults[:MOST_FAULTS]:
+                _report(fault)
+            if len(error.faults) > MOST_FAULTS:
+                _report(f"and {len(error.faults) - MOST_FAULTS} more; mend these first")
             raise typer.Exit(2) from None
         except ComputationError as error:
             _report(error)
@@ -40,14 +47,26 @@ def _report(error: Exception | str) -> None:
     print("pneumorph:", " ".join(str(error).split()), file=sys.stderr)
 
 
-app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False)
+# Without markup in help: it takes words in square brackets, such as [material], for styles and leaves them out.
+app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"pneumorph {package.__version__}")
+        raise typer.Exit
 
 
 @app.callback()
-def pneumorph() -> None:
+def pneumorph(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
     """Design pneumatic soft robots: from a target motion to the body, its air chambers and its pressures."""
 
 
+app.command()(commands.new)
 app.command()(commands.design)
 app.command()(commands.simulate)
 app.command()(commands.check)

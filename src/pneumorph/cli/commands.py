@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from pneumorph.cli.help import WholeSentences
+
 RunDirectory = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
 Trusted = Annotated[
     bool, typer.Option("--trust", help="Run the Python code that comes with the file, without a question.")
@@ -14,17 +16,36 @@ Trusted = Annotated[
 DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")]
 
 
+def new(
+    name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the file; .toml is added.")],
+    kind: Annotated[
+        str, typer.Option(metavar="extension|bending|twist|finger|arm", help="What the robot does.")
+    ] = "extension",
+) -> None:
+    """Write a commented problem file to start from."""
+    from pneumorph.cli.new import new
+
+    new(name, kind)
+
+
 def design(
-    problem: Annotated[Path, typer.Argument(help="The problem file (TOML).")],
+    problem: Annotated[Path, typer.Argument(metavar="PROBLEM", help="The problem file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the outcome, and what is wrong.")] = False,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", help="Print more of every design: step, gain over predicted gain, gradient left, cost."
+        ),
+    ] = False,
     trust: Trusted = False,
 ) -> None:
     """Design a body for a problem."""
     from pneumorph.cli.design import design
 
-    design(problem, out, iterations, resume, trust)
+    design(problem, out, iterations, resume, quiet, verbose, trust)
 
 
 def simulate(
@@ -44,32 +65,37 @@ def simulate(
     block: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="shift_x|shift_y|axial|bending_x|bending_y|torsion|extension|twist|all",
-            help="Block a motion of the plate and report the force or torque on the block; repeatable.",
+            metavar="MOTION",
+            help="Block a motion of the plate and report the force or torque on the block: shift_x, shift_y, axial (or "
+            "extension), bending_x, bending_y, torsion (or twist), all; repeatable.",
         ),
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the steps to this file as JSON.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the steps to this file as a table.")] = None,
     png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep to this file.")] = None,
     design: Annotated[int | None, typer.Option(min=0, help="Number of a run's design; by default the last.")] = None,
+    task: Annotated[str | None, typer.Option(help="Simulate only this task; by default all that differ.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print no steps, for --json, --csv or --png.")] = False,
     trust: Trusted = False,
 ) -> None:
     """Simulate the starting body of a problem, or a design of a run: at the tasks' pressures or along sweeps."""
     from pneumorph.cli.simulate import simulate
 
-    simulate(
-        source, pressure or [], one_by_one, block or [], {"--json": json, "--csv": csv, "--png": png}, design, trust
-    )
+    files = {"--json": json, "--csv": csv, "--png": png}
+    simulate(source, pressure or [], one_by_one, block or [], files, design, task, quiet, trust)
 
 
 def check(
-    problem: Annotated[Path, typer.Argument(help="A problem file (TOML), or a run directory.")],
+    problem: Annotated[
+        Path, typer.Argument(metavar="PROBLEM_OR_RUN", help="A problem file (TOML), or a run directory.")
+    ],
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out the test of the gradient.")] = False,
     trust: Trusted = False,
 ) -> None:
     """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
-    check(problem, trust)
+    check(problem, quick, trust)
 
 
 def export(
@@ -113,7 +139,7 @@ def draw(
     picture: Annotated[
         str,
         typer.Argument(
-            metavar="[PICTURE]",
+            metavar="PICTURE",
             help="body, history, profile, shape, pressures, evolution or inflation; or all, as at the end of a run.",
         ),
     ] = "body",
@@ -182,6 +208,7 @@ def study(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes on this machine; by default one per core.")
     ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only where the results are.")] = False,
     tls_ca: Annotated[
         Path | None, typer.Option(metavar="FILE.pem", help="For tls://…: certificate of who signed the others.")
     ] = None,
@@ -196,7 +223,8 @@ def study(
     """Run every design of a study; finished members are not run again."""
     from pneumorph.cli.study import study
 
-    study(source, out, cluster, workers, {"--tls-ca": tls_ca, "--tls-cert": tls_cert, "--tls-key": tls_key}, trust)
+    tls = {"--tls-ca": tls_ca, "--tls-cert": tls_cert, "--tls-key": tls_key}
+    study(source, out, cluster, workers, quiet, tls, trust)
 
 
 def verify(
@@ -211,7 +239,12 @@ def verify(
     verify(only or [], write)
 
 
-material = typer.Typer(no_args_is_help=True, help="Elastomers: show the library, fit models to tension tests.")
+material = typer.Typer(
+    cls=WholeSentences,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Elastomers: show the library, fit models to tension tests.",
+)
 
 
 @material.command("list")
@@ -223,7 +256,7 @@ def list_materials(json: Annotated[bool, typer.Option("--json", help="As JSON, f
 
 
 @material.command("show")
-def show_material(name: Annotated[str, typer.Argument(help="An elastomer of the library.")]) -> None:
+def show_material(name: Annotated[str, typer.Argument(metavar="NAME", help="An elastomer of the library.")]) -> None:
     """Show an elastomer of the library."""
     from pneumorph.cli.material import show
 

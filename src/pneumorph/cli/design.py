@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from rich.console import Console
+from rich.text import Text
 
+from pneumorph.cli.outcome import outcome
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, NotWritten, ProblemError
@@ -13,13 +15,23 @@ from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.mechanics import rubber_of
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.output.format import format_duration, motion_of, validity_warning
+from pneumorph.output.format import validity_warning
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 
 
-def design(problem: Path, out: Path | None, iterations: int | None, resume: bool, trust: bool) -> None:
+def design(
+    problem: Path,
+    out: Path | None,
+    iterations: int | None,
+    resume: bool,
+    quiet: bool = False,
+    verbose: bool = False,
+    trust: bool = False,
+) -> None:
     """Design a body for a problem file."""
+    if quiet and verbose:
+        raise ProblemError("--quiet: is the opposite of --verbose; leave one of them out")
     keep_netgen_quiet()
     asked = load(problem, asking(trust))
     if iterations is not None:
@@ -27,25 +39,26 @@ def design(problem: Path, out: Path | None, iterations: int | None, resume: bool
     run = prepare_run(asked, out or Path("runs") / problem.stem, resume)
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {problem} --out {run.path}{again} --resume"
-    with Screen(asked, Console()) as screen:
+    console = Console()
+    with Screen(asked, console, quiet, verbose) as screen:
         if run.latest is not None:
             screen.say(f"resuming after design {run.latest} in {run.path}")
         for sentence in adjusted_columns(asked.body):
             screen.say(sentence)
         try:
-            outcome = run.complete(screen.show)
+            run.complete(screen.show)
         except NotWritten as error:
             raise ComputationError(f"{error}; then resume with: {command}") from None
         except ComputationError as error:
-            _conclude(run, screen, f"the computation failed: {error}")
+            _conclude(run, screen, console)
             raise ComputationError(f"{error}; {_saved(run, command)}") from None
         except KeyboardInterrupt:
             raise ComputationError(f"stopped; {_saved(run, command)}") from None
-        _conclude(run, screen, outcome.reason)
+        _conclude(run, screen, console)
 
 
-def _conclude(run: Run, screen: Screen, reason: str) -> None:
-    """Draw the pictures and the page, and print where they are, the results, and why the loop ended."""
+def _conclude(run: Run, screen: Screen, console: Console) -> None:
+    """Draw the pictures and the page, say where they are, and print the last words, which are never left out."""
     history, result = run.history, run.result
     if not history or result is None:
         return
@@ -58,17 +71,12 @@ def _conclude(run: Run, screen: Screen, reason: str) -> None:
         screen.say(f"everything in one page: {run.report()}")
     except ProblemError as error:
         screen.say(f"the page could not be written: {error}")
-    motions = ", ".join(
-        f"{motion.word} {motion_of(task, history[0].tasks[task.name])} → {motion}"
-        for task in run.problem.task
-        for motion in [motion_of(task, history[-1].tasks[task.name])]
-    )
-    spent = format_duration(result.seconds["total"])
-    screen.say(f"{result.iterations} designs in {spent}: {motions}; the loop ended because {reason}.")
+    for part in outcome(run, history[0], result):
+        console.print(part, soft_wrap=isinstance(part, Text))
     rubber = rubber_of(run.problem.material)
     for name, found in history[-1].tasks.items():
         if sentence := validity_warning(rubber, found.max_stretch):
-            screen.say(f"Task {name}: {sentence}.")
+            console.print(Text(f"Task {name}: {sentence}."), soft_wrap=True)
 
 
 def _saved(run: Run, command: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from types import TracebackType
 
 from rich.console import Console
@@ -13,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry
-from pneumorph.constraint.table import in_history
+from pneumorph.cli.columns import columns_of, heading, row
 from pneumorph.optimize import (
     BroughtWithin,
     DesignAccepted,
@@ -24,29 +23,34 @@ from pneumorph.optimize import (
     Remeshed,
     Started,
 )
-from pneumorph.output.format import format_duration, mirror_note, motion_of
+from pneumorph.output.format import format_duration, mirror_note
 from pneumorph.problem import Problem
 
 PHASES = {"geometry": "mesh", "equilibrium": "equilibrium", "gradient": "gradient", "subproblem": "sub-problem"}
 
 
 class Screen:
-    """Shows the events of a run on a console, as plain lines if that is not a terminal. Used as a context manager."""
+    """Shows the events of a run on a console, as plain lines if that is not a terminal. Used as a context manager.
 
-    def __init__(self, problem: Problem, console: Console):
+    A quiet one shows none, a verbose one more columns.
+    """
+
+    def __init__(self, problem: Problem, console: Console, quiet: bool = False, verbose: bool = False):
         self._problem = problem
         self._console = console
-        self._columns = _columns(problem)
+        self._quiet = quiet
+        self._columns = columns_of(problem, console.width, verbose)
         self._began = time.perf_counter()
         self._recent: list[float] = []
         self._phases = dict.fromkeys(PHASES, 0.0)
         self._total = problem.optimizer.iterations
+        self._rejected = 0
         self._spinner = Spinner("dots")
         self._status = Text("meshing, first equilibria")
         self._live = Live(self, console=console, transient=True, refresh_per_second=4)
 
     def __enter__(self) -> Screen:
-        if self._console.is_terminal:
+        if self._console.is_terminal and not self._quiet:
             self._live.start()
         return self
 
@@ -73,6 +77,7 @@ class Screen:
                     f"surfaces by up to {event.moved_mm:.2g} mm"
                 )
             case DesignAccepted():
+                self._rejected = 0
                 self.row(event.entry)
                 self._update_status(event)
             case Remeshed():
@@ -82,19 +87,16 @@ class Screen:
                     f"design {event.iteration}: the old mesh is kept with elements of quality {event.quality:.2g}, "
                     f"{event.reason}"
                 )
-            case DesignRejected() if event.step_mm > 0:
-                self._note(f"design {event.iteration}: step taken back to {event.step_mm:.3g} mm, {event.reason}")
             case DesignRejected():
-                self._note(f"design {event.iteration}: step taken back, {event.reason}")
+                self._rejected += 1
+                shorter = f"; the next step is at most {event.step_mm:.3g} mm" if event.step_mm > 0 else ""
+                self._note(f"design {event.iteration}, trial {self._rejected} rejected: {event.reason}{shorter}")
             case Finished():
                 self._status = Text("drawing the pictures")
 
     def row(self, entry: HistoryEntry) -> None:
         """Show the row of an accepted design."""
-        row = Text()
-        for (_, width), cell in zip(self._columns, _cells(self._problem, entry), strict=True):
-            row.append(f"{cell.plain:>{width}} ", style=cell.style)
-        self._print(row)
+        self._print(row(self._problem, self._columns, entry))
 
     def say(self, sentence: str) -> None:
         """Print a sentence on its own line."""
@@ -105,10 +107,7 @@ class Screen:
             f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
             + mirror_note(event.mirror)
         )
-        heading = Text(style="bold")
-        for title, width in self._columns:
-            heading.append(f"{title:>{width}} ")
-        self._print(heading)
+        self._print(heading(self._columns))
         self._status = Text(f"design {event.iteration + 1} of {event.iterations}")
 
     def _update_status(self, event: DesignAccepted) -> None:
@@ -132,40 +131,7 @@ class Screen:
         self._print(Text(f"     {sentence}", style="dim"))
 
     def _print(self, text: Text) -> None:
+        if self._quiet:
+            return
         # Rows are never wrapped, so that they keep their columns on narrow terminals and in files.
         self._console.print(text, soft_wrap=True)
-
-
-def _columns(problem: Problem) -> list[tuple[str, int]]:
-    """Titles and widths of the columns."""
-    motions = [(task.name, max(10, len(task.name))) for task in problem.task]
-    limits = [(limit.word[:9], max(6, len(limit.word[:9]))) for limit, _, _ in in_history(problem.limits)]
-    return [("it", 3), *motions, *limits, ("elements", 8), ("fact.", 5), ("s", 6), ("equiv.", 6)]
-
-
-def _cells(problem: Problem, entry: HistoryEntry) -> list[Text]:
-    motions = [Text(str(motion_of(task, entry.tasks[task.name])), style="bold") for task in problem.task]
-    seconds, equivalents = entry.seconds["total"], entry.equivalents
-    return [
-        Text(str(entry.iteration)),
-        *motions,
-        *_limits(problem, entry.limits),
-        Text(str(entry.elements)),
-        Text(str(entry.factorisations)),
-        Text(f"{seconds:.1f}"),
-        Text("–" if equivalents is None else f"{equivalents:.1f}"),
-    ]
-
-
-def _limits(problem: Problem, found: Mapping[str, float | None]) -> list[Text]:
-    """Worst values of the limits: red beyond the bound and its tolerance, yellow within the tolerance."""
-    cells = []
-    for limit, key, bound in in_history(problem.limits):
-        value = found[key]
-        if value is None:
-            cells.append(Text("–", style="red"))
-            continue
-        passed = limit.excess(value, bound)
-        style = "red" if passed > limit.tolerance else "yellow" if passed > 0 else "green"
-        cells.append(Text(f"{value:.2f}" if limit.unit == "mm" else f"{value:.3f}", style=style))
-    return cells

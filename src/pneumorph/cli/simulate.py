@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +21,8 @@ from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.output.format import format_pressures, mirror_note
-from pneumorph.problem import Trust, load
+from pneumorph.output.format import errors_of, format_pressures, mirror_note
+from pneumorph.problem import Task, Trust, load
 from pneumorph.run import atomic
 
 
@@ -33,6 +33,8 @@ def simulate(
     block: list[str],
     files: Mapping[str, Path | None],
     number: int | None,
+    task: str | None,
+    quiet: bool,
     trust: bool,
 ) -> None:
     """Simulate the starting body of a problem file or a design of a run; `files` are the output files by option."""
@@ -40,20 +42,25 @@ def simulate(
     keep_netgen_quiet()
     design = _design(source, number, asking(trust))
     given = _given(pressures)
+    console = Console(quiet=quiet)
     for option, path in files.items():
-        _check(option, path)
-    simulation = design.prepare_simulation(given, block, one_by_one)
+        for folder in _check(option, path):
+            console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
+    simulation = design.prepare_simulation(given, block, one_by_one, task)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
-    model, console = simulation.model, Console()
+    model = simulation.model
     size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{mirror_note(model.mirror)}"
     console.print(Text(size), soft_wrap=True)
+    for other, same in simulation.left_out.items():
+        console.print(Text(f"task {other} is left out: its loads here are those of task {same}"), soft_wrap=True)
+    tasks = {each.name: each for each in design.problem.task}
     curves: list[Curve] = []
     stopped = False
     try:
         with _progress(console, simulation.count) as progress:
             for step in simulation.run(curves):
-                console.print(_row(step), soft_wrap=True)
+                console.print(_row(step, tasks[step.task]), soft_wrap=True)
                 progress.advance(progress.task_ids[0])
     except KeyboardInterrupt:
         stopped = True
@@ -107,16 +114,21 @@ def _progress(console: Console, total: int) -> Progress:
     return progress
 
 
-def _row(step: SweepStep) -> Text:
+LEAST = 1e-6
+"""Forces in N, and a tenth of torques in N·mm, below which a reaction is rounding."""
+
+
+def _row(step: SweepStep, task: Task) -> Text:
     head = f"{step.task}, {format_pressures(step.pressures)}: "
     if not step.converged:
         return Text(head + step.reason, style="red")
-    x, y, z = step.translation
-    a, b, c = np.degrees(step.rotation)
-    parts = [f"tip ({x:.3f}, {y:.3f}, {z:.3f}) mm", f"turned ({a:.2f}, {b:.2f}, {c:.2f})°"]
+    parts = [f"tip {_vector(step.translation, 3)} mm", f"turned {_vector(np.degrees(step.rotation), 2)}°"]
+    for error in errors_of(task, step.errors):
+        parts.append(f"{error.word} {error}")
     for name, value in step.reaction.items():
-        unit = "N·mm" if name in COMPONENTS[3:] else "N"
-        parts.append(f"{name} {value:.4g} {unit}")
+        turns = name in COMPONENTS[3:]
+        shown = 0.0 if abs(value) < (10 * LEAST if turns else LEAST) else value
+        parts.append(f"{name} {shown:.4g} {'N·mm' if turns else 'N'}")
     beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""
     parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
     if not step.stable:
@@ -124,10 +136,22 @@ def _row(step: SweepStep) -> Text:
     return Text(head + ", ".join(parts), style="yellow" if beyond or not step.stable else "")
 
 
-def _check(option: str, path: Path | None) -> None:
-    """Raise ProblemError for a file that cannot be written, before anything is computed."""
+def _vector(parts: Iterable[float], digits: int) -> str:
+    """Three numbers, rounded before they are written, so that no -0.000 is shown."""
+    return f"({', '.join(f'{round(float(part), digits) + 0.0:.{digits}f}' for part in parts)})"
+
+
+def _check(option: str, path: Path | None) -> list[Path]:
+    """Make the folder of a file, and return it if it is new.
+
+    Raises
+    ------
+    ProblemError
+        If the file cannot be written, before anything is computed.
+    """
     if path is None:
-        return
+        return []
+    new = [] if path.parent.exists() else [path.parent]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -135,6 +159,7 @@ def _check(option: str, path: Path | None) -> None:
     if path.is_dir() or not os.access(path.parent, os.W_OK):
         wrong = "is a directory" if path.is_dir() else "its folder cannot be written to"
         raise ProblemError(f"{option} {path}: {wrong}; name another file")
+    return new
 
 
 def _write(option: str, path: Path | None, text: str) -> None:

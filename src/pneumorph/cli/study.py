@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 
 from rich.console import Console
@@ -25,6 +26,7 @@ def study(
     out: Path | None,
     cluster: str | None,
     workers: int | None,
+    quiet: bool,
     tls: Mapping[str, Path | None],
     trust: bool,
 ) -> None:
@@ -40,18 +42,32 @@ def study(
         raise ProblemError(f"--out {folder}: cannot be written ({error.strerror}); name another") from None
     console = Console()
     board = Board(asked, done)
+
+    def accepted(name: str, entry: HistoryEntry) -> None:
+        board.update(name, entry)
+        report(board.line(name))
+
+    def report(text: str) -> None:
+        if not (quiet or console.is_terminal):
+            console.print(Text(text), soft_wrap=True)
+
     ends: list[MemberEnd] = []
     if unfinished:
         try:
-            with connected(cluster, workers, tls) as client, Live(board, console=console, refresh_per_second=2):
-                for end in run_members(client, unfinished, folder, board.update):
+            # A table that changes is for terminals only; elsewhere every design and every end is a line.
+            shown = Live(board, console=console, refresh_per_second=2) if console.is_terminal and not quiet else None
+            with connected(cluster, workers, tls) as client, shown or nullcontext():
+                for end in run_members(client, unfinished, folder, accepted):
                     ends.append(end)
                     board.end(end)
+                    report(board.line(end.name))
         except KeyboardInterrupt:
             raise ComputationError(
                 f"stopped; designs so far are in {folder}; resume with the same command, finished members are not run "
                 "again"
             ) from None
+    if not (quiet or console.is_terminal):
+        console.print(board)
     failed = [end for end in ends if not end.completed]
     try:
         console.print(Text(f"summary in {write_summary(asked, folder)}"), soft_wrap=True)
@@ -87,6 +103,17 @@ class Board:
         """Show how a member ended."""
         self._state[end.name] = f"done: {end.reason}" if end.completed else f"failed: {end.reason}"
 
+    def line(self, name: str) -> str:
+        """The state of a member in a line."""
+        entry, state = self._latest.get(name), self._state[name]
+        if entry is None or state != "running":
+            return f"{name}: {state}"
+        return f"{name}: design {entry.iteration}, {self._motions(name, entry)}, limits {_held(entry)}"
+
+    def _motions(self, name: str, entry: HistoryEntry) -> str:
+        (member,) = (member for member in self._study.members if member.name == name)
+        return ", ".join(str(motion_of(task, entry.tasks[task.name])) for task in member.problem.task)
+
     def __rich__(self) -> Table:
         table = Table(title=printable(self._study.title), title_style="bold")
         for heading in ("member", "design", "motion", "limits", "time", "state"):
@@ -97,8 +124,12 @@ class Board:
             if entry is None:
                 table.add_row(member.name, "", "", "", "", Text(state, style=style))
                 continue
-            motions = ", ".join(str(motion_of(task, entry.tasks[task.name])) for task in member.problem.task)
-            held = Text("held") if entry.held else Text("violated", style="red")
+            motions = self._motions(member.name, entry)
+            held = Text(_held(entry), style="" if entry.held else "red")
             spent = format_duration(self._seconds[member.name])
             table.add_row(member.name, str(entry.iteration), motions, held, spent, Text(state, style=style))
         return table
+
+
+def _held(entry: HistoryEntry) -> str:
+    return "held" if entry.held else "violated !"

@@ -2,6 +2,15 @@
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax)
 from pneumorph.constraint.limits import LimitFunctions, Partners, build_limit_functions
-from pneumorph.constraint.report import LimitReading, LimitReport, Places, certify
+from pneumorph.constraint.report import LimitReading, LimitReport, Places, certify, without_rounding
 
-__all__ = ["LimitFunctions", "LimitReading", "LimitReport", "Partners", "Places", "build_limit_functions", "certify"]
+__all__ = [
+    "LimitFunctions",
+    "LimitReading",
+    "LimitReport",
+    "Partners",
+    "Places",
+    "build_limit_functions",
+    "certify",
+    "without_rounding",
+]

@@ -32,6 +32,15 @@ Ints = NDArray[np.integer]
 _RELATIVE_GAP, _FOLD_RELATIVE_GAP = 0.01, 0.8
 
 
+NOISE = 1e-9
+"""Values below it, in mm, 1/mm² or 1, are shown as 0."""
+
+
+def without_rounding(value: float) -> float:
+    """A value as it is shown: zero where it is no more than rounding."""
+    return 0.0 if abs(value) < NOISE else value
+
+
 @dataclass(frozen=True)
 class LimitReading:
     """The worst value of one limit.
@@ -72,7 +81,7 @@ class LimitReading:
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
         kind = "at least" if limit.at_least else "at most"
         return (
-            f"{self.limit} is {self.value:.3g}{unit}, must be {kind} {self.bound:g}{unit}"
+            f"{self.limit} is {without_rounding(self.value):.3g}{unit}, must be {kind} {self.bound:g}{unit}"
             f" (on {self.surface}, q = {self.q:.3f}, r = {self.r:.3f})"
         )
 

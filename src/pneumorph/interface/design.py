@@ -139,6 +139,7 @@ class Design:
         pressures: Mapping[str, Any] | None = None,
         block: str | Iterable[str] = (),
         one_by_one: bool = False,
+        task: str | None = None,
     ) -> Sweep:
         """Find equilibria at the tasks' pressures, or along sweeps of pressure.
 
@@ -151,6 +152,9 @@ class Design:
             Motions of the plate to block: "axial", "bending_x", …, or "all". Steps then have the reactions.
         one_by_one : bool
             Sweep one chamber after another, while the others stay at the start of their sweeps.
+        task : str, by default all
+            The only task whose pressures and target are used. Of tasks that are the same under the pressures given, one
+            is simulated, and those with a target.
 
         Raises
         ------
@@ -168,7 +172,7 @@ class Design:
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
-        prepared = self.prepare_simulation(pressures, block, one_by_one)
+        prepared = self.prepare_simulation(pressures, block, one_by_one, task)
         for _ in prepared.run(curves):
             pass
         return Sweep(prepared, curves, time.perf_counter() - began)
@@ -178,10 +182,12 @@ class Design:
         pressures: Mapping[str, Any] | None = None,
         block: str | Iterable[str] = (),
         one_by_one: bool = False,
+        task: str | None = None,
     ) -> Simulation:
         """Prepare what `simulate` does, to be run step by step; parameters and errors are the same."""
         names = [block] if isinstance(block, str) else block
-        return prepare_simulation(self.problem, self.body, self.pressures, pressures or {}, names, one_by_one)
+        own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
+        return prepare_simulation(self.problem, self.body, own, pressures or {}, names, one_by_one)
 
     def explorer(self) -> Explorer:
         """Find equilibria at any pressures, one after another, each from the nearest ones that are known.

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from pneumorph.analysis import Curve, Simulation, SweepStep, to_json
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import COMPONENTS
+from pneumorph.output.format import WORDS
 from pneumorph.output.sweeps import csv_text, table
+from pneumorph.problem.components import MOTION_OF
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -102,7 +102,11 @@ class Sweep:
 
         if not any(curve.found and curve.swept for curve in self.curves):
             raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
-        blocked = [name.replace("_", " about ") for name in np.array(COMPONENTS)[self.simulation.blocked]]
+        blocked = [
+            WORDS[MOTION_OF.get(name, name)]
+            for name, held in zip(COMPONENTS, self.simulation.blocked, strict=True)
+            if held
+        ]
         words = f"blocked: {' and '.join(blocked)}" if blocked else ""
         title = ", ".join(part for part in (self.simulation.problem.title, words) if part)
         figure = curves_figure(self.curves, title)

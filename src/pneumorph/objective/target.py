@@ -32,7 +32,8 @@ from pneumorph.objective.features import (
     traits_of,
 )
 from pneumorph.objective.rotations import angle_residual
-from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach
+from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach, TargetMotion
+from pneumorph.problem.objective import MOTIONS as MOVES
 
 if TYPE_CHECKING:
     from pneumorph.problem import Problem
@@ -140,6 +141,8 @@ def build_objectives(problem: Problem) -> dict[str, Objective]:
                 found[task.name] = match(equidistant(len(turns), length), None, turns)
             case Reach() as asked:
                 found[task.name] = reach(asked, length)
+            case TargetMotion() as asked:
+                found[task.name] = target_motion(asked)
             case Custom() as asked:
                 slabs = equidistant(asked.sections, length)
                 measure = custom(f"task[{number}].objective", asked, chambers)
@@ -216,6 +219,27 @@ def reach(asked: Reach, length: float) -> Objective:
 
         parts.append((asked.rotation_weight, off))
         errors["orientation_rad"] = lambda f: jnp.sqrt(jnp.sum(off(f) ** 2) / 2)
+    return _squares(parts, NO_SLABS, errors)
+
+
+def target_motion(asked: TargetMotion) -> Objective:
+    """Target components of the tip's translation and rotation vector, each in the sum of squares if it is given."""
+    parts: list[tuple[float, FeatureFunction]] = []
+    errors: dict[str, FeatureFunction] = {}
+    for name, of, motions in (
+        ("position_mm", lambda f: f.translation, MOVES[:3]),
+        ("orientation_rad", lambda f: f.rotation, MOVES[3:]),
+    ):
+        given = [number for number, motion in enumerate(motions) if motion in asked.targets]
+        if not given:
+            continue
+        wanted = jnp.array([asked.targets[motions[number]] for number in given])
+
+        def off(f: Features, of=of, given=tuple(given), wanted=wanted) -> Array:
+            return of(f)[jnp.array(given)] - wanted
+
+        parts.append((asked.weight_of(motions[given[0]]), off))
+        errors[name] = lambda f, off=off: jnp.sqrt(jnp.sum(off(f) ** 2))
     return _squares(parts, NO_SLABS, errors)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from pneumorph.analysis import TaskResult
 from pneumorph.output.view import View
-from pneumorph.problem import MatchCurve, MatchSections, Maximize, Problem, Reach, Task
+from pneumorph.problem import MatchCurve, MatchSections, Maximize, Problem, Reach, TargetMotion, Task
 
 Cut = Literal["yz", "xz", "xy", "none"]
 
@@ -81,6 +81,10 @@ def _wanted(problem: Problem, task: Task) -> np.ndarray | None:
     match task.objective:
         case Maximize(component="bending_x" | "bending_y" as component):
             return np.array([component == "bending_x", component == "bending_y"], float)
+        case TargetMotion(bending_x=about_x, bending_y=about_y, shift_x=to_x, shift_y=to_y):
+            turned = _across(np.array([about_x or 0.0, about_y or 0.0]), LEAST)
+            sideways = np.array([-(to_y or 0.0), to_x or 0.0])
+            return turned if turned is not None else _across(sideways, LEAST * problem.body.length)
         case MatchCurve(control_points=points):
             return _farthest(np.array(points)[:, :2] @ np.array([[0.0, 1.0], [-1.0, 0.0]]), LEAST * problem.body.length)
         case MatchSections(rotations=turns):

@@ -9,9 +9,17 @@ import numpy as np
 
 from pneumorph.analysis import TaskResult
 from pneumorph.mechanics import Rubber
-from pneumorph.problem import MatchCurve, MatchSections, Maximize, Reach, Task
+from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, TargetMotion, Task
 
-WORDS = {"extension": "extension", "bending_x": "bending about x", "bending_y": "bending about y", "twist": "twist"}
+WORDS = {
+    "shift_x": "shift along x",
+    "shift_y": "shift along y",
+    "extension": "extension",
+    "bending_x": "bending about x",
+    "bending_y": "bending about y",
+    "twist": "twist",
+}
+"""Motions of the tip in words, along and about x, y, z."""
 
 
 class Motion(NamedTuple):
@@ -24,32 +32,49 @@ class Motion(NamedTuple):
     def __str__(self) -> str:
         if not self.unit:
             return f"{self.value:.4g}"
-        return f"{self.value:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
+        # Rounded before it is written, so that no -0.00 is shown.
+        return f"{round(self.value, 2) + 0.0:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
 
 
 def motion_of(task: Task, found: TaskResult) -> Motion:
     """The quantity that a task is about, from its result: a motion, the distance from a target, or the objective."""
     match task.objective:
         case Maximize() as asked:
-            return _motion(asked, found)
-        case MatchCurve(orientation_weight=0.0):
-            return Motion(found.errors["position_mm"], "mm", "distance from the curve")
-        case MatchCurve() | MatchSections():
-            return Motion(float(np.degrees(found.errors["orientation_rad"])), "°", "error of the sections")
-        case Reach(position=None):
-            return Motion(float(np.degrees(found.errors["orientation_rad"])), "°", "angle from the target")
-        case Reach():
-            return Motion(found.errors["position_mm"], "mm", "distance from the target")
-    return Motion(found.objective, "", "objective")
+            return _motion(asked.component, asked.sign, found)
+        case TargetMotion() as asked if len(asked.targets) == 1:
+            (name,) = asked.targets
+            done = _motion(name, 1.0, found)
+            wanted = float(np.degrees(asked.targets[name])) if done.unit == "°" else asked.targets[name]
+            return done._replace(word=f"{done.word}, target {done._replace(value=wanted)}")
+        case Custom():
+            return Motion(found.objective, "", "objective")
+    errors = errors_of(task, found.errors)
+    # Of a shape it is the orientation that counts, unless it has no weight; of a place the distance.
+    shape = isinstance(task.objective, MatchSections) or (
+        isinstance(task.objective, MatchCurve) and task.objective.orientation_weight > 0.0
+    )
+    return errors[-1 if shape else 0]
 
 
-def _motion(asked: Maximize, found: TaskResult) -> Motion:
-    name, sign = asked.component, asked.sign
-    word = ("−" if sign < 0 else "") + WORDS[name]
-    if name == "extension":
-        return Motion(sign * found.translation[2], "mm", word)
-    axis = ("bending_x", "bending_y", "twist").index(name)
-    return Motion(sign * float(np.degrees(found.rotation[axis])), "°", word)
+def errors_of(task: Task, errors: Mapping[str, float]) -> list[Motion]:
+    """The distances from a task's target, in mm and °; none for objectives without one."""
+    place, turn = {
+        MatchCurve: ("distance from the curve", "error of the sections"),
+        MatchSections: ("", "error of the sections"),
+    }.get(type(task.objective), ("distance from the target", "angle from the target"))
+    found = []
+    if "position_mm" in errors:
+        found.append(Motion(errors["position_mm"], "mm", place))
+    if "orientation_rad" in errors:
+        found.append(Motion(float(np.degrees(errors["orientation_rad"])), "°", turn))
+    return found
+
+
+def _motion(name: str, sign: float, found: TaskResult) -> Motion:
+    word, number = ("−" if sign < 0 else "") + WORDS[name], list(WORDS).index(name)
+    if number < 3:
+        return Motion(sign * found.translation[number], "mm", word)
+    return Motion(sign * float(np.degrees(found.rotation[number - 3])), "°", word)
 
 
 def format_pressures(by_chamber: Mapping[str, float]) -> str:

@@ -33,22 +33,29 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     header += [f"rotation_{axis}_deg" for axis in AXES]
     header += [f"reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
     header += [f"volume_{name}_mm3" for name in chambers]
+    header += [f"error_{name}" for name in _errors(curves)]
     header += ["max_stretch", "beyond_validity", "converged", "reason"]
     rows = [
-        [curve.task, "+".join(curve.swept), *_cells(step, chambers, blocked)]
+        [curve.task, "+".join(curve.swept), *_cells(step, chambers, blocked, _errors(curves))]
         for curve in curves
         for step in curve.steps
     ]
     return header, rows
 
 
-def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str]) -> Row:
+def _errors(curves: Sequence[Curve]) -> list[str]:
+    """Names of the distances from targets that some step has, with their units."""
+    return sorted({name for curve in curves for step in curve.found for name in step.errors})
+
+
+def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], errors: Sequence[str]) -> Row:
     return [
         *(1e3 * step.pressures[name] for name in chambers),
         *step.translation,
         *map(degrees, step.rotation),
         *(step.reaction.get(name, nan) for name in blocked),
         *(step.volumes.get(name, nan) for name in chambers),
+        *(step.errors.get(name, nan) for name in errors),
         step.max_stretch,
         step.beyond_validity,
         step.converged,

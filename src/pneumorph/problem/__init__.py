@@ -20,7 +20,7 @@ from pneumorph.problem.models import (
     Symmetry,
     Task,
 )
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach
+from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach, TargetMotion
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
 
@@ -49,6 +49,7 @@ __all__ = [
     "Spring",
     "Stretch",
     "Symmetry",
+    "TargetMotion",
     "Task",
     "Trust",
     "admit",

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach
+from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach, TargetMotion
 from pneumorph.problem.symmetry import operations
 
 if TYPE_CHECKING:
@@ -26,13 +27,13 @@ Fault = tuple[str, str]
 def faults(problem: Problem) -> list[Fault]:
     """Key and reason of every inconsistency, the most basic ones first.
 
-    Later checks rely on earlier ones having passed, so only the faults of the first failing check are returned.
+    Checks that rely on others are left out if these have found something.
     """
-    for check in (_names, _chambers_in_body, _symmetry, _tasks, _walls, _limits, _resolution):
-        found = list(check(problem))
-        if found:
-            return found
-    return []
+    found = [*_names(problem), *_chambers_in_body(problem)]
+    relying = () if found else (_symmetry, _walls)
+    for check in (*relying, _tasks, _limits, _resolution):
+        found += check(problem)
+    return found
 
 
 def _names(problem: Problem) -> Iterator[Fault]:
@@ -96,62 +97,80 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
                 "body.ripple.lobes",
                 'is odd, which suits only a half turn about x; use half_turn = "x"',
             )
+    missing = list(_missing_images(body, group))
+    if missing:
+        yield from missing
+        return
     for matrix in group:
         for index in range(len(body.chamber)):
-            fault = _fault_of_image(body, index, matrix)
+            fault = _fault_of_ripple(body, index, matrix)
             if fault:
                 yield fault
                 return
-    twisting = [
-        index
-        for index, task in enumerate(problem.task)
-        if isinstance(task.objective, Maximize) and task.objective.component == "twist"
-    ]
+    twisting = [index for index, task in enumerate(problem.task) if _twists(task)]
     count = len(body.chamber) if twisting else 0
-    images = [[_image(body, index, matrix) or 0 for index in range(count)] for matrix in reflecting]
+    images = [[image(body.chamber, index, matrix, body.length) or 0 for index in range(count)] for matrix in reflecting]
     for index in twisting:
-        if any(_same_pressures(problem, problem.task[index], each) for each in images):
+        task = problem.task[index]
+        if any(_same_pressures(problem, task, each) for each in images):
+            maximizes = isinstance(task.objective, Maximize)
             yield (
-                f"task[{index}].objective.motion",
+                f"task[{index}].objective.{'motion' if maximizes else 'twist'}",
                 "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures; leave "
                 'out body.symmetry.mirror and point (half_turn = "x" also keeps both halves alike)',
             )
 
 
-def _image(body: BodySpec, index: int, matrix: np.ndarray) -> int | None:
-    """Index of the chamber that is the image of the given one; None if there is no such chamber."""
-    chamber = body.chamber[index]
-    place = np.array([*_placed(body, chamber, matrix), chamber.radius])
-    places = np.array([(*other.center, *other.span, other.radius) for other in body.chamber])
-    near = np.flatnonzero(np.abs(places - place).max(axis=1) <= 1e-6)
-    return next((int(number) for number in near if body.chamber[number].ends == chamber.ends), None)
+def _twists(task: Task) -> bool:
+    """Whether a task asks for a twist."""
+    asked = task.objective
+    if isinstance(asked, Maximize):
+        return asked.component == "twist"
+    return isinstance(asked, TargetMotion) and bool(asked.twist)
 
 
-def _placed(body: BodySpec, chamber: ChamberSpec, matrix: np.ndarray) -> tuple[float, ...]:
-    """Centre and span of a chamber's image."""
-    middle = body.length / 2.0
-    x, y, _ = (float(part) for part in matrix @ [*chamber.center, 0.0])
-    return x, y, *sorted(float(middle + matrix[2, 2] * (z - middle)) for z in chamber.span)
+def _missing_images(body: BodySpec, group: list[np.ndarray]) -> Iterator[Fault]:
+    """Every place where a chamber should be, for the first chamber of which an image is missing."""
+    for index, chamber in enumerate(body.chamber):
+        there = np.zeros((0, 5))
+        for matrix in group:
+            if image(body.chamber, index, matrix, body.length) is not None:
+                continue
+            wanted = placed(place(chamber), matrix, body.length)
+            if np.any(np.all(np.abs(there - wanted) <= WITHIN, axis=1)):
+                continue
+            there = np.vstack([there, wanted])
+        turns = body.symmetry.rotation
+        only = turns > 1 and len(group) == turns and len(there) == turns - 1 and math.hypot(*chamber.center) > WITHIN
+        for x, y, start, end, _ in there:
+            yield (
+                f"body.chamber[{index}]",
+                f'"{chamber.name}" has no image under body.symmetry; put one like it at '
+                f'center = ["{_mm(x)}", "{_mm(y)}"], span = ["{_mm(start)}", "{_mm(end)}"]'
+                + (f", or give it copies = {turns}" if only else "")
+                + ", or ask for less symmetry",
+            )
+        if len(there):
+            return
 
 
-def _fault_of_image(body: BodySpec, index: int, matrix: np.ndarray) -> Fault | None:
-    """The fault in a chamber's image, if there is one."""
-    chamber, number = body.chamber[index], _image(body, index, matrix)
-    if number is None:
-        x, y, start, end = _placed(body, chamber, matrix)
-        return (
-            f"body.chamber[{index}]",
-            f'"{chamber.name}" has no image under body.symmetry; add the same chamber at center = ["{x:.6g} mm", '
-            f'"{y:.6g} mm"], span = ["{start:.6g} mm", "{end:.6g} mm"], or ask for less symmetry',
-        )
+def _mm(value: float) -> str:
+    """A length as it can be written in a file; rounding is far below `WITHIN`."""
+    return f"{round(value, 5) + 0.0:g} mm" if abs(value) < 1.0 else f"{value:.6g} mm"
+
+
+def _fault_of_ripple(body: BodySpec, index: int, matrix: np.ndarray) -> Fault | None:
+    """The fault in the ripple of a chamber's image, if there is one."""
+    chamber, number = body.chamber[index], image(body.chamber, index, matrix, body.length)
+    assert number is not None, "chambers without an image are reported before"
     if chamber.ripple is None and body.chamber[number].ripple is None:
         return None
-    own, image = body.ripple_of(chamber), body.ripple_of(body.chamber[number])
+    own, other = body.ripple_of(chamber), body.ripple_of(body.chamber[number])
     lobes = 0 if own is None else own.lobes
     # cos(k z − l θ) becomes cos(k z' ∓ l (θ' − α)), with the plus sign for a reflection.
     turns = lobes * math.atan2(matrix[1, 0], matrix[0, 0]) / (2.0 * math.pi)
     wanted = own if own is None else own.model_copy(update={"lobes": round(np.linalg.det(matrix)) * lobes})
-    if image != wanted or abs(turns - round(turns)) > _EPS:
+    if other != wanted or abs(turns - round(turns)) > _EPS:
         return (
             f"body.chamber[{index}].ripple",
             f'is not the image of that of "{body.chamber[number].name}"; give both the same amplitude and period, and '

@@ -22,6 +22,7 @@ from pydantic_core import CoreSchema
 from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, component_of
+from pneumorph.problem.images import WITHIN, copies, snapped
 from pneumorph.problem.objective import ObjectiveSpec
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 
@@ -93,6 +94,14 @@ class ChamberSpec(Table):
     """Planes, or hemispheres that close in a pole."""
     ripple: Ripple | None = None
     """Waves that this chamber starts with, instead of the body's."""
+    copies: Annotated[Whole, Field(ge=1, le=24)] = 1
+    """How many such chambers stand around the body's axis, equally spaced; of "A" they are called A1, A2, …"""
+
+    @model_validator(mode="after")
+    def _copies_are_apart(self) -> "ChamberSpec":
+        if self.copies > 1 and math.hypot(*self.center) < WITHIN:
+            raise InvalidKey("copies", "would all be in one place; move center away from the body's axis")
+        return self
 
 
 class BodySpec(Table):
@@ -112,6 +121,12 @@ class BodySpec(Table):
         min_length=1, max_length=MOST_CHAMBERS
     )
     """The chambers, each a table [[body.chamber]]."""
+
+    @model_validator(mode="after")
+    def _all_chambers_in_their_places(self) -> "BodySpec":
+        chambers = tuple(each for chamber in self.chamber for each in copies(chamber))
+        object.__setattr__(self, "chamber", snapped(chambers, self.symmetry, self.length))
+        return self
 
     def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
         """The ripple a chamber starts with: its own or, if it has none, the body's."""
@@ -199,7 +214,7 @@ class Pressure(Table):
 
     start: GaugePressure
     """Pressure of the start."""
-    min: GaugePressure
+    min: Annotated[GaugePressure, Example('e.g. min = "0 kPa"')]
     """Lower bound; negative is vacuum."""
     max: GaugePressure
     """Upper bound."""

@@ -28,6 +28,8 @@ Length = Annotated[float, Quantity(units.LENGTH)]
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Weight = Annotated[float, Strict(), Field(ge=0)]
 Sections = Annotated[int, Strict(), Field(ge=2, le=100)]
+MOTIONS = ("shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist")
+"""The motions of the tip: along x, y, z in mm, and about x, y, z in rad."""
 HALF_TURN = np.pi - 1e-6
 MOST_CODE = 100_000
 """Characters of a user's function: whoever is asked whether it may run has to read it."""
@@ -182,6 +184,70 @@ class Reach(Table):
         )
 
 
+class TargetMotion(Table):
+    """Objective: the tip moves by these amounts along and about the axes; motions that are not given are free.
+
+    The weights are those of the squared differences in length (1/mm²) and in angle (1/rad²). "extension" may also be
+    written "axial", and "twist" "torsion", as for springs.
+    """
+
+    kind: Literal["motion"]
+    """The kind of objective."""
+    shift_x: Length | None = None
+    """Motion of the tip along x."""
+    shift_y: Length | None = None
+    """Motion of the tip along y."""
+    extension: Length | None = None
+    """Motion of the tip along z."""
+    bending_x: Angle | None = None
+    """Rotation of the tip about x; above zero it bends towards -y."""
+    bending_y: Angle | None = None
+    """Rotation of the tip about y; above zero it bends towards +x."""
+    twist: Angle | None = None
+    """Rotation of the tip about z; above zero it is counter-clockwise, seen from the tip."""
+    position_weight: Weight = 0.01
+    """Weight of the squared lengths, 1/mm²."""
+    rotation_weight: Weight = 1.0
+    """Weight of the squared angles, 1/rad²."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_the_names_of_springs(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        for component, motion in MOTION_OF.items():
+            if motion in data and component in data:
+                raise InvalidKey(component, f"is the same as {motion}; give only one of them")
+        return {MOTION_OF.get(key, key) if isinstance(key, str) else key: value for key, value in data.items()}
+
+    @model_validator(mode="after")
+    def _has_a_target(self) -> "TargetMotion":
+        if not self.targets:
+            raise InvalidKey(
+                "bending_y",
+                'is missing, and so is every other motion; give at least one, e.g. bending_y = "60 deg"',
+            )
+        if not any(self.weight_of(motion) > 0 for motion in self.targets):
+            weight = "rotation_weight" if self.rotation_weight == 0 else "position_weight"
+            raise InvalidKey(weight, "leaves no motion with a weight; make it positive")
+        return self
+
+    @property
+    def targets(self) -> dict[str, float]:
+        """The motions that are given, in mm and rad, in the order of `MOTIONS`."""
+        given = {motion: getattr(self, motion) for motion in MOTIONS}
+        return {motion: value for motion, value in given.items() if value is not None}
+
+    def weight_of(self, motion: str) -> float:
+        """The weight of a motion's squared difference."""
+        return self.position_weight if motion in MOTIONS[:3] else self.rotation_weight
+
+    def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
+        """See `Maximize.keeps`; where a motion should be zero, its sign does not matter."""
+        signs: dict[str, float] = dict(zip(MOTIONS, (*polar, *axial), strict=True))
+        return all(signs[motion] > 0 or value == 0 for motion, value in self.targets.items())
+
+
 class Custom(Table):
     """Objective: a function of the features to be minimised, written in Python with jax.numpy.
 
@@ -245,6 +311,7 @@ KINDS = {
     "match_curve": MatchCurve,
     "match_sections": MatchSections,
     "reach": Reach,
+    "motion": TargetMotion,
     "custom": Custom,
 }
 
@@ -266,6 +333,7 @@ ObjectiveSpec = Annotated[
     | Annotated[MatchCurve, Tag(TAG + "match_curve")]
     | Annotated[MatchSections, Tag(TAG + "match_sections")]
     | Annotated[Reach, Tag(TAG + "reach")]
+    | Annotated[TargetMotion, Tag(TAG + "motion")]
     | Annotated[Custom, Tag(TAG + "custom")],
     Discriminator(_tag),
     BeforeValidator(_of_a_known_kind),

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pneumorph.errors import clipped, short
+from pneumorph.errors import ProblemError, clipped, short
 from pneumorph.problem.table import TAG, InvalidKey
 
 MOST = 300
@@ -16,12 +16,15 @@ MOST = 300
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def one_line(faults: Sequence[tuple[str, str]]) -> str:
-    """The first fault (key, reason) as text of at most `MOST` characters, and how many more there are."""
-    key, reason = faults[0]
-    more = len(faults) - 1
+def refusal(faults: Sequence[tuple[str, str]]) -> ProblemError:
+    """The error for faults (key, reason), each of at most `MOST` characters.
+
+    Its message is the first of them, and how many more there are.
+    """
+    lines = list(dict.fromkeys(clipped(f"{key}: {reason}", MOST) for key, reason in faults))
+    more = len(lines) - 1
     rest = f" (and {more} more {'fault' if more == 1 else 'faults'})" if more else ""
-    return clipped(f"{key}: {reason}", MOST - len(rest)) + rest
+    return ProblemError(clipped(lines[0], MOST - len(rest)) + rest, lines)
 
 
 def faults_of(error: ValidationError) -> list[tuple[str, str]]:

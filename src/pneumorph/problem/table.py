@@ -1,14 +1,28 @@
 """Base of all tables of a problem file: quantities with units, and refusal of unknown and missing keys."""
 
 import difflib
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
-from pydantic_core import CoreSchema, core_schema
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    ValidationInfo,
+    create_model,
+    model_validator,
+)
+from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
 from pneumorph import units
 from pneumorph.errors import short
+
+MOST_UNKNOWN = 100
+"""Unknown keys of a table that are named; files may have thousands."""
 
 TAG = "="
 """Prefix of the tags of alternative tables: they appear in the paths of pydantic's errors but are not keys."""
@@ -93,19 +107,48 @@ class Table(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _known_and_complete(cls, data: Any) -> Any:
+    def _known_and_complete(cls, data: Any, info: ValidationInfo) -> Any:
         """Refuse unknown and missing keys here, where the valid names are known and can be suggested."""
-        if isinstance(data, dict):
-            for key in (key for key in data if key not in cls.model_fields):
-                near = difflib.get_close_matches(short(key), cls.model_fields, n=1)
-                fix = f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"
-                raise InvalidKey(key, f"unknown key; {fix}")
-            for key, field in cls.model_fields.items():
-                if field.is_required() and key not in data:
-                    told = next(
-                        (part for part in field.metadata if isinstance(part, Quantity | Example)),
-                        Example(f"the key {key}"),
-                    )
-                    example = told.text if isinstance(told, Example) else f'e.g. {key} = "{told.kind.example}"'
-                    raise InvalidKey(key, f"is missing; add {example}")
+        wrong = list(cls._unknown_and_missing(data)) if isinstance(data, dict) else []
+        if wrong:
+            raise ValidationError.from_exception_data(cls.__name__, [*wrong, *cls._faults_of_others(data, info)])
         return data
+
+    @classmethod
+    def _unknown_and_missing(cls, data: dict[Any, Any]) -> Iterator[InitErrorDetails]:
+        def fault(key: str, reason: str) -> InitErrorDetails:
+            error = InvalidKey(key, reason)
+            return InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": error})
+
+        for key in islice((key for key in data if key not in cls.model_fields), MOST_UNKNOWN):
+            near = difflib.get_close_matches(short(key), cls.model_fields, n=1)
+            yield fault(
+                key,
+                "unknown key; "
+                + (f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"),
+            )
+        for key, field in cls.model_fields.items():
+            if field.is_required() and key not in data:
+                # An example of the key itself says more than one of its kind of quantity.
+                told = next(
+                    (part for kind in (Example, Quantity) for part in field.metadata if isinstance(part, kind)),
+                    Example(f"the key {key}"),
+                )
+                example = told.text if isinstance(told, Example) else f'e.g. {key} = "{told.kind.example}"'
+                yield fault(key, f"is missing; add {example}")
+
+    @classmethod
+    def _faults_of_others(cls, data: dict[Any, Any], info: ValidationInfo) -> list[InitErrorDetails]:
+        """What is wrong with the values of the known keys, each for itself."""
+        given = {key: value for key, value in data.items() if key in cls.model_fields}
+        fields: dict[str, Any] = {key: (cls.model_fields[key].annotation, cls.model_fields[key]) for key in given}
+        try:
+            create_model(cls.__name__, __config__=ConfigDict(hide_input_in_errors=True), **fields).model_validate(
+                given, context=info.context
+            )
+        except ValidationError as error:
+            return [
+                InitErrorDetails(type=found["type"], loc=found["loc"], input=found["input"], ctx=found.get("ctx", {}))
+                for found in error.errors()
+            ]
+        return []

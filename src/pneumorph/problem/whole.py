@@ -9,7 +9,6 @@ from typing import Annotated, Any, Self
 import tomli_w
 from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
 
-from pneumorph.errors import ProblemError
 from pneumorph.problem.changes import change
 from pneumorph.problem.checks import faults
 from pneumorph.problem.fabrication import MakeSpec
@@ -25,7 +24,7 @@ from pneumorph.problem.models import (
     Pressure,
     Task,
 )
-from pneumorph.problem.reasons import faults_of, one_line
+from pneumorph.problem.reasons import faults_of, refusal
 from pneumorph.problem.table import Example, Table
 
 
@@ -84,9 +83,9 @@ class Problem(Table):
         try:
             problem = handler(data)
         except ValidationError as error:
-            raise ProblemError(one_line(faults_of(error))) from None
+            raise refusal(faults_of(error)) from None
         if found := faults(problem):
-            raise ProblemError(one_line(found))
+            raise refusal(found)
         zero = Pressure.model_validate("0 kPa")
         tasks = [
             task.model_copy(

@@ -9,7 +9,8 @@
     base = "linear.toml"                        # instead of the base of the study
     set = { "body.length" = "120 mm", "body.ripple" = false }      # false leaves a key out
 
-Keys are those of the problem file, with numbers for tables that may be repeated: ``task[0].pressure.A``.
+Keys are those of the problem file, with numbers for entries of lists, counted from 0: ``task[0].pressure.A``,
+``body.chamber[1].radius``.
 """
 
 from __future__ import annotations
@@ -147,8 +148,8 @@ def _in_words(key: str, value: Any) -> str:
 
 
 def _slug(name: str) -> str:
-    """A name that every file system accepts."""
-    plain = re.sub(r"[^A-Za-z0-9.,_+-]+", "-", name.replace(", ", ",")).strip("-.") or "base"
+    """A name that every file system accepts, and every shell and spreadsheet without quotes."""
+    plain = re.sub(r"[^A-Za-z0-9._+-]+", "-", name.replace(", ", "_")).strip("-.") or "base"
     if plain.split(".")[0].upper() in RESERVED:
         plain = f"_{plain}"
     if len(plain) <= MOST_OF_A_NAME:

@@ -48,6 +48,10 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
         unit = "deg" if motion.unit == "°" else motion.unit
         key = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
         found[key] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
+        for name, pressure in task.pressure.items():
+            if pressure.free:
+                found[f"{task.name} pressure {name} (kPa)"] = round(1e3 * last.tasks[task.name].pressures[name], 4)
+        found[f"{task.name} stretch"] = round(last.tasks[task.name].max_stretch, 4)
     found |= {"limits held": last.held, **last.limits}
     found["seconds"] = round(sum(entry.seconds["total"] for entry in history), 1)
     return found

@@ -1,0 +1,123 @@
+"""The columns of a design run on the screen: as many as fit its width."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from rich.text import Text
+
+from pneumorph.analysis import HistoryEntry
+from pneumorph.constraint.table import Limit, in_history
+from pneumorph.output.format import motion_of
+from pneumorph.problem import Problem, Task
+
+MARK = "!"
+"""Beside a value beyond its limit, and at the start of its row."""
+
+LONGEST_NAME = 12
+"""Characters of a task's name that are shown."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its title, its width in characters, and what it shows of a design."""
+
+    title: str
+    width: int
+    cell: Callable[[HistoryEntry], Text]
+
+
+def columns_of(problem: Problem, width: int, verbose: bool) -> list[Column]:
+    """The columns for a screen of a width: the number and the motions always, the rest as far as there is room.
+
+    Where the limits have no room, one column shows that of which most is used.
+    """
+    always = [Column("it", 4, _number), *(_motion(task) for task in problem.task)]
+    limits = [_limit(*each) for each in in_history(problem.limits)]
+    rest = [
+        Column("s", 6, lambda entry: Text(f"{entry.seconds['total']:.1f}")),
+        Column("elements", 8, lambda entry: Text(str(entry.elements))),
+    ]
+    if verbose:
+        rest += [
+            Column("step mm", 7, lambda entry: _or_none(entry.step, ".3f")),
+            Column("gain", 5, lambda entry: _or_none(entry.ratio, ".2f")),
+            Column("left", 6, lambda entry: _or_none(entry.optimality, ".3f")),
+            Column("fact.", 5, lambda entry: Text(str(entry.factorisations))),
+            Column("equiv.", 7, lambda entry: _or_none(entry.equivalents, ".1f")),
+        ]
+    most_used = [Column("most used limit", 17, lambda entry: _most_used(problem, entry))]
+    for shown in (limits, most_used):
+        for count in range(len(rest), -1, -1):
+            found = [*always, *shown, *rest[:count]]
+            if width_of(found) <= width:
+                return found
+    return [*always, *most_used]
+
+
+def width_of(columns: Sequence[Column]) -> int:
+    """Characters of a row."""
+    return 1 + sum(column.width for column in columns) + len(columns) - 1
+
+
+def heading(columns: Sequence[Column]) -> Text:
+    """The row of titles."""
+    return Text(" " + " ".join(f"{column.title:>{column.width}}" for column in columns), style="bold")
+
+
+def row(problem: Problem, columns: Sequence[Column], entry: HistoryEntry) -> Text:
+    """The row of a design, marked if it is beyond a limit."""
+    line = Text(MARK if any(_is_beyond(*each) for each in _values(problem, entry)) else " ", style="red")
+    for index, column in enumerate(columns):
+        cell = column.cell(entry)
+        line.append(f"{'' if index == 0 else ' '}{cell.plain:>{column.width}}", style=cell.style)
+    return line
+
+
+def _number(entry: HistoryEntry) -> Text:
+    return Text(str(entry.iteration))
+
+
+def _motion(task: Task) -> Column:
+    name = task.name if len(task.name) <= LONGEST_NAME else f"{task.name[: LONGEST_NAME - 1]}…"
+    return Column(
+        name, max(10, len(name)), lambda entry: Text(str(motion_of(task, entry.tasks[task.name])), style="bold")
+    )
+
+
+def _limit(limit: Limit, key: str, bound: float) -> Column:
+    word = limit.word[:9]
+    return Column(word, max(7, len(word)), lambda entry: _shown(limit, entry.limits[key], bound))
+
+
+def _values(problem: Problem, entry: HistoryEntry) -> list[tuple[Limit, float | None, float]]:
+    return [(limit, entry.limits[key], bound) for limit, key, bound in in_history(problem.limits)]
+
+
+def _is_beyond(limit: Limit, value: float | None, bound: float) -> bool:
+    """Whether a value is beyond its bound and its tolerance; one that is not known counts as beyond."""
+    return value is None or limit.excess(value, bound) > limit.tolerance
+
+
+def _shown(limit: Limit, value: float | None, bound: float) -> Text:
+    """A limit's worst value: red and marked beyond the bound and its tolerance, yellow within the tolerance."""
+    number = "–" if value is None else f"{value:.2f}" if limit.unit == "mm" else f"{value:.3f}"
+    if _is_beyond(limit, value, bound):
+        return Text(number + MARK, style="red")
+    assert value is not None
+    return Text(number + " ", style="yellow" if limit.excess(value, bound) > 0 else "green")
+
+
+def _most_used(problem: Problem, entry: HistoryEntry) -> Text:
+    def used(each: tuple[Limit, float | None, float]) -> float:
+        limit, value, bound = each
+        return float("inf") if value is None else limit.used(value, bound)
+
+    limit, value, bound = max(_values(problem, entry), key=used)
+    shown = _shown(limit, value, bound)
+    return Text(f"{limit.word} {shown.plain}", style=shown.style)
+
+
+def _or_none(value: float | None, format: str) -> Text:
+    return Text("–" if value is None else f"{value:{format}}")

@@ -1,0 +1,100 @@
+"""The last words of a design run: what was achieved, within which limits, which design is the best, and where it is."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from pneumorph.analysis import HistoryEntry, RunResult
+from pneumorph.cli.columns import MARK
+from pneumorph.constraint import LimitReading, without_rounding
+from pneumorph.constraint.table import BY_NAME
+from pneumorph.geometry import Body
+from pneumorph.interface.runs import Run
+from pneumorph.output.format import format_duration, format_pressures, motion_of
+from pneumorph.problem import Problem
+
+
+def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[RenderableType]:
+    """The last words, to be printed one after another; `start` is the history's first entry."""
+    best = run.best
+    yield Text(f"\n{how_many(run.problem.optimizer.iterations, result)}")
+    yield tasks_table(run.problem, start, result)
+    yield limits_table(best.body, best.limits)
+    number = best.iteration
+    which = "the start" if number == 0 else f"design {number}, the last"
+    stored = run.path / "designs" / f"{number:04d}.npz"
+    yield Text(f"The best is {which}: {stored}. To look at it: pneumorph view {shlex.quote(str(run.path))}")
+
+
+def how_many(asked: int, result: RunResult) -> str:
+    """How many designs were made, and why no other number."""
+    spent, made = format_duration(result.seconds["total"]), result.iterations
+    designs = f"{made} design{'' if made == 1 else 's'}"
+    if made == asked:
+        return f"{designs} in {spent}; the loop ended because {result.reason}."
+    return f"{designs} in {spent}, though {asked} were asked for: the loop ended because {result.reason}."
+
+
+def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Table:
+    """Task by name: its motion at the start and at the end, the pressures, and whether its state is stable."""
+    table = _table("task", "", "start", "best", "pressure", "state")
+    for task in problem.task:
+        found = result.tasks[task.name]
+        before, after = motion_of(task, start.tasks[task.name]), motion_of(task, found)
+        state = Text("stable") if found.stable else Text(f"not stable {MARK}", style="red")
+        shown = (f"{before} →", Text(str(after), style="bold"), format_pressures(found.pressures))
+        table.add_row(task.name, after.word, *shown, state)
+    return table
+
+
+class Place(NamedTuple):
+    """Where a limit is nearest: the surface, and the point (3,) on it at rest, mm."""
+
+    surface: str
+    point: tuple[float, float, float]
+
+    def __str__(self) -> str:
+        # Rounded before it is written, so that no -0.0 is shown.
+        return f"{self.surface} ({', '.join(f'{round(part, 1) + 0.0:.1f}' for part in self.point)})"
+
+
+def place_of(body: Body, reading: LimitReading) -> Place:
+    """Where the worst value of a limit is."""
+    names = ["exterior", *(chamber.name for chamber in body.chambers)]
+    surface = body.surfaces[names.index(reading.surface)]
+    x, y, z = surface.sample([reading.q], [reading.r])[0, 0]
+    return Place(reading.surface, (float(x), float(y), float(z)))
+
+
+def limits_table(body: Body, readings: tuple[LimitReading, ...]) -> Table:
+    """Every limit: its worst value, what it must be, and where the worst value is; marked if it is not kept.
+
+    Limits that nobody has asked for, such as that no surface folds onto itself, are shown only if they are not kept.
+    """
+    table = _table("limit", "worst", "must be", "where, at rest (mm)")
+    for reading in readings:
+        limit = BY_NAME[reading.limit]
+        if limit.key is None and reading.excess() <= limit.tolerance:
+            continue
+        unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
+        kept = reading.excess() <= limit.tolerance
+        worst = Text(
+            f"{without_rounding(reading.value):.3g}{unit}{'' if kept else ' ' + MARK}",
+            style="" if kept else "red",
+        )
+        bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
+        table.add_row(limit.name, worst, bound, str(place_of(body, reading)))
+    return table
+
+
+def _table(*titles: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for title in titles:
+        table.add_column(title, overflow="fold")
+    return table

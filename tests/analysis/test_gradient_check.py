@@ -1,0 +1,44 @@
+"""Which directions of a problem have a gradient to test, and what is said of the others."""
+
+import numpy as np
+from tiny import tiny
+
+from pneumorph.analysis import GradientCheck, analyse_body, run_gradient_check
+from pneumorph.analysis.gradient import is_flat
+from pneumorph.geometry import starting_body
+from pneumorph.problem import loads
+from pneumorph.sensitivity import TaylorTest
+
+
+def checked(text):
+    problem = loads(text)
+    return run_gradient_check(analyse_body(problem, starting_body(problem.body)))
+
+
+def test_an_angle_that_is_zero_by_symmetry():
+    """A designed pressure does not bend a body that is symmetric about both planes."""
+    free = '{ A = { start = "20 kPa", min = "0 kPa", max = "60 kPa" } }'
+    text = tiny(pressure=free, objective='{ motion = "bending_y" }')
+    check = checked(text.replace("[[body.chamber]]", 'symmetry = { mirror = ["xz", "yz"] }\n[[body.chamber]]'))
+    assert check.passed and "WRONG" not in str(check)
+
+
+def test_what_remains_of_such_an_angle_on_a_mesh_is_flat():
+    """Bending of a tube of 80 mm about its plane of symmetry, with remainders that are no second order."""
+    remainders = np.array([4e-9, 2.5e-9, 2e-9, 1.9e-9])
+    test = TaylorTest(0.05 * 0.5 ** np.arange(4), remainders, np.log2(remainders[:-1] / remainders[1:]))
+    assert not test.passed
+    assert is_flat(test, 3e-6, 0.3)
+    assert not is_flat(test, 1e-2, 0.3)
+
+
+def test_a_designed_pressure_is_tested_also_from_zero():
+    check = checked(tiny(pressure='{ A = { start = "0 kPa", min = "0 kPa", max = "60 kPa" } }'))
+    assert list(check.tests) == ["pressures"] and check.passed
+    assert all("the body does not move" in reason for reason in check.nothing.values()) and len(check.nothing) == 2
+
+
+def test_remainders_at_the_noise_are_rounding():
+    zero = TaylorTest(np.ones(4), np.zeros(4), np.zeros(3))
+    assert GradientCheck({"a": zero}, 0.0).passed
+    assert str(GradientCheck({"a": zero}, 0.0, {"b": "so it is"})).splitlines()[1] == "b: nothing to test, so it is"

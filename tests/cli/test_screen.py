@@ -1,0 +1,115 @@
+"""What a design run prints: rows that fit the screen, marks, rejected designs, and the last words."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from records import entry, task_result
+from rich.console import Console
+from runs import analysed, line, waving_run
+from tiny import tiny
+
+from pneumorph.analysis import RunResult
+from pneumorph.cli.columns import columns_of, heading, row, width_of
+from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tasks_table
+from pneumorph.cli.screen import Screen
+from pneumorph.constraint import certify
+from pneumorph.geometry import starting_body
+from pneumorph.interface.runs import Run
+from pneumorph.optimize import DesignRejected
+from pneumorph.problem import loads
+
+PROBLEM = loads(tiny().replace("[mesh]", '[limits]\nenvelope = { radius = "9 mm" }\n[mesh]'))
+KEPT = {"wall_mm": 3.0, "fold_mm": 2.0, "curvature": 0.1, "skew": 0.0, "stretch": 0.01, "envelope_mm": 8.0}
+BROKEN = KEPT | {"wall_mm": 1.85, "curvature": 0.31}
+RESULT = RunResult(
+    title="Tiny", completed=True, reason="nothing improves it", iterations=3, best=3, objective=-0.2, optimality=0.1,
+    motions={}, tasks={"extend": task_result(translation=(0.0, 0.0, 0.25))}, limits=KEPT, held=True,
+    seconds={"total": 75.0}, peak_memory=None, versions={},
+)  # fmt: skip
+
+
+def printed(*parts, width=100):
+    text = io.StringIO()
+    console = Console(file=text, width=width)
+    for part in parts:
+        console.print(part)
+    return text.getvalue()
+
+
+@pytest.mark.parametrize("verbose", [False, True])
+@pytest.mark.parametrize("width", [40, 60, 80, 100, 140])
+def test_rows_fit_the_screen(width, verbose):
+    columns = columns_of(PROBLEM, width, verbose)
+    shown = [heading(columns).plain, *(row(PROBLEM, columns, entry(7, limits=each)).plain for each in (KEPT, BROKEN))]
+    assert {len(text) for text in shown} == {width_of(columns)} and width_of(columns) <= width
+    titles = [column.title for column in columns]
+    assert titles[:2] == ["it", "extend"]
+    assert ("wall" in titles) == (width >= 80) and ("most used limit" in titles) == (width < 80)
+    assert ("equiv." in titles) == (verbose and width == 140)
+
+
+def test_rows_beyond_a_limit_are_marked_without_colour():
+    columns = columns_of(PROBLEM, 100, False)
+    kept, broken = (row(PROBLEM, columns, entry(7, limits=each)).plain for each in (KEPT, BROKEN))
+    assert "!" not in kept
+    assert broken.startswith("!") and "1.85!" in broken and "0.310!" in broken and broken.count("!") == 3
+    narrow = columns_of(PROBLEM, 40, False)
+    assert "wall 1.85!" in row(PROBLEM, narrow, entry(7, limits=BROKEN)).plain
+    assert "–!" in row(PROBLEM, columns, entry(7, limits=KEPT | {"skew": None})).plain
+
+
+def test_rejected_designs_are_named():
+    console = Console(file=io.StringIO(), width=100)
+    screen = Screen(PROBLEM, console)
+    screen.show(DesignRejected(3, "the gain was 0.01 of the predicted one", 0.1))
+    screen.show(DesignRejected(3, "limits could not be kept: wall", 0.05))
+    assert console.file.getvalue() == (
+        "     design 3, trial 1 rejected: the gain was 0.01 of the predicted one; the next step is at most 0.1 mm\n"
+        "     design 3, trial 2 rejected: limits could not be kept: wall; the next step is at most 0.05 mm\n"
+    )
+    quiet = Console(file=io.StringIO(), width=100)
+    Screen(PROBLEM, quiet, quiet=True).show(DesignRejected(3, "the gain was 0.01 of the predicted one", 0.1))
+    assert quiet.file.getvalue() == ""
+
+
+def test_another_number_of_designs_is_explained():
+    assert how_many(3, RESULT) == "3 designs in 1:15 min; the loop ended because nothing improves it."
+    assert how_many(40, replace(RESULT, iterations=1)) == (
+        "1 design in 1:15 min, though 40 were asked for: the loop ended because nothing improves it."
+    )
+
+
+def test_tasks_are_shown_from_start_to_end():
+    unstable = replace(RESULT, tasks={"extend": replace(RESULT.tasks["extend"], stable=False)})
+    (shown,) = printed(tasks_table(PROBLEM, entry(0), RESULT)).splitlines()[1:]
+    assert shown.split() == ["extend", "extension", "0.10", "mm", "→", "0.25", "mm", "60", "kPa", "stable"]
+    assert "not stable !" in printed(tasks_table(PROBLEM, entry(0), unstable))
+
+
+@pytest.mark.parametrize("width", [60, 100])
+def test_limits_have_their_worst_value_and_its_place(width):
+    body = starting_body(PROBLEM.body)
+    readings = certify(body, PROBLEM.limits).readings
+    text = printed(limits_table(body, readings), width=width)
+    firsts = [one.split()[0] for one in text.splitlines() if not one.startswith(" ")]
+    assert firsts == ["limit", "wall", "fold", "curvature", "skew", "stretch", "envelope"]
+    assert max(len(one.rstrip()) for one in text.splitlines()) <= width and "!" not in text
+    wall = readings[0]
+    place = place_of(body, wall)
+    assert place.surface == "A" and place.point[2] == pytest.approx(3.0) and str(place).endswith("3.0)")
+    broken = tuple(replace(reading, bound=4.0) if reading.limit == "wall" else reading for reading in readings)
+    assert "3 mm !" in printed(limits_table(body, broken))
+    skew = next(each for each in readings if each.limit == "skew")
+    assert "skew is 0, must be at most 0.2 " in str(skew) and "e-" not in text.split("skew")[1].split("≤")[0]
+    # What nobody has asked for is shown where it is broken.
+    area = tuple(replace(each, value=0.01) for each in readings if each.limit == "area")
+    assert "area" not in text and "0.01 !" in printed(limits_table(body, area))
+
+
+def test_the_last_words_say_which_design_is_the_best_and_where(tmp_path):
+    fields = analysed(PROBLEM, 0.0)
+    run = Run(waving_run(tmp_path / "run", PROBLEM, 2, {0: fields, 1: fields}))
+    text = printed(*outcome(run, line(PROBLEM, 0, {"extend": {"A": 0.06}}), RESULT), width=300)
+    assert f"The best is design 1, the last: {tmp_path}/run/designs/0001.npz." in text
+    assert text.rstrip().endswith(f"pneumorph view {tmp_path}/run")

@@ -1,0 +1,97 @@
+"""What `simulate` says of several tasks, of targets, and of numbers that are zero but for rounding."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from pneumorph.analysis import SweepStep
+from pneumorph.cli.simulate import _row
+from pneumorph.interface.design import starting_design
+from pneumorph.problem import load
+
+MORE = """
+[[task]]
+name = "there"
+pressure = { A = "60 kPa" }
+objective = { kind = "reach", position = ["0 mm", "3 mm", "24 mm"], rotation = ["0 deg", "0 deg", "30 deg"] }
+[[task]]
+name = "again"
+pressure = { A = "60 kPa" }
+objective = { kind = "maximize", motion = "twist" }
+[[task]]
+name = "less"
+pressure = { A = "20 kPa" }
+objective = { kind = "motion", extension = "1 mm" }
+"""
+
+
+@pytest.fixture
+def several(tiny):
+    """The tiny problem with four tasks: the first three have equal loads, the second and the last a target."""
+    tiny.write_text(tiny.read_text(encoding="utf-8") + MORE)
+    return tiny
+
+
+def steps_of(path):
+    return json.loads(path.read_text(encoding="utf-8"))["steps"]
+
+
+def test_tasks_under_equal_loads_are_solved_once(run, several, tmp_path, monkeypatch):
+    files = ("--json", tmp_path / "s.json", "--csv", tmp_path / "s.csv")
+    result = run("simulate", several, *files)
+    assert result.exit_code == 0, result.output
+    assert "task again is left out: its loads here are those of task extend\n" in result.output
+    steps = {step["task"]: step for step in steps_of(tmp_path / "s.json")}
+    assert list(steps) == ["extend", "there", "less"]
+    assert steps["there"]["translation_mm"] == steps["extend"]["translation_mm"]
+    assert steps["extend"]["errors"] == {}
+    x, y, z = steps["there"]["translation_mm"]
+    assert steps["there"]["errors"]["position_mm"] == pytest.approx(np.linalg.norm([x, y - 3, z]))
+    assert steps["there"]["errors"]["orientation_rad"] == pytest.approx(np.radians(30), rel=1e-3)
+    assert steps["less"]["errors"] == pytest.approx({"position_mm": 1.0 - steps["less"]["translation_mm"][2]})
+    assert f"distance from the target {steps['there']['errors']['position_mm']:.2f} mm" in result.output
+    assert "angle from the target 30.0" in result.output
+    with (tmp_path / "s.csv").open() as file:
+        rows = {row["task"]: row for row in csv.DictReader(file)}
+    assert float(rows["there"]["error_position_mm"]) == pytest.approx(steps["there"]["errors"]["position_mm"])
+    assert rows["extend"]["error_position_mm"] == ""
+
+
+def test_one_task(run, several, tmp_path):
+    result = run("simulate", several, "--task", "again", "--json", tmp_path / "new" / "s.json")
+    assert result.exit_code == 0, result.output
+    assert [step["task"] for step in steps_of(tmp_path / "new" / "s.json")] == ["again"]
+    assert "left out" not in result.output
+    assert f"the folder {tmp_path / 'new'} is made for s.json\n" in result.output
+    refused = run("simulate", several, "--task", "lift")
+    assert refused.exit_code == 2 and 'no task "lift"; use one of extend, there, again, less' in refused.stderr
+
+
+def test_sweeps_that_give_all_pressures_are_those_of_one_task(several):
+    simulation = starting_design(load(several)).prepare_simulation({"A": "0:20:20 kPa"})
+    assert simulation.left_out == {"again": "extend"} and simulation.count == 2 * 3
+    assert starting_design(load(several)).prepare_simulation(task="less").count == 1
+
+
+def test_a_quiet_one_prints_nothing(run, tiny, tmp_path):
+    result = run("simulate", tiny, "--quiet", "--json", tmp_path / "s.json")
+    assert result.exit_code == 0 and result.output == "" and len(steps_of(tmp_path / "s.json")) == 1
+
+
+def test_rounding_is_printed_as_zero(tiny):
+    (task,) = load(tiny).task
+    step = SweepStep(
+        "extend", {"A": 0.06}, translation=(-1e-9, 2e-17, 0.1), rotation=(-1e-12, 0.0, 0.0),
+        reaction={"shift_x": 9.488e-16, "axial": 2.5, "torsion": -3e-9}, max_stretch=1.1, stable=True,
+    )  # fmt: skip
+    assert _row(step, task).plain == (
+        "extend, 60 kPa: tip (0.000, 0.000, 0.100) mm, turned (0.00, 0.00, 0.00)°, shift_x 0 N, axial 2.5 N, "
+        "torsion 0 N·mm, stretch 1.100"
+    )
+
+
+def test_titles_of_blocked_motions(tiny):
+    figure = starting_design(load(tiny)).simulate({"A": "0:20:20 kPa"}, ("shift_x", "bending_y", "axial")).plot()
+    assert figure.get_suptitle() == "Tiny, blocked: shift along x and extension and bending about y"

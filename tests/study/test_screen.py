@@ -1,0 +1,68 @@
+"""What a study prints where there is no terminal, and what its summary says of designed pressures."""
+
+import contextlib
+import csv
+
+import pytest
+from runs import analysed, line, waving_run
+from tiny import tiny
+
+from pneumorph.cli import study as module
+from pneumorph.study import load_study, write_summary
+from pneumorph.study.members import MemberEnd
+
+FREE = '{ A = { start = "20 kPa", min = "0 kPa", max = "60 kPa" } }'
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A study file of two members, beside its base problem."""
+    (tmp_path / "base.toml").write_text(tiny(pressure=FREE))
+    path = tmp_path / "study.toml"
+    path.write_text('base = "base.toml"\n[grid]\n"end_effector.spring.axial" = ["0 N/mm", "1 N/mm"]\n')
+    return path
+
+
+@pytest.fixture
+def no_cluster(monkeypatch):
+    """Members that end after one design without any computation; the second fails."""
+
+    def members(client, asked, folder, accepted):
+        for number, (name, member) in enumerate(asked.items()):
+            accepted(name, line(member.problem, 1, {"extend": {"A": 0.02}}))
+            yield MemberEnd(name, number == 0, "it was enough" if number == 0 else "it balloons")
+
+    monkeypatch.setattr(module, "connected", lambda *_: contextlib.nullcontext())
+    monkeypatch.setattr(module, "run_members", members)
+    monkeypatch.setattr(module, "write_sheet", lambda asked, folder, names: folder / "sheet.png")
+
+
+def test_progress_without_a_terminal(study, no_cluster, tmp_path, run):
+    result = run("study", study, "--out", tmp_path / "out")
+    assert result.exit_code == 1 and result.stderr.endswith("axial-1-N-mm: it balloons\n")
+    lines = result.stdout.splitlines()
+    assert lines[:4] == [
+        "axial-0-N-mm: design 1, 2.00 mm, limits held",
+        "axial-0-N-mm: done: it was enough",
+        "axial-1-N-mm: design 1, 2.00 mm, limits held",
+        "axial-1-N-mm: failed: it balloons",
+    ]
+    assert any("member" in text and "motion" in text for text in lines[4:])
+    assert result.stdout.endswith("sheet.png\n")
+
+
+def test_a_quiet_study(study, no_cluster, tmp_path, run):
+    result = run("study", study, "--out", tmp_path / "out", "--quiet")
+    assert [text.split(" in ")[0] for text in result.stdout.splitlines()] == ["summary", "sheet"]
+
+
+def test_the_summary_has_designed_pressures_and_stretch(study, tmp_path):
+    asked = load_study(study)
+    problem = asked.members[0].problem
+    run = waving_run(tmp_path / "out" / "axial-0-N-mm", problem, 2, {0: analysed(problem, 0.0)})
+    with write_summary(asked, tmp_path / "out").open() as file:
+        first, second = csv.DictReader(file)
+    last = run.history()[-1].tasks["extend"]
+    assert float(first["extend pressure A (kPa)"]) == pytest.approx(1e3 * last.pressures["A"])
+    assert float(first["extend stretch"]) == pytest.approx(last.max_stretch)
+    assert second["extend stretch"] == ""
