@@ -23,7 +23,7 @@ PAGES = {"README.md": "readme.md", "ARCHITECTURE.md": "architecture.md", "CHANGE
 SCHEMA = "src/pneumorph/problem/schema.json"
 """On the site, a link to it leads to the page that is made from it."""
 PLACES = PAGES | {SCHEMA: "file_reference.md"}
-CARRIED = ("examples/**/*.toml", "benchmarks/*.py", "CITATION.cff", "LICENSE")
+CARRIED = ("examples/**/*.toml", "examples/**/*.csv", "notebooks/*.ipynb", "benchmarks/*.py", "CITATION.cff", "LICENSE")
 """Other files that pages link to."""
 LINK = re.compile(r'(?<=\]\()[^)\s]+(?=\))|(?<=src=")[^"]+(?=")')
 CODE = re.compile(r"(```.*?```|`[^`\n]*`)", re.DOTALL)
