@@ -95,7 +95,7 @@ def test_valid_problems(tally, command, equilibria, tmp_path):
 
     @given(problems())
     @settings(
-        max_examples=settings.default.max_examples // 20,
+        max_examples=settings.default.max_examples // 33,
         derandomize=settings.default.max_examples < 1000,
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),

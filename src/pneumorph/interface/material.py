@@ -220,7 +220,7 @@ def fit_material(
     >>> import pneumorph as pm
     >>> fitted = pm.fit_material("examples/treloar/uniaxial.csv", model="neo-hookean", max_stretch=2.0)
     >>> fitted.table["model"], fitted.read[0]
-    ('neo-hookean', 'uniaxial.csv: uniaxial tension, 6 points')
+    ('neo-hookean', 'uniaxial.csv: uniaxial tension, 24 points')
     """
     if model != "all" and model not in MODELS:
         raise ProblemError(f'model: "{model}" is not a known model; use one of {", ".join(MODELS)} or all')
