@@ -176,9 +176,7 @@ def prepare_simulation(
 
 def _targets(problem: Problem) -> dict[str, Objective]:
     """The objectives that have a distance from a target; functions of users are not called."""
-    if all(isinstance(task.objective, Maximize | Custom) for task in problem.task):
-        return {}
-    return {name: found for name, found in build_objectives(problem).items() if found.errors}
+    return build_objectives(problem, without=(Maximize, Custom))
 
 
 def _blocked(problem: Problem, names: list[str]) -> np.ndarray:

@@ -322,8 +322,8 @@ def _area(text: str) -> float:
 def _weights(given: Mapping[str, float], modes: list[str]) -> dict[str, float]:
     weights = {}
     for name, weight in given.items():
-        if name not in MODES or not 0 < weight <= 1e6:
-            raise ProblemError(f"weights: {name} {weight:g} is not a mode and a positive number; give e.g. planar 0.5")
+        if name not in MODES or not isinstance(weight, int | float) or not 0 < weight <= 1e6:
+            raise ProblemError(f"weights: {name} {weight} is not a mode and a positive number; give e.g. planar 0.5")
         if MODES[name] not in modes:
             raise ProblemError(f"weights: {name}: there is no file of this mode; give one, or leave the weight out")
         weights[MODES[name]] = weight

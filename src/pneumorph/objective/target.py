@@ -33,7 +33,7 @@ from pneumorph.objective.features import (
 )
 from pneumorph.objective.rotations import angle_residual
 from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach, TargetMotion
-from pneumorph.problem.objective import MOTIONS as MOVES
+from pneumorph.problem.components import MOTIONS
 
 if TYPE_CHECKING:
     from pneumorph.problem import Problem
@@ -44,7 +44,6 @@ _READERS = {
     "bending_y": lambda f: f.rotation[1],
     "twist": lambda f: f.rotation[2],
 }
-MOTIONS = tuple(_READERS)
 FeatureFunction = Callable[[Features], Array]
 
 
@@ -115,8 +114,8 @@ def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tup
     return found, slopes
 
 
-def build_objectives(problem: Problem) -> dict[str, Objective]:
-    """Build the objective of every task.
+def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[str, Objective]:
+    """Build the objective of every task, but for those of the kinds `without`.
 
     Raises
     ------
@@ -126,6 +125,8 @@ def build_objectives(problem: Problem) -> dict[str, Objective]:
     length, chambers = problem.body.length, tuple(chamber.name for chamber in problem.body.chamber)
     found = {}
     for number, task in enumerate(problem.task):
+        if isinstance(task.objective, without):
+            continue
         match task.objective:
             case Maximize() as asked:
                 found[task.name] = maximize(asked.motion)
@@ -227,8 +228,8 @@ def target_motion(asked: TargetMotion) -> Objective:
     parts: list[tuple[float, FeatureFunction]] = []
     errors: dict[str, FeatureFunction] = {}
     for name, of, motions in (
-        ("position_mm", lambda f: f.translation, MOVES[:3]),
-        ("orientation_rad", lambda f: f.rotation, MOVES[3:]),
+        ("position_mm", lambda f: f.translation, MOTIONS[:3]),
+        ("orientation_rad", lambda f: f.rotation, MOTIONS[3:]),
     ):
         given = [number for number, motion in enumerate(motions) if motion in asked.targets]
         if not given:

@@ -21,7 +21,7 @@ from pydantic_core import CoreSchema
 
 from pneumorph import units
 from pneumorph.errors import Renamed
-from pneumorph.problem.components import COMPONENT_OF, Component, component_of
+from pneumorph.problem.components import COMPONENT_OF, Component, renamed
 from pneumorph.problem.images import WITHIN, copies, snapped
 from pneumorph.problem.objective import ObjectiveSpec
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
@@ -155,12 +155,7 @@ class Spring(Table):
     @model_validator(mode="before")
     @classmethod
     def _by_the_names_of_motions(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        for motion, component in COMPONENT_OF.items():
-            if motion in data and component in data:
-                raise InvalidKey(motion, f"is the same as {component}; give only one of them")
-        return {component_of(key): value for key, value in data.items()}
+        return renamed(data, COMPONENT_OF)
 
 
 class EndEffector(Table):

@@ -20,7 +20,7 @@ from pydantic_core import CoreSchema
 
 from pneumorph import units
 from pneumorph.errors import short
-from pneumorph.problem.components import MOTION_OF
+from pneumorph.problem.components import MOTION_OF, MOTIONS, renamed
 from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
@@ -28,8 +28,6 @@ Length = Annotated[float, Quantity(units.LENGTH)]
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Weight = Annotated[float, Strict(), Field(ge=0)]
 Sections = Annotated[int, Strict(), Field(ge=2, le=100)]
-MOTIONS = ("shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist")
-"""The motions of the tip: along x, y, z in mm, and about x, y, z in rad."""
 HALF_TURN = np.pi - 1e-6
 MOST_CODE = 100_000
 """Characters of a user's function: whoever is asked whether it may run has to read it."""
@@ -213,12 +211,7 @@ class TargetMotion(Table):
     @model_validator(mode="before")
     @classmethod
     def _by_the_names_of_springs(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        for component, motion in MOTION_OF.items():
-            if motion in data and component in data:
-                raise InvalidKey(component, f"is the same as {motion}; give only one of them")
-        return {MOTION_OF.get(key, key) if isinstance(key, str) else key: value for key, value in data.items()}
+        return renamed(data, MOTION_OF)
 
     @model_validator(mode="after")
     def _has_a_target(self) -> "TargetMotion":

@@ -86,7 +86,7 @@ def read_json(path: Path) -> Any:
 
 
 def complete_lines(path: Path) -> list[str]:
-    """The complete lines of a file; an incomplete last one is left out. None where there is no file."""
+    """The complete lines of a file; an incomplete last one is left out. No line where there is no file."""
     try:
         text = read_bytes(path, MOST_LINES).decode("utf-8", errors="replace")
     except FileNotFoundError:
