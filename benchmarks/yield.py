@@ -139,6 +139,13 @@ def run(folder: Path, asked: argparse.Namespace) -> None:
     write(folder / "outcome.json", {**ending(folder, status), "seconds": seconds, "iterations": asked.iterations})
 
 
+def trust_code(folder: Path) -> None:
+    """Have the code of an objective agreed to: it is drawn here, and no command that follows can ask."""
+    from pneumorph.problem import load
+
+    load(folder / "problem.toml", trust=True)
+
+
 def ending(folder: Path, status: int | None) -> dict[str, Any]:
     """How a run ended, as a kind and a reason of one line."""
     errors = (folder / "errors.txt").read_text(encoding="utf-8", errors="replace").strip()
@@ -432,11 +439,13 @@ def main() -> None:
     if not asked.table_only:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, stop)
+        os.environ["XDG_CONFIG_HOME"] = str((out / "configuration").resolve())
         for number, folder in zip(numbers, folders, strict=True):
             prepare(asked.seed, number, folder)
             drawn = read(folder / "drawn.json")
             if (drawn["seed"], drawn["index"]) != (asked.seed, number):
                 sys.exit(f"{folder} holds another problem; name another --out")
+            trust_code(folder)
         with ThreadPoolExecutor(asked.jobs) as pool:
             list(pool.map(whole, numbers))
         print()
