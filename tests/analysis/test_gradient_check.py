@@ -3,8 +3,9 @@
 import numpy as np
 from tiny import tiny
 
-from pneumorph.analysis import GradientCheck, analyse_body, run_gradient_check
+from pneumorph.analysis import GradientCheck, analyse_body, gradient, run_gradient_check
 from pneumorph.analysis.gradient import is_flat
+from pneumorph.errors import MeshError
 from pneumorph.geometry import starting_body
 from pneumorph.problem import loads
 from pneumorph.sensitivity import TaylorTest
@@ -38,7 +39,31 @@ def test_a_designed_pressure_is_tested_also_from_zero():
     assert all("the body does not move" in reason for reason in check.nothing.values()) and len(check.nothing) == 2
 
 
+def test_a_fine_mesh_is_not_needed(monkeypatch):
+    """A test on a coarser mesh finds what a wrong gradient on the fine one would show: both come from the same code."""
+    problem = loads(tiny(size='"2.5 mm"', pressure='{ A = "20 kPa" }'))
+    monkeypatch.setattr(gradient, "ENOUGH", 500)
+    at = analyse_body(problem, starting_body(problem.body))
+    check = run_gradient_check(at)
+    assert check.passed and 250 < check.elements < 750 < at.disc.model.elements
+    exact = gradient.design_gradient
+    monkeypatch.setattr(gradient, "design_gradient", lambda *of: 1.01 * exact(*of))
+    assert not run_gradient_check(at).passed
+
+
+def test_where_no_coarser_mesh_can_be_made_the_own_one_is_used(monkeypatch):
+    def fails(*_):
+        raise MeshError("too coarse")
+
+    problem = loads(tiny())
+    at = analyse_body(problem, starting_body(problem.body))
+    monkeypatch.setattr(gradient, "ENOUGH", 100)
+    monkeypatch.setattr(gradient, "mesh_body", fails)
+    check = run_gradient_check(at)
+    assert check.passed and check.elements == at.disc.model.elements
+
+
 def test_remainders_at_the_noise_are_rounding():
     zero = TaylorTest(np.ones(4), np.zeros(4), np.zeros(3))
-    assert GradientCheck({"a": zero}, 0.0).passed
-    assert str(GradientCheck({"a": zero}, 0.0, {"b": "so it is"})).splitlines()[1] == "b: nothing to test, so it is"
+    assert GradientCheck({"a": zero}, 0.0, 9).passed
+    assert str(GradientCheck({"a": zero}, 0.0, 9, {"b": "so it is"})).splitlines()[1] == "b: nothing to test, so it is"

@@ -14,7 +14,7 @@ from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.assembly.terms import ElementEnergy, Plate, Pressure, Solid, Term, Weight, connect
+from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
 from pneumorph.verify.solids import tube
 
@@ -55,7 +55,7 @@ MESH = layered()
 FREE = np.zeros(MESH.points.shape, bool)
 
 
-def built(rubbers, mixed=False, kinds=(Solid, Weight, Pressure, Plate), more=(), plate=True) -> Model:
+def built(rubbers, mixed=False, kinds=(Solid, Weight, ChamberPressure, Plate), more=(), plate=True) -> Model:
     """A tube without supports whose potential has terms of these kinds alone, and more."""
     whole = build_model(MESH, rubbers, supports=FREE, mixed=mixed, plate=plate)
     chosen = [term for term in whole.terms if isinstance(term.energy, kinds)]
@@ -70,7 +70,7 @@ CASES = {
     "two rubbers": partial(built, TWO, kinds=Solid),
     "two mixed rubbers": partial(built, NEARLY_INCOMPRESSIBLE, True, kinds=Solid),
     "weight": partial(built, TWO, kinds=Weight),
-    "pressure": partial(built, SOFT, kinds=Pressure),
+    "pressure": partial(built, SOFT, kinds=ChamberPressure),
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
     "everything": partial(built, NEARLY_INCOMPRESSIBLE, True, more=[bonds([[0, 40], [7, 90]])]),

@@ -99,7 +99,7 @@ def test_a_run_of_an_earlier_version_goes_on(three):
 
 @pytest.mark.slow
 def test_the_papers_method_designs_too(three):
-    _, events = run(2, "dfp")
+    _, events = run(1, "dfp")
     designs = accepted(events)
     assert extension(designs[-1]) > 1.2 * extension(designs[0])
 

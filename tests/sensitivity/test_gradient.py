@@ -91,7 +91,7 @@ def test_a_wrong_gradient_fails_the_taylor_test():
 @pytest.mark.slow
 def test_boundary_formula_tends_to_the_exact_gradient():
     errors = []
-    for counts in ((1, 8, 8), (2, 12, 16), (3, 20, 30)):
+    for counts in ((1, 8, 8), (1, 12, 12), (2, 16, 22)):
         case = Case(counts)
         at, solver, found = case.solve()
         exact = gradient(at, solver, found, JUDGE_MOTION)

@@ -48,6 +48,8 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         say("The problem is sound; its gradient was not tested.")
         return
     tested = run_gradient_check(at)
+    if tested.elements < at.disc.model.elements:
+        say(f"gradient  tested on a coarser mesh of {tested.elements} elements")
     for name in (*tested.tests, *tested.nothing):
         say(f"gradient  {tested.line(name)}", "" if name in tested.nothing or tested.is_right(name) else "red")
     if not tested.passed:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.interface.drawing import Wanted
+from pneumorph.interface.drawing import RequestedPicture
 from pneumorph.interface.drawing import draw as draw_one
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.mesh import keep_netgen_quiet
@@ -28,7 +28,7 @@ def draw(
     keep_netgen_quiet()
     run = open_run(source, asking(trust))
     if picture != "all":
-        print(f"written to {draw_one(run, Wanted(picture, design, cut, at, task, format), out)}")
+        print(f"written to {draw_one(run, RequestedPicture(picture, design, cut, at, task, format), out)}")
         return
     options = {"--design": design, "--cut": cut, "--at": at, "--task": task, "--format": format, "--out": out}
     for option, value in options.items():

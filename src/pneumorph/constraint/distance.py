@@ -223,7 +223,7 @@ def _closest_points(
 _FACING, _TOLERANCE = 1.5, 0.8
 
 
-class Fold(NamedTuple):
+class NearestFold(NamedTuple):
     """The nearest point of the same tube outside the neighbourhood, for n of its samples."""
 
     distance: Floats  # (n,) mm; infinite if nothing is within the bound
@@ -232,7 +232,7 @@ class Fold(NamedTuple):
     facing: NDArray[np.bool_]  # (n,) whether the point is on a facing wall, not on the edge of the neighbourhood
 
 
-def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, source: Ints) -> Fold:
+def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, source: Ints) -> NearestFold:
     """Find the nearest point of the same tube outside the neighbourhood, for some of its samples.
 
     Two searches are combined. Walls that face each other have opposite normals, while a sample's neighbours have nearly
@@ -264,7 +264,7 @@ def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, sourc
 
     facing = distance < edge_distance
     distance = np.where(facing, distance, edge_distance)
-    return Fold(
+    return NearestFold(
         distance=np.where(distance <= bound, distance, np.inf),
         near=np.where(facing, near, edge_near),
         offset=np.where(facing[:, None], 0.0, edge_offset),

@@ -38,7 +38,7 @@ MOVING = ("evolution", "inflation")
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RequestedPicture:
     """A picture, and what is asked of it; None where nothing is asked."""
 
     picture: str
@@ -49,7 +49,7 @@ class Wanted:
     format: str | None = None
 
 
-def draw(run: Run, wanted: Wanted, path: Path | None) -> Path:
+def draw(run: Run, wanted: RequestedPicture, path: Path | None) -> Path:
     """Draw a picture of a run into a file; parameters and errors are those of `Run.draw`."""
     _check(wanted)
     path = _path(run, wanted, path)
@@ -68,7 +68,7 @@ def draw(run: Run, wanted: Wanted, path: Path | None) -> Path:
     return path
 
 
-def _plot(run: Run, wanted: Wanted) -> Figure:
+def _plot(run: Run, wanted: RequestedPicture) -> Figure:
     history, problem = accepted(run.directory), run.problem
     if wanted.picture == "history":
         return history_figure(problem, history)
@@ -86,7 +86,7 @@ def _plot(run: Run, wanted: Wanted) -> Figure:
     return compared_shapes(run.directory, history, wanted.task or names[0], wanted.design)
 
 
-def _check(wanted: Wanted) -> None:
+def _check(wanted: RequestedPicture) -> None:
     if wanted.picture not in TAKES:
         raise ProblemError(f'picture: "{wanted.picture}" is none; use one of {", ".join(TAKES)}')
     for name in ("design", "cut", "at", "task"):
@@ -99,7 +99,7 @@ def _formats(picture: str) -> tuple[str, ...]:
     return ("gif",) if picture in MOVING else PLOTS
 
 
-def _path(run: Run, wanted: Wanted, path: Path | None) -> Path:
+def _path(run: Run, wanted: RequestedPicture, path: Path | None) -> Path:
     formats = _formats(wanted.picture)
     if path is None:
         words = [wanted.picture]

@@ -173,9 +173,11 @@ class Run:
         'history.pdf'
         """
         # Loads the libraries that draw.
-        from pneumorph.interface.drawing import Wanted, draw
+        from pneumorph.interface.drawing import RequestedPicture, draw
 
-        return draw(self, Wanted(picture, design, cut, at, task, format), None if path is None else Path(path))
+        return draw(
+            self, RequestedPicture(picture, design, cut, at, task, format), None if path is None else Path(path)
+        )
 
     def complete(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:
         """Run the design loop to its end, from the last stored design.

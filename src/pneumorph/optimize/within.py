@@ -104,14 +104,14 @@ def _projected(
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SmoothMotion:
     """A smooth step Ψ = S z: raw z and smooth Ψ, (n,) each."""
 
     raw: np.ndarray
     smooth: np.ndarray
 
 
-def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray) -> Motion:
+def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray) -> SmoothMotion:
     """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0, nearly.
 
     By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ + ½ λᵀελ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ); ε lets rows give way.
@@ -137,4 +137,4 @@ def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarr
         0.0,
     )
     z = raw(found)
-    return Motion(z, smooth.apply(z))
+    return SmoothMotion(z, smooth.apply(z))

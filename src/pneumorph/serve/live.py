@@ -14,7 +14,7 @@ from pneumorph.interface.runs import Run, open_run
 from pneumorph.output.report import facts_and_shapes, finished
 from pneumorph.problem import Pressure, Problem
 from pneumorph.run import RunDirectory
-from pneumorph.serve.worker import Wanted
+from pneumorph.serve.worker import RequestedState
 
 PARTS = 6
 """Steps of a sweep from no pressure to those of a task."""
@@ -79,7 +79,7 @@ class LiveRun:
                 self._read = stamp, self._packed()
             return self._read[1]
 
-    def wanted(self, design: int, pressures: Mapping[str, Any]) -> Wanted:
+    def wanted(self, design: int, pressures: Mapping[str, Any]) -> RequestedState:
         """The demand for a design at pressures in kPa by chamber.
 
         Raises
@@ -96,9 +96,9 @@ class LiveRun:
         written = _written(run.directory.path / "designs" / f"{design:04d}.npz")
         if not written:
             raise ProblemError(f"design {design}: {self.path} has no design of this number")
-        return Wanted(self.path, design, written, tuple((name, pressures[name] / 1e3) for name in chambers))
+        return RequestedState(self.path, design, written, tuple((name, pressures[name] / 1e3) for name in chambers))
 
-    def sweep(self, design: int) -> list[Wanted]:
+    def sweep(self, design: int) -> list[RequestedState]:
         """Demands for a design on the way to the pressures of its tasks, without any pressure first."""
         stored = _opened(self.path).design(design).pressures
         kilopascals = [

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
-from pneumorph.serve.worker import Answer, Wanted, failure, work
+from pneumorph.serve.worker import Answer, RequestedState, failure, work
 
 MOST_ANSWERS = 200
 """Answers that are kept; of a large mesh each takes about a megabyte."""
@@ -22,15 +22,15 @@ class Solver:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._answers: OrderedDict[Wanted, Answer] = OrderedDict()
-        self._demand: Wanted | None = None
-        self._sweep: list[Wanted] = []
-        self._sent: Wanted | None = None
+        self._answers: OrderedDict[RequestedState, Answer] = OrderedDict()
+        self._demand: RequestedState | None = None
+        self._sweep: list[RequestedState] = []
+        self._sent: RequestedState | None = None
         self._sweeping = False
         self._connection: Connection | None = None
         self._process: BaseProcess | None = None
 
-    def ask(self, wanted: Wanted) -> Answer | None:
+    def ask(self, wanted: RequestedState) -> Answer | None:
         """Wait for an equilibrium; None once a newer demand has come before it was found."""
         with self._changed:
             if wanted in self._answers:
@@ -42,13 +42,13 @@ class Solver:
             self._changed.wait_for(lambda: wanted in self._answers or self._demand != wanted)
             return self._answers.get(wanted)
 
-    def sweep(self, wanted: Iterable[Wanted]) -> None:
+    def sweep(self, wanted: Iterable[RequestedState]) -> None:
         """Solve these one after another while nobody asks for anything, in place of the sweep before."""
         with self._changed:
             self._sweep = [each for each in wanted if each not in self._answers and each != self._sent]
             self._go_on()
 
-    def known(self, like: Wanted) -> list[tuple[Wanted, Answer]]:
+    def known(self, like: RequestedState) -> list[tuple[RequestedState, Answer]]:
         """The answers that are there for the same design."""
         with self._changed:
             same = (like.path, like.design, like.written)
@@ -72,7 +72,7 @@ class Solver:
             process.join()
             connection.close()
 
-    def _send(self, wanted: Wanted, sweeping: bool) -> None:
+    def _send(self, wanted: RequestedState, sweeping: bool) -> None:
         """Give the worker something to do; what it was sweeping comes later."""
         if self._sent is not None and self._sweeping:
             self._sweep.insert(0, self._sent)
@@ -119,7 +119,7 @@ class Solver:
                     self._keep(lost, failure(LOST))
                 self._changed.notify_all()
 
-    def _take(self, wanted: Wanted, answer: Answer | None) -> None:
+    def _take(self, wanted: RequestedState, answer: Answer | None) -> None:
         if answer is not None:
             self._keep(wanted, answer)
         if wanted == self._sent:
@@ -130,7 +130,7 @@ class Solver:
             self._go_on()
         self._changed.notify_all()
 
-    def _keep(self, wanted: Wanted, answer: Answer) -> None:
+    def _keep(self, wanted: RequestedState, answer: Answer) -> None:
         self._answers[wanted] = answer
         while len(self._answers) > MOST_ANSWERS:
             self._answers.popitem(last=False)

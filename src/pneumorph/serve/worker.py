@@ -24,7 +24,7 @@ MOST_DESIGNS = 3
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RequestedState:
     """An equilibrium that is asked for.
 
     Attributes
@@ -67,7 +67,7 @@ def work(connection: Connection) -> None:
         return
 
 
-def _answer(wanted: Wanted, connection: Connection) -> Answer | None:
+def _answer(wanted: RequestedState, connection: Connection) -> Answer | None:
     try:
         explorer = _explorer(wanted.path, wanted.design, wanted.written)
         # Anything in the pipe is a newer demand.

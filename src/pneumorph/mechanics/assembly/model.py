@@ -13,8 +13,8 @@ from scipy.linalg import block_diag
 from pneumorph.mechanics.assembly import element
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
-from pneumorph.mechanics.assembly.sparsity import Places, Sparsity, build_sparsity, places_of, touching
-from pneumorph.mechanics.assembly.terms import Connectivity, Plate, Pressure, Solid, Term, Weight, connect
+from pneumorph.mechanics.assembly.sparsity import BlockPlaces, Sparsity, build_sparsity, places_of, touching
+from pneumorph.mechanics.assembly.terms import ChamberPressure, Connectivity, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.assembly.tip import Tip
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
@@ -50,7 +50,7 @@ class Model:
         The summands of Π.
     potential : Potential
         The terms, grouped for evaluation.
-    places : tuple of Places
+    places : tuple of BlockPlaces
         Where the blocks of each group go in the tangent.
     fixed : (n,) bool
         Unknowns fixed at zero by the supports, in the numbering of `sparsity`.
@@ -72,7 +72,7 @@ class Model:
     terms: tuple[Term, ...]
     potential: Potential
     sparsity: Sparsity
-    places: tuple[Places, ...]
+    places: tuple[BlockPlaces, ...]
     fixed: np.ndarray
     off_tip: np.ndarray
     supported_values: np.ndarray
@@ -195,7 +195,7 @@ def build_model(
         if weight:
             terms.append(Term(connectivity, Weight(jnp.asarray(solid.density))))
     if cavities.count:
-        terms.append(Term(cavities, Pressure()))
+        terms.append(Term(cavities, ChamberPressure()))
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirror))

@@ -23,7 +23,7 @@ from pneumorph.mechanics.material.energies import Invariants, OfInvariants, inva
 from pneumorph.threads import each
 
 
-class Points(NamedTuple):
+class StrainedPoints(NamedTuple):
     """The quadrature points of a chunk: F and A = ∂ξ/∂X (3, 3, 4, C), π and the volumes (4, C)."""
 
     F: np.ndarray
@@ -32,12 +32,12 @@ class Points(NamedTuple):
     measure: np.ndarray
 
 
-def strained(seen: Connectivity, at: Local, chunk: slice) -> Points:
+def strained(seen: Connectivity, at: Local, chunk: slice) -> StrainedPoints:
     """The quadrature points of a chunk."""
     F, A = np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk))
     measure = np.empty((4, seen.chunk))
     points.strain(at.X[chunk], at.u[chunk], TET_DN, TET_WEIGHT, F, A, measure)
-    return Points(F, A, _at_points(at.hydrostatic[chunk], seen.chunk), measure * seen.weight[chunk])
+    return StrainedPoints(F, A, _at_points(at.hydrostatic[chunk], seen.chunk), measure * seen.weight[chunk])
 
 
 def _at_points(hydrostatic: np.ndarray, count: int) -> np.ndarray:
@@ -99,7 +99,7 @@ def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull
     def pull(w: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         X, u, own = (np.empty(at.u.shape) for _ in range(3))
 
-        def work(part: tuple[slice, Points, Along]) -> None:
+        def work(part: tuple[slice, StrainedPoints, Along]) -> None:
             (chunk, here, along), (slope, dA, growth) = part, _room(seen)
             points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
             dhydrostatic = _at_points(by_hydrostatic[chunk], seen.chunk)
@@ -142,7 +142,7 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
 Along = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 
 
-def _along(solid: Solid, here: Points, several: bool = False) -> Along:
+def _along(solid: Solid, here: StrainedPoints, several: bool = False) -> Along:
     """A function of (δF, δπ): ∂ψ/∂F and ∂ψ/∂π, and how they change along these.
 
     Without invariants all second derivatives are the dearer way to one direction, and the cheaper one to several.

@@ -53,7 +53,7 @@ class Sparsity:
 
 
 @dataclass(frozen=True)
-class Places:
+class BlockPlaces:
     """Where the blocks of a connectivity's elements, without padding, go in the values of the tangent.
 
     Attributes
@@ -126,7 +126,7 @@ def touching(nodes: np.ndarray, on_tip: np.ndarray, plate: bool) -> np.ndarray:
     return np.any(on_tip[nodes], axis=1) | np.array(plate)
 
 
-def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
+def places_of(common: Sparsity, connectivity: Connectivity) -> BlockPlaces:
     """Where the blocks of a connectivity go; one of those that the sparsity was built for."""
     nodes, places = _rows(connectivity)
     local, hydrostatic = common.number[nodes], common.rank[places]
@@ -148,7 +148,7 @@ def places_of(common: Sparsity, connectivity: Connectivity) -> Places:
     order = np.argsort(touches, kind="stable")
     order = order[touches[order] >= 0]
     start = np.searchsorted(touches[order], np.arange(n + 1))
-    return Places(order, start, slot, coupling.ravel(), compression.ravel())
+    return BlockPlaces(order, start, slot, coupling.ravel(), compression.ravel())
 
 
 def _rows(connectivity: Connectivity) -> tuple[np.ndarray, np.ndarray]:

@@ -166,7 +166,7 @@ class Weight:
 
 @partial(register_dataclass, data_fields=[], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Pressure:
+class ChamberPressure:
     """−Σ p_c V_c over the triangles of the chambers; the data of a triangle are its shares (C,) in the volumes."""
 
     def energies(self, local: Local, loads: Loads) -> Array:

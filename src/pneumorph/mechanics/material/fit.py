@@ -28,7 +28,7 @@ class TensionTest:
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class MeasuredPoints:
     """The points of all tests: stretch, stress, mode and scale, each (n,).
 
     A difference of stress times its scale is relative to the root mean square of the stresses of its test; every test
@@ -42,7 +42,7 @@ class Points:
     test: np.ndarray
 
 
-def points(tests: Sequence[TensionTest]) -> Points:
+def points(tests: Sequence[TensionTest]) -> MeasuredPoints:
     """The points of all tests, scaled."""
     count, weights = sum(len(test.stretch) for test in tests), sum(test.weight for test in tests)
     size = [np.sqrt(test.weight / weights * count / len(test.stretch) / np.mean(test.stress**2)) for test in tests]
@@ -50,7 +50,7 @@ def points(tests: Sequence[TensionTest]) -> Points:
     def repeated(values: Sequence[object]) -> np.ndarray:
         return np.concatenate([np.full(len(test.stretch), value) for test, value in zip(tests, values, strict=True)])
 
-    return Points(
+    return MeasuredPoints(
         np.concatenate([test.stretch for test in tests]),
         np.concatenate([test.stress for test in tests]),
         repeated([test.mode for test in tests]),
@@ -147,11 +147,11 @@ def roots(form: Form, tests: Sequence[TensionTest]) -> list[np.ndarray]:
     return [_arranged(form, data, _search(form, data, start)) for start in form.starts]
 
 
-def _arranged(form: Form, data: Points, searched: np.ndarray) -> np.ndarray:
+def _arranged(form: Form, data: MeasuredPoints, searched: np.ndarray) -> np.ndarray:
     return form.arrange(_moduli(form, data, searched)[0], searched)
 
 
-def _search(form: Form, data: Points, start: tuple[float, ...]) -> np.ndarray:
+def _search(form: Form, data: MeasuredPoints, start: tuple[float, ...]) -> np.ndarray:
     if not start:
         return np.zeros(0)
     return least_squares(
@@ -159,7 +159,7 @@ def _search(form: Form, data: Points, start: tuple[float, ...]) -> np.ndarray:
     ).x
 
 
-def _moduli(form: Form, data: Points, searched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _moduli(form: Form, data: MeasuredPoints, searched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The best moduli for the searched parameters, and the scaled differences of stress (n,) that remain."""
     # At an exponent of zero the energy is 0/0; close to it, the power is a logarithm.
     searched = np.where(np.abs(searched) < 1e-4, 1e-4, searched)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.mechanics.material.energies import neo_hookean
-from pneumorph.mechanics.material.fit import Form, Points, TensionTest, borne, forms, points, roots
+from pneumorph.mechanics.material.fit import Form, MeasuredPoints, TensionTest, borne, forms, points, roots
 from pneumorph.mechanics.material.homogeneous import DIRECTIONS, nominal_stress, stable_up_to, stretch_at
 from pneumorph.mechanics.material.rubber import Rubber
 
@@ -36,7 +36,7 @@ GRID = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ModeCurve:
     """Nominal stress (n,) in MPa over stretch (n,) in a mode, with its standard deviation (n,)."""
 
     stretch: np.ndarray
@@ -76,7 +76,7 @@ class Fit:
     criterion: float
     stable: dict[str, float]
     reach: float
-    curves: dict[str, Curve]
+    curves: dict[str, ModeCurve]
     ratios: dict[str, tuple[float, float]]
     measured: frozenset[str]
 
@@ -230,13 +230,13 @@ def judged(form: Form, parameters: np.ndarray, tests: Sequence[TensionTest]) -> 
         criterion=float(criterion),
         stable={mode: stable_up_to(form.energy, parameters, mode, reach) for mode in DIRECTIONS},
         reach=reach,
-        curves={mode: Curve(grids[mode], stress[modes == mode], deviation[modes == mode]) for mode in grids},
+        curves={mode: ModeCurve(grids[mode], stress[modes == mode], deviation[modes == mode]) for mode in grids},
         ratios={mode: (float(ratio[modes == mode].min()), float(ratio[modes == mode].max())) for mode in grids},
         measured=frozenset(test.mode for test in tests),
     )
 
 
-def _covariance(form: Form, parameters: np.ndarray, data: Points, square: float) -> np.ndarray:
+def _covariance(form: Form, parameters: np.ndarray, data: MeasuredPoints, square: float) -> np.ndarray:
     """Covariance (m, m) of least squares with the errors of stress that the fit leaves, and those of the machine."""
     count = len(data.stress)
     variance = square * count / max(count - form.count, 1) + ACCURACY**2
