@@ -285,10 +285,15 @@ def summary(folder: Path) -> dict[str, Any] | None:
         "same": [line["factorisations"] for line in lines if line["iteration"] > 0 and not line["remeshed"]],
         "after remeshing": [line["factorisations"] for line in lines if line["iteration"] > 0 and line["remeshed"]],
         "remeshes": len(re.findall("meshed anew|remeshed with", words)),
-        "taken back": words.count("step taken back"),
-        "mesh failures": sum(about_mesh(line) for line in words.splitlines() if "step taken back" in line)
+        "taken back": sum(map(taken_back, words.splitlines())),
+        "mesh failures": sum(about_mesh(line) for line in words.splitlines() if taken_back(line))
         + (outcome["end"] == "failed" and about_mesh(outcome["reason"])),
     }
+
+
+def taken_back(line: str) -> bool:
+    """Whether a line of the screen says that a trial was rejected; older versions said that a step was taken back."""
+    return re.search(r"step taken back|trial \d+ rejected", line) is not None
 
 
 def about_mesh(line: str) -> bool:
