@@ -17,7 +17,7 @@ def coarse(path):
     problem = load(path)
     return problem.model_copy(
         update={
-            "mesh": problem.mesh.model_copy(update={"size": problem.body.radius / 2.0}),
+            "mesh": problem.mesh.model_copy(update={"size": problem.body.radius / 1.6}),
             "body": problem.body.model_copy(update={"control_density": 0.35}),
             "optimizer": problem.optimizer.model_copy(update={"iterations": 2}),
         }
