@@ -192,6 +192,9 @@ class Design:
     def explorer(self) -> Explorer:
         """Find equilibria at any pressures, one after another, each from the nearest ones that are known.
 
+        Of the first and the last design of a run, the mesh and the equilibria of the tasks are stored, and the search
+        begins there.
+
         Examples
         --------
         >>> import pneumorph as pm
@@ -200,7 +203,8 @@ class Design:
         >>> print(found.step.stable, found.fields.whole().stretch["extend"].max() > 1.0)
         True True
         """
-        return Explorer(self.problem, self.body)
+        stored = self.stored if self.entry is not None else None
+        return Explorer(self.problem, self.body, stored, self.entry.tasks if self.entry else None)
 
     def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
         """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.
