@@ -118,7 +118,6 @@ class Explorer:
         """
         given = {chamber.name: float(pressures.get(chamber.name, 0.0)) for chamber in self.problem.body.chamber}
         meshed = self._meshed(given)
-        model, mesh = meshed.model, meshed.mesh
         at = self._at(meshed, given)
         found = meshed.search(at, self._strides(meshed, given), stop)
         if stop():
@@ -127,7 +126,7 @@ class Explorer:
         step = step_of(task, given, at, found, meshed.whole)
         if isinstance(found, NoEquilibrium):
             return Explored(step, None)
-        return Explored(step, Fields(mesh, {task: found.u}, {task: nodal_stretch(mesh, found.u)}))
+        return Explored(step, Fields(meshed.mesh, {task: found.u}, {task: nodal_stretch(meshed.mesh, found.u)}))
 
     def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
         loads = loads_of(self.problem, meshed.model, dict(pressures))

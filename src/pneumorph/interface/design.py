@@ -321,7 +321,8 @@ class Design:
         name = self._task(task)
         stored = self.stored
         fields = stored if stored is not None and name in stored.inflation else self._computed(inflated=True)
-        saved_gif(inflation(self.problem, fields, self.results[name], name, self._view(cut, at)), Path(path))
+        film = inflation(self.problem, fields, self.results[name], name, self._view(cut, at))
+        saved_gif(film.drawn(), Path(path))
 
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import design_html
