@@ -12,16 +12,19 @@ import numpy as np
 import pyvista as pv
 
 from pneumorph.output.section import Opened, cut_alike
-from pneumorph.output.view import COLOURS, CUT, RIM, Job, Panel, Shape, View, colour_map
+from pneumorph.output.view import COLOURS, CUT, JOBS, RIM, Job, Panel, Shape, View, colour_map, drawn_name
 
 
 def main() -> None:
-    """Read jobs from the file named by the first argument and save their pictures as .npz by the second."""
-    source, destination = sys.argv[1:]
-    with Path(source).open("rb") as file:
+    """Read the jobs of a folder, which the argument names, and save the pictures of each once they are drawn."""
+    folder = Path(sys.argv[1])
+    with (folder / JOBS).open("rb") as file:
         jobs: list[Job] = pickle.load(file)
     parts = iter(opened([panel for job in jobs for panel in job.panels]))
-    np.savez(destination, *[draw(job, panel, next(parts)) for job in jobs for panel in job.panels])
+    for number, job in enumerate(jobs):
+        np.savez(folder / "part.npz", *[draw(job, panel, next(parts)) for panel in job.panels])
+        # Complete once it has its name.
+        (folder / "part.npz").rename(folder / drawn_name(number))
 
 
 def opened(panels: Sequence[Panel]) -> Iterator[Opened]:

@@ -6,16 +6,19 @@ import pickle
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.output.view import Job
+from pneumorph.output.view import JOBS, Job, drawn_name
 
-SECONDS = 600
+SECONDS, LOOK = 600, 0.02
+"""How long drawing may take, and how often is looked whether a job is done."""
+
 CHILD = "from pneumorph.output.draw import main; main()"
 
 
@@ -28,10 +31,9 @@ class Drawing:
 
     def __init__(self, jobs: Sequence[Job]) -> None:
         self._folder = tempfile.TemporaryDirectory()
-        source, self._found = Path(self._folder.name) / "jobs", Path(self._folder.name) / "images.npz"
-        source.write_bytes(pickle.dumps(list(jobs)))
-        command = [sys.executable, "-c", CHILD, str(source), str(self._found)]
-        self._counts = [len(job.panels) for job in jobs]
+        (Path(self._folder.name) / JOBS).write_bytes(pickle.dumps(list(jobs)))
+        command = [sys.executable, "-c", CHILD, self._folder.name]
+        self._count, self._begin = len(jobs), time.monotonic()
         self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def __enter__(self) -> Drawing:
@@ -42,17 +44,19 @@ class Drawing:
         self._process.wait()
         self._folder.cleanup()
 
-    def images(self) -> list[list[np.ndarray]]:
-        """Wait for the pictures of every job; see `images`."""
-        try:
-            status = self._process.wait(SECONDS)
-        except subprocess.TimeoutExpired:
-            raise NoPicture(f"drawing took more than {SECONDS} s") from None
-        if status != 0 or not self._found.exists():
-            raise NoPicture("VTK cannot draw off-screen here (no OpenGL)")
-        with np.load(self._found) as found:
-            pictures = iter([found[name] for name in found.files])
-            return [[next(pictures) for _ in range(count)] for count in self._counts]
+    def images(self) -> Iterator[list[np.ndarray]]:
+        """Yield the pictures of every job, in their order, once they are drawn; see `images`."""
+        for number in range(self._count):
+            path = Path(self._folder.name) / drawn_name(number)
+            while not path.exists():
+                ended = self._process.poll() is not None
+                if ended and not path.exists():
+                    raise NoPicture("VTK cannot draw off-screen here (no OpenGL)")
+                if time.monotonic() - self._begin > SECONDS:
+                    raise NoPicture(f"drawing took more than {SECONDS} s")
+                time.sleep(LOOK)
+            with np.load(path) as found:
+                yield [found[name] for name in found.files]
 
 
 def images(job: Job) -> list[np.ndarray]:
