@@ -62,9 +62,8 @@ def run_pictures(run: RunDirectory) -> Pictures:
                     save(part.figure(pictures), path)
                 paths.append(path)
         except NoPicture as error:
-            missing.append(
-                f"{next(path for path in parts if path not in paths)} and other pictures of bodies could not be drawn: {error}"
-            )
+            first = next(path for path in parts if path not in paths)
+            missing.append(f"{first} and other pictures of bodies could not be drawn: {error}")
     return Pictures(tuple(paths), tuple(missing))
 
 
