@@ -10,15 +10,18 @@ export function study(page, blocks) {
   const comparison = new Comparison(page, choose);
   page.shown = () => comparison.follow();
   if (page.view) page.view.drawn = () => comparison.turn();
-  page.load(runs[chosen].packed);
+  // The members first; what is said of one of them, above its picture.
+  const stage = document.querySelector(".stage");
+  const heading = element("h2");
+  stage.before(byId("comparison"), heading, byId("headline"), byId("reason"), byId("warnings"));
+  show();
   comparison.load(runs, chosen);
   byId("comparison").hidden = false;
-  byId("eyebrow").textContent = `pneumorph · study · ${title}`;
-  byId("comparison-title").textContent = `Members of the study “${title}”`;
+  byId("eyebrow").textContent = "pneumorph · study";
+  byId("comparison-title").textContent = "Members side by side";
   byId("without").textContent = without.join(" ");
   byId("members").hidden = false;
   byId("compared").closest(".card").hidden = true;
-  document.title = title;
 
   const { heads, rows } = memberTable(blocks.map(({ facts }) => facts));
   const state = { by: 0, down: false };
@@ -42,9 +45,16 @@ export function study(page, blocks) {
 
   function choose(number) {
     chosen = number;
-    page.load(runs[number].packed);
-    document.title = title;
+    show();
     mark();
+    heading.scrollIntoView({ block: "start" });
+  }
+
+  function show() {
+    const { name, packed } = runs[chosen];
+    page.load(packed);
+    heading.textContent = `Member ${name}`;
+    byId("title").textContent = document.title = title;
   }
 
   function mark() {

@@ -17,8 +17,8 @@ from pneumorph.run import RunDirectory
 MOST_WHOLE = 12
 """Members of which every design is in the page; of more, the first and the last are, which keeps it below 5 MB."""
 
-MOST_KEYS = 8
-"""Columns for what members change."""
+MOST_KEYS, WORDS = 8, ("title", "source", "code")
+"""Most columns for what members change, and keys of which the values are not for a table."""
 
 
 def member_paths(folder: Path) -> list[Path]:
@@ -63,7 +63,7 @@ def changed(problems: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
     keys = [
         key
         for key in dict.fromkeys(key for each in problems for key in each)
-        if len({each.get(key) for each in problems}) > 1 and key != "title"
+        if len({each.get(key) for each in problems}) > 1 and key.rpartition(".")[2] not in WORDS
     ]
     return [{key: each[key] for key in keys[:MOST_KEYS] if key in each} for each in problems]
 
