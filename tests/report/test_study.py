@@ -1,4 +1,4 @@
-"""The page of a study in a browser: sorted, filtered, and one member in the large picture; and a body of ten chambers."""
+"""The page of a study in a browser: sorted, filtered, one member in the large picture; and a body of ten chambers."""
 
 import pytest
 from pages import differs, picture, words
