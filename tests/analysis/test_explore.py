@@ -5,7 +5,7 @@ import pytest
 from tiny import tiny
 
 import pneumorph as pm
-from pneumorph.analysis import Stopped, to_json
+from pneumorph.analysis import Explorer, Stopped, to_json
 from pneumorph.problem import loads
 
 HALF = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz"] }\n[[body.chamber]]')
@@ -65,3 +65,18 @@ def test_where_there_is_nothing_there_is_a_reason():
     found = pm.starting_design(loads(tiny())).explorer().at({"A": 5.0})
     assert not found.step.converged and found.fields is None
     assert "no equilibrium found" in found.step.reason
+
+
+def test_from_what_is_stored_little_is_left_to_solve(start):
+    stored, asked = start._computed(), {None: [], "stored": []}
+    found = {}
+    for name, fields in ((None, None), ("stored", stored)):
+        explorer = Explorer(start.problem, start.body, fields, start.results)
+        found[name] = explorer.at({"A": 0.06}, lambda name=name: bool(asked[name].append(1)))
+    assert same(found["stored"].step, found[None].step)
+    assert found["stored"].fields.mesh is stored.mesh
+    assert len(asked["stored"]) < len(asked[None]) / 2
+    # The stored task's own result, to the tolerance of a design.
+    np.testing.assert_allclose(
+        found["stored"].step.translation, start.results["extend"].translation, rtol=1e-4, atol=1e-6
+    )

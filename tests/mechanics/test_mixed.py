@@ -13,6 +13,7 @@ from pneumorph.mechanics import (
     configure,
     neo_hookean_rubber,
     rest,
+    restored,
     solve,
 )
 from pneumorph.mechanics.assembly import potential as kernels
@@ -46,12 +47,17 @@ def radial(mesh, u, radius, axes):
     return (np.sum(u[on][:, axes] * mesh.points[on][:, axes], axis=1) / radius).mean()
 
 
-def plane_strain_tube(ratio, mixed):
+def quarter_tube():
     mesh, lids = with_lids(tube(4, 8, 2, (2, 12, 1)), 2)
     supports = np.zeros((len(mesh.points), 3), bool)
     supports[:, 2] = supports[lids] = True
     supports[np.abs(mesh.points[:, 1]) < 1e-9, 1] = True
     supports[np.abs(mesh.points[:, 0]) < 1e-9, 0] = True
+    return mesh, supports
+
+
+def plane_strain_tube(ratio, mixed):
+    mesh, supports = quarter_tube()
     u = inflated(mesh, supports, 0.10, ratio, mixed).u
     return radial(mesh, u, 4, [0, 1]), radial(mesh, u, 8, [0, 1])
 
@@ -175,3 +181,12 @@ def test_a_column_buckles_as_the_elastica_does():
     assert length + found.plate[2] == pytest.approx(length * (2 * ellipe(m) / ellipk(m) - 1), abs=0.04 * length)
     deflection = 2 * np.sqrt(m) / ellipk(m) * length
     assert np.linalg.norm(found.plate[:2]) == pytest.approx(deflection, rel=0.02)
+
+
+def test_a_state_is_restored_from_its_displacements():
+    mesh, supports = quarter_tube()
+    found = inflated(mesh, supports, 0.10, 1000.0)
+    built = build_model(mesh, of_ratio(1000.0), plate=False, supports=supports, mixed=True)
+    state, expected = restored(built, mesh.points, found.u, found.state.plate), found.state.hydrostatic
+    assert np.abs(expected).max() > 0.01
+    np.testing.assert_allclose(state.hydrostatic, expected, atol=1e-6 * np.abs(expected).max())

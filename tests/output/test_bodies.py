@@ -277,9 +277,9 @@ def frames_of(path):
 def test_an_evolution_has_a_frame_for_every_design_up_to_a_number(problem, drawn):
     body = starting_body(problem.body)
     designs = [(entry(k), waved(body, 0.01 * k)) for k in range(150)]
-    assert len(evolution(problem, designs[:7])) == 7
+    assert len(evolution(problem, designs[:7]).drawn()) == 7
     assert all(isinstance(panel.shape, Shell) for panel in drawn[0].panels)
-    many = evolution(problem, designs)
+    many = evolution(problem, designs).drawn()
     assert len(many) == MOST_FRAMES and sum(seconds for _, seconds in many) < 12
     first, last = drawn[1].panels[0].shape, drawn[1].panels[-1].shape
     np.testing.assert_array_equal(first.points, shell_of(body).points)
@@ -287,7 +287,7 @@ def test_an_evolution_has_a_frame_for_every_design_up_to_a_number(problem, drawn
 
 
 def test_an_inflation_goes_through_the_stored_pressures_and_back(problem, fields, drawn, tmp_path):
-    frames = inflation(problem, inflated(fields), task_result(), "extend")
+    frames = inflation(problem, inflated(fields), task_result(), "extend").drawn()
     assert len(frames) == 2 * 7 - 2
     heights = [panel.shape.points[:, 2].max() for panel in drawn[0].panels]
     np.testing.assert_allclose(heights, 24.0 * (1 + 0.2 * np.arange(7) / 6), rtol=1e-5)
@@ -308,10 +308,11 @@ def test_moving_pictures_are_drawn(problem, fields, tmp_path):
         pytest.skip(str(reason))
     assert picture.shape[2] == 4 and picture[0, 0, 3] == 0 and picture[54, 80, 3] == 255, "clear beside the body"
     body = starting_body(problem.body)
-    save_gif(tmp_path / "evolution.gif", evolution(problem, [(entry(k), waved(body, 0.1 * k)) for k in range(3)]))
+    film = evolution(problem, [(entry(k), waved(body, 0.1 * k)) for k in range(3)])
+    save_gif(tmp_path / "evolution.gif", film.drawn())
     frames = [frame.astype(float) for frame, _ in frames_of(tmp_path / "evolution.gif")]
     assert len(frames) == 3
     for one, other in pairwise(frames):
         assert np.abs(one - other).max() > 50, "the shape changes"
-    save_gif(tmp_path / "inflation.gif", inflation(problem, inflated(fields, 2), task_result(), "extend"))
+    save_gif(tmp_path / "inflation.gif", inflation(problem, inflated(fields, 2), task_result(), "extend").drawn())
     assert len(frames_of(tmp_path / "inflation.gif")) == 6

@@ -121,7 +121,7 @@ def answer(sections, error, turn=0.0):
 
 
 def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "_draw_bodies", lambda folder, run, history: ([], []))
+    monkeypatch.setattr(pictures, "_bodies", lambda folder, run, history: ({}, []))
     both = arm(task_text("curve", CURVE, FREE), task_text("turns", TURNS, FREE), task_text("volume", CODE))
     for number, (asked, names) in enumerate(
         (

@@ -167,7 +167,7 @@ def test_nothing_of_a_problem_file_becomes_html(fields, tmp_path):
     run = waving_run(tmp_path / "run", loads(text.replace('\\\\"', '\\"')), 2, {0: fields, 1: fields})
     page = write_report(run).read_text(encoding="utf-8")
     assert "alert(1)" not in page.replace("&lt;script&gt;alert(1)", "")
-    empty = page_of(b"", "")
+    empty = page_of([b""], "")
     assert page.count("<script") == empty.count("<script") and page.count("<b>") == empty.count("<b>")
     facts, _ = block_of(run.path / "report.html")
     assert facts["title"] == NASTY and NASTY in facts["problem"].replace('\\"', '"')

@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 
 import matplotlib.image
 import numpy as np
@@ -12,12 +13,19 @@ def picture(page) -> np.ndarray:
     # Two frames: what was chosen is drawn in the next one.
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     content = page.evaluate(
-        """() => { const seen = document.querySelector("canvas");
+        """() => { const seen = document.querySelector("#view canvas");
         const copy = document.createElement("canvas"); [copy.width, copy.height] = [seen.width, seen.height];
         const pen = copy.getContext("2d"); pen.fillStyle = "white"; pen.fillRect(0, 0, copy.width, copy.height);
         pen.drawImage(seen, 0, 0); return copy.toDataURL("image/png").split(",")[1]; }"""
     )
     return matplotlib.image.imread(io.BytesIO(base64.b64decode(content)))[..., :3]
+
+
+def blocks_of(path) -> list[bytes]:
+    """The packed blocks of a page in a file, one to each run."""
+    text = re.search(r'id="block">([^<]*)</script>', path.read_text(encoding="utf-8"))
+    assert text is not None
+    return [base64.b64decode(block) for block in text[1].split()]
 
 
 def slide(page, name, value):

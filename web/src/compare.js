@@ -98,6 +98,12 @@ export class Comparison {
     return { design, task: stop ? task : "", entry: facts.history[design], shape: stop ? shapes.moved(design, stop) : shapes.atRest(design) };
   }
 
+  // Show only these runs' bodies, in this order.
+  arrange(kept) {
+    for (const [number, body] of this.bodies.entries()) if (body) body.figure.hidden = !kept.includes(number);
+    byId("bodies").append(...kept.map((number) => this.bodies[number].figure));
+  }
+
   // Look from where the large picture is seen.
   turn() {
     if (!this.page.view?.scene) return;

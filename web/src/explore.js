@@ -70,11 +70,25 @@ export class Explorer {
     const ticket = ++this.ticket;
     clearTimeout(this.timer);
     const wanted = this.#wanted;
-    const there = this.states.get(keyOf(wanted));
+    const there = this.states.get(keyOf(wanted)) ?? this.#ofTask(wanted);
     this.solving = !there;
     if (there) return this.#show(there, wanted);
     this.#near(wanted, ticket);
     this.timer = setTimeout(() => this.#solve(wanted, ticket), PATIENCE);
+  }
+
+  // The state of a task at its whole pressures, which a run has stored with its numbers; nothing needs to be solved.
+  #ofTask(wanted) {
+    const { facts, shapes, state } = this.page;
+    for (const { name } of facts.tasks) {
+      const found = facts.history[state.design].tasks[name];
+      const stop = shapes.stops(state.design, name).at(-1);
+      // What a warning would be needed for is solved, and the solver warns.
+      if (stop && found.stable && !found.beyond_validity && keyOf(inKilopascals(found.pressure_MPa)) === keyOf(wanted)) {
+        return { step: found, warnings: [], shape: shapes.moved(state.design, stop), pressures: wanted };
+      }
+    }
+    return null;
   }
 
   // The shapes that the run has stored of this design: pictures without all numbers, but there at once.

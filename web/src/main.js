@@ -1,15 +1,18 @@
-// Begins the page: a run in its block, or, where it is served, the runs that the server has.
+// Begins the page: a run in its block, or the members of a study, or, where it is served, the runs that the server has.
 import { byId } from "./elements.js";
 import { unpack } from "./packed.js";
 import { RunPage } from "./page.js";
 import { served } from "./served.js";
+import { study } from "./study.js";
 
 async function begin() {
-  const block = byId("block").textContent.trim();
-  const packed = block ? await unpack(block) : null;
+  // One to each run; a page of a study has several.
+  const blocks = byId("block").textContent.trim().split(/\s+/).filter(Boolean);
+  const packed = await Promise.all(blocks.map(unpack));
   const page = new RunPage();
-  if (packed) page.load(packed);
-  else await served(page);
+  if (packed.length === 0) await served(page);
+  else if (packed[0].facts.member) study(page, packed);
+  else page.load(packed[0]);
   document.body.dataset.ready = "yes";
 }
 

@@ -4,6 +4,16 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { BodyView } from "./body.js";
 import { Marks, tipOf } from "./marks.js";
 
+// Small pictures are drawn in one place and copied: a browser has few places to draw in space.
+let shared;
+
+function rendererOf(canvas) {
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true });
+  renderer.localClippingEnabled = true;
+  renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+  return renderer;
+}
+
 const TURN = Math.PI / 24; // of a key
 const [FREE, FREE_SMALL] = [[50, 70, 40], [10, 30, 10]]; // pixels above, below and beside
 
@@ -11,12 +21,10 @@ export class View {
   drawn; // called after every picture
   // place: the element of the picture; a small one is seen as another view is, and cannot be turned by itself.
   constructor(place, small = false) {
-    Object.assign(this, { place, small });
-    this.renderer = new THREE.WebGLRenderer({
-      canvas: place.querySelector("canvas"), antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true,
-    });
-    this.renderer.localClippingEnabled = true;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    const canvas = place.querySelector("canvas");
+    Object.assign(this, { place, small, canvas });
+    this.renderer = small ? (shared ??= rendererOf(document.createElement("canvas"))) : rendererOf(canvas);
+    this.paper = small ? canvas.getContext("2d") : null;
     this.camera = new THREE.OrthographicCamera();
     const lamp = new THREE.DirectionalLight("#ffffff", 1.9);
     lamp.position.set(-0.6, 1, 1.4);
@@ -43,9 +51,9 @@ export class View {
     this.camera.up.copy(upward(facts));
     // What turns the camera holds on to how up was when it was made.
     this.controls?.dispose();
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enabled = !this.small;
-    if (this.small) this.renderer.domElement.style.touchAction = "auto";
+    if (this.small) this.canvas.style.touchAction = "auto";
     this.controls.addEventListener("change", () => this.draw());
     this.reset();
   }
@@ -99,7 +107,9 @@ export class View {
     this.waiting ??= requestAnimationFrame(() => {
       this.waiting = undefined;
       this.camera.updateMatrixWorld();
+      if (this.small) this.renderer.setSize(this.place.clientWidth, this.place.clientHeight, false);
       this.renderer.render(this.scene, this.camera);
+      if (this.paper) this.#copy();
       this.#overlay();
       this.drawn?.();
     });
@@ -108,7 +118,7 @@ export class View {
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.place;
     if (!width || !height || !this.scene) return;
-    this.renderer.setSize(width, height, false);
+    if (!this.small) this.renderer.setSize(width, height, false);
     this.camera.updateMatrixWorld();
     const [right, up] = [0, 1].map((column) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, column));
     let [across, high] = [1e-6, 1e-6];
@@ -126,6 +136,15 @@ export class View {
     Object.assign(this.camera, { left: -wide, right: wide, top: half + shift, bottom: shift - half });
     this.camera.updateProjectionMatrix();
     this.draw();
+  }
+
+  #copy() {
+    const { canvas, paper, renderer } = this;
+    const { width, height } = renderer.domElement;
+    if (!width || !height) return;
+    // A new size clears it.
+    Object.assign(canvas, { width, height });
+    paper.drawImage(renderer.domElement, 0, 0);
   }
 
   #key(event) {

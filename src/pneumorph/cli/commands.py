@@ -123,15 +123,19 @@ def export(
 
 
 def report(
-    run: RunDirectory,
-    out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the run directory.")] = None,
+    run: Annotated[Path, typer.Argument(metavar="RUN|STUDY", help="A run directory, or the directory of a study.")],
+    out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the directory.")] = None,
     trust: Trusted = False,
 ) -> None:
-    """Write the page of a run: one file for any browser, with its shapes, history, limits and problem."""
+    """Write the page of a run, or of all members of a study: one file for any browser, with shapes and numbers."""
     from pneumorph.cli.trust import asking
     from pneumorph.interface.runs import open_run
+    from pneumorph.output.study_page import member_paths, write_study_page
 
-    print(f"written to {open_run(run, asking(trust)).report(out)}")
+    if members := member_paths(run):
+        print(f"written to {write_study_page(run, [open_run(each, asking(trust)).directory for each in members], out)}")
+    else:
+        print(f"written to {open_run(run, asking(trust)).report(out)}")
 
 
 def draw(

@@ -16,6 +16,8 @@ from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.output.format import format_duration, motion_of
 from pneumorph.output.render import NoPicture
+from pneumorph.output.study_page import write_study_page
+from pneumorph.run import open_run
 from pneumorph.study import Study, load_study, write_sheet, write_summary
 from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
@@ -79,6 +81,11 @@ def study(
             console.print(Text(f"sheet in {write_sheet(asked, folder, complete)}"), soft_wrap=True)
     except NoPicture as error:
         console.print(Text(f"the sheet could not be drawn: {error}"), soft_wrap=True)
+    try:
+        runs = [open_run(folder / name) for name in members if (folder / name / "problem.toml").exists()]
+        console.print(Text(f"everything in one page: {write_study_page(folder, runs)}"), soft_wrap=True)
+    except ProblemError as error:
+        console.print(Text(f"the page could not be written: {error}"), soft_wrap=True)
     if failed:
         reasons = "; ".join(f"{end.name}: {end.reason}" for end in failed)
         raise ComputationError(f"{len(failed)} of {len(members)} members failed: {reasons}")

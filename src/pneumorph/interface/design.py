@@ -192,6 +192,9 @@ class Design:
     def explorer(self) -> Explorer:
         """Find equilibria at any pressures, one after another, each from the nearest ones that are known.
 
+        Of the first and the last design of a run, the mesh and the equilibria of the tasks are stored, and the search
+        begins there.
+
         Examples
         --------
         >>> import pneumorph as pm
@@ -200,7 +203,8 @@ class Design:
         >>> print(found.step.stable, found.fields.whole().stretch["extend"].max() > 1.0)
         True True
         """
-        return Explorer(self.problem, self.body)
+        stored = self.stored if self.entry is not None else None
+        return Explorer(self.problem, self.body, stored, self.entry.tasks if self.entry else None)
 
     def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
         """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.
@@ -317,7 +321,8 @@ class Design:
         name = self._task(task)
         stored = self.stored
         fields = stored if stored is not None and name in stored.inflation else self._computed(inflated=True)
-        saved_gif(inflation(self.problem, fields, self.results[name], name, self._view(cut, at)), Path(path))
+        film = inflation(self.problem, fields, self.results[name], name, self._view(cut, at))
+        saved_gif(film.drawn(), Path(path))
 
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import design_html

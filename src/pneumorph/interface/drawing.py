@@ -62,7 +62,8 @@ def draw(run: Run, wanted: RequestedPicture, path: Path | None) -> Path:
     elif wanted.picture == "evolution":
         directory, history = run.directory, accepted(run.directory)
         bodies = [(entry, directory.load_design(entry.iteration).body(run.problem)) for entry in history]
-        saved_gif(evolution(run.problem, bodies, view(run.problem, wanted.cut, wanted.at)), path)
+        film = evolution(run.problem, bodies, view(run.problem, wanted.cut, wanted.at))
+        saved_gif(film.drawn(), path)
     else:
         saved(_plot(run, wanted), path)
     return path

@@ -21,6 +21,7 @@ from pneumorph.mechanics.solve.equilibrium import (
 from pneumorph.mechanics.solve.mirror import Whole, mirror_of, whole_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
+from pneumorph.mechanics.solve.restore import restored
 from pneumorph.mechanics.solve.sweep import extrapolated, sweep
 
 __all__ = [
@@ -51,6 +52,7 @@ __all__ = [
     "neo_hookean_rubber",
     "predict",
     "rest",
+    "restored",
     "rotation",
     "rotation_vector",
     "rubber_of",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from io import BytesIO
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 from scipy.sparse import csr_matrix, diags
@@ -16,14 +17,15 @@ from scipy.sparse.linalg import cg
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult, nodal_stretch
 from pneumorph.geometry import Body
 from pneumorph.mesh import TetMesh
-from pneumorph.output.bodies import compose, images_of, lay_out, title_lines
+from pneumorph.output import render
+from pneumorph.output.bodies import Layout, compose, job_of, lay_out, title_lines
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
 from pneumorph.output.format import format_pressures, motion_of
 from pneumorph.output.marks import task_marks
 from pneumorph.output.scenes import Scene, gravity_of, highest_stretch
 from pneumorph.output.shell import shell_of
-from pneumorph.output.view import Shape, View
+from pneumorph.output.view import Job, Shape, View
 from pneumorph.problem import Problem
 
 DOTS = 140
@@ -42,18 +44,56 @@ Frames = list[tuple[Image.Image, float]]
 """Pictures with the seconds for which each is shown."""
 
 
-def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], view: View | None = None) -> Frames:
+@dataclass(frozen=True, eq=False)
+class Film:
+    """Scenes to be shown one after another, all to one scale and at one place.
+
+    Attributes
+    ----------
+    scenes, seconds : the scenes, and for how long each is shown.
+    back : whether the film goes back to its beginning, scene by scene.
+    stretch, title : as of a `Row`.
+    """
+
+    scenes: Sequence[Scene]
+    seconds: Sequence[float]
+    back: bool
+    stretch: tuple[float, float]
+    title: str
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The place and scale of all scenes."""
+        layout = lay_out(self.scenes, WIDEST, TALLEST, columns=1)
+        low, high = np.min(layout.extents, axis=0), np.max(layout.extents, axis=0)
+        return replace(layout, extents=[np.array([low[0], high[1], low[2], high[3]])] * len(self.scenes))
+
+    @property
+    def job(self) -> Job:
+        """What is to be drawn for it."""
+        return job_of(self.scenes, self.layout, self.stretch, DOTS)
+
+    def frames(self, pictures: Sequence[np.ndarray]) -> Frames:
+        """The frames, with the pictures of its job."""
+        lines = max(title_lines(scene, self.layout) for scene in self.scenes)
+        way = [
+            (_drawn(compose([scene], self.layout, [picture], self.stretch, self.title, lines)), seconds)
+            for scene, picture, seconds in zip(self.scenes, pictures, self.seconds, strict=True)
+        ]
+        return [*way, *way[-2:0:-1]] if self.back else way
+
+    def drawn(self) -> Frames:
+        """Draw the frames; raises NoPicture if this machine cannot draw off-screen."""
+        return self.frames(render.images(self.job))
+
+
+def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], view: View | None = None) -> Film:
     """The designs of a run at rest, with their results.
 
     Parameters
     ----------
     bodies : results and body of every design.
     view : by default that of all tasks together.
-
-    Raises
-    ------
-    NoPicture
-        If this machine cannot draw off-screen.
     """
     chosen = np.unique(np.rint(np.linspace(0, len(bodies) - 1, min(len(bodies), MOST_FRAMES))).astype(int))
     scenes = []
@@ -63,14 +103,11 @@ def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], vie
         words = ", ".join(f"{name}{motion}" for name, motion in zip(names, motions, strict=True))
         title = f"design {entry.iteration} at rest\n{words}"
         scenes.append(Scene(title, shell_of(body), view or view_of(problem), gravity=gravity_of(problem)))
-    each = min(SHORT, LONG / len(scenes))
-    return [
-        (picture, STAY if number == len(scenes) - 1 else each)
-        for number, picture in enumerate(_frames(scenes, (1.0, 1.0), problem.title))
-    ]
+    seconds = [min(SHORT, LONG / len(scenes))] * (len(scenes) - 1) + [STAY]
+    return Film(scenes, seconds, False, (1.0, 1.0), problem.title)
 
 
-def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, view: View | None = None) -> Frames:
+def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, view: View | None = None) -> Film:
     """A design on the way to the pressures of a task and back, at the fractions of them that are stored.
 
     Parameters
@@ -78,11 +115,6 @@ def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, vi
     fields, found : of the design; its result in the task.
     name : of the task.
     view : by default the plane in which the task bends the body.
-
-    Raises
-    ------
-    NoPicture
-        If this machine cannot draw off-screen.
     """
     task = next(task for task in problem.task if task.name == name)
     view = view or task_view(problem, task, found)
@@ -92,10 +124,9 @@ def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, vi
         Scene(f"{name}: {format_pressures(pressures)}", shape, view, marks, gravity_of(problem))
         for pressures, shape in _way(fields.whole(), found, name)
     ]
-    pictures = list(_frames(scenes, (1.0, highest_stretch(scene.shape for scene in scenes)), problem.title))
-    way = [(picture, SHORT) for picture in pictures]
-    way[-1] = pictures[-1], STAY
-    return [*way, *way[-2:0:-1]]
+    seconds = [SHORT] * (len(scenes) - 1) + [STAY]
+    stretch = 1.0, highest_stretch(scene.shape for scene in scenes)
+    return Film(scenes, seconds, True, stretch, problem.title)
 
 
 def save_gif(path: Path, frames: Frames) -> None:
@@ -115,20 +146,11 @@ def save_gif(path: Path, frames: Frames) -> None:
     first.save(path, save_all=True, append_images=others, duration=times, loop=0, optimize=False)
 
 
-def _frames(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -> Iterator[Image.Image]:
-    """A picture of every scene, all to one scale and at one place."""
-    layout = lay_out(scenes, WIDEST, TALLEST, columns=1)
-    low, high = np.min(layout.extents, axis=0), np.max(layout.extents, axis=0)
-    layout = replace(layout, extents=[np.array([low[0], high[1], low[2], high[3]])] * len(scenes))
-    lines = max(title_lines(scene, layout) for scene in scenes)
-    for scene, picture in zip(scenes, images_of(scenes, layout, stretch, DOTS), strict=True):
-        yield _drawn(compose([scene], layout, [picture], stretch, title, lines))
-
-
 def _drawn(figure: Figure) -> Image.Image:
-    file = BytesIO()
-    figure.savefig(file, dpi=DOTS, format="png")
-    return Image.open(file).convert("RGB")
+    figure.set_dpi(DOTS)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def _way(fields: Fields, found: TaskResult, name: str) -> Iterator[tuple[dict[str, float], Shape]]:

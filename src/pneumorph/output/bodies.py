@@ -6,6 +6,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -80,29 +81,45 @@ def _columns(count: int) -> int:
     return -(-count // rows)
 
 
-def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -> Figure:
-    """A figure of scenes, at most as wide as a page of a journal.
+@dataclass(frozen=True, eq=False)
+class Row:
+    """Scenes to be drawn side by side, with the least and largest stretch of their colours and a title."""
 
-    Parameters
-    ----------
-    stretch : least and largest stretch of the colours.
-    title : of the figure.
+    scenes: Sequence[Scene]
+    stretch: tuple[float, float]
+    title: str
+
+    @cached_property
+    def layout(self) -> Layout:
+        """At most as wide as a page of a journal."""
+        return lay_out(self.scenes, PAGE - SIDE)
+
+    @property
+    def job(self) -> Job:
+        """What is to be drawn for it."""
+        return job_of(self.scenes, self.layout, self.stretch)
+
+    def figure(self, pictures: Sequence[np.ndarray]) -> Figure:
+        """The figure, with the pictures of its job."""
+        return compose(self.scenes, self.layout, pictures, self.stretch, self.title)
+
+
+def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -> Figure:
+    """The figure of a `Row`.
 
     Raises
     ------
     NoPicture
         If this machine cannot draw off-screen.
     """
-    layout = lay_out(scenes, PAGE - SIDE)
-    return compose(scenes, layout, images_of(scenes, layout, stretch), stretch, title)
+    row = Row(scenes, stretch, title)
+    return row.figure(render.images(row.job))
 
 
-def images_of(
-    scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS
-) -> list[np.ndarray]:
-    """The pictures of scenes, with `dots` dots per inch; raises NoPicture as `render.images` does."""
+def job_of(scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS) -> Job:
+    """The pictures of scenes, with `dots` dots per inch."""
     panels = [Panel(scene.shape, scene.view, extent) for scene, extent in zip(scenes, layout.extents, strict=True)]
-    return render.images(Job(panels, stretch, dots * layout.scale))
+    return Job(panels, stretch, dots * layout.scale)
 
 
 def compose(

@@ -4,31 +4,54 @@ from __future__ import annotations
 
 import pickle
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pyvista as pv
 
-from pneumorph.output.section import cut_open
-from pneumorph.output.view import COLOURS, CUT, RIM, Job, Panel, Shape, View, colour_map
+from pneumorph.output.section import Opened, cut_alike
+from pneumorph.output.view import COLOURS, CUT, JOBS, RIM, Job, Panel, Shape, View, colour_map, drawn_name
 
 
 def main() -> None:
-    """Read a job from the file named by the first argument and save its pictures as .npz by the second."""
-    source, destination = sys.argv[1:]
-    with Path(source).open("rb") as file:
-        job: Job = pickle.load(file)
-    np.savez(destination, *[draw(job, panel) for panel in job.panels])
+    """Read the jobs of a folder, which the argument names, and save the pictures of each once they are drawn."""
+    folder = Path(sys.argv[1])
+    with (folder / JOBS).open("rb") as file:
+        jobs: list[Job] = pickle.load(file)
+    parts = iter(opened([panel for job in jobs for panel in job.panels]))
+    for number, job in enumerate(jobs):
+        np.savez(folder / "part.npz", *[draw(job, panel, next(parts)) for panel in job.panels])
+        # Complete once it has its name.
+        (folder / "part.npz").rename(folder / drawn_name(number))
 
 
-def draw(job: Job, panel: Panel) -> np.ndarray:
-    """A picture (height, width, 4); where there is no body it is transparent."""
+def opened(panels: Sequence[Panel]) -> Iterator[Opened]:
+    """The bodies of panels, cut open; states of one mesh that are cut alike are cut once for all of them."""
+    found: dict[int, Opened] = {}
+    for number, panel in enumerate(panels):
+        if number not in found:
+            alike = [other for other in range(number, len(panels)) if _alike(panel, panels[other])]
+            parts = cut_alike([panels[other].shape for other in alike], panel.view.normal, panel.view.offset)
+            found |= dict(zip(alike, parts, strict=True))
+        yield found.pop(number)
+
+
+def _alike(one: Panel, other: Panel) -> bool:
+    if one is other:
+        return True
+    same = isinstance(one.shape, Shape) and isinstance(other.shape, Shape) and one.shape.mesh is other.shape.mesh
+    return same and one.view.offset == other.view.offset and np.array_equal(one.view.normal, other.view.normal)
+
+
+def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
+    """A picture (height, width, 4) of a body that is cut open; where there is no body it is transparent."""
     left, right, bottom, top = panel.extent
     view, window = panel.view, [int(job.dots * (right - left)), int(job.dots * (top - bottom))]
     plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
     plotter.background_color = pv.Color("white")
-    skin, face, rim = cut_open(panel.shape, view.normal, view.offset)
+    skin, face, rim = parts
     field = isinstance(panel.shape, Shape) and panel.shape.field is not None
     plotter.add_mesh(
         skin, **_look(job, field, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,

@@ -9,13 +9,13 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult
-from pneumorph.output.animation import evolution, inflation, save_gif
-from pneumorph.output.bodies import bodies_figure
+from pneumorph.output.animation import Film, evolution, inflation, save_gif
+from pneumorph.output.bodies import Row, bodies_figure
 from pneumorph.output.figures import PLOTS, save
 from pneumorph.output.history import history_figure
 from pneumorph.output.pressures import has_free_pressures, pressures_figure
 from pneumorph.output.profile import profile_figure
-from pneumorph.output.render import NoPicture
+from pneumorph.output.render import Drawing, NoPicture
 from pneumorph.output.scenes import Scene, highest_stretch, scenes_of
 from pneumorph.output.shape import shape_figure
 from pneumorph.output.view import View
@@ -44,12 +44,27 @@ def run_pictures(run: RunDirectory) -> Pictures:
     folder = run.path / "pictures"
     folder.mkdir(exist_ok=True)
     history, paths = accepted(run), list[Path]()
-    for name, figure in _plots(run, history):
-        for suffix in PLOTS:
-            paths.append(folder / f"{name}.{suffix}")
-            save(figure, paths[-1])
-    drawn, missing = _draw_bodies(folder, run, history)
-    return Pictures((*paths, *drawn), tuple(missing))
+    parts, missing = _bodies(folder, run, history)
+    # Another process draws the bodies while this one draws the diagrams.
+    with Drawing([part.job for part in parts.values()]) as drawing:
+        for name, figure in _plots(run, history):
+            # Its layout is the same in every format.
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
+            for suffix in PLOTS:
+                paths.append(folder / f"{name}.{suffix}")
+                save(figure, paths[-1])
+        try:
+            for (path, part), pictures in zip(parts.items(), drawing.images(), strict=True):
+                if isinstance(part, Film):
+                    save_gif(path, part.frames(pictures))
+                else:
+                    save(part.figure(pictures), path)
+                paths.append(path)
+        except NoPicture as error:
+            first = next(path for path in parts if path not in paths)
+            missing.append(f"{first} and other pictures of bodies could not be drawn: {error}")
+    return Pictures(tuple(paths), tuple(missing))
 
 
 def picture_names(paths: Sequence[Path]) -> str:
@@ -102,9 +117,9 @@ def _plots(run: RunDirectory, history: list[HistoryEntry]) -> Iterator[tuple[str
         yield "pressures", pressures_figure(run.problem, history)
 
 
-def _draw_bodies(folder: Path, run: RunDirectory, history: list[HistoryEntry]) -> tuple[list[Path], list[str]]:
-    """Draw the starting and the final design in the same colours, and how shape and pressures change."""
-    problem, missing, drawn = run.problem, list[str](), list[Path]()
+def _bodies(folder: Path, run: RunDirectory, history: list[HistoryEntry]) -> tuple[dict[Path, Row | Film], list[str]]:
+    """The starting and the final design in the same colours, how shape and pressures change; what is missing."""
+    problem, missing = run.problem, list[str]()
     stored: dict[str, Fields] = {}
     scenes: dict[str, list[Scene]] = {}
     for name, entry in (("start", history[0]), ("final", history[-1])):
@@ -112,25 +127,23 @@ def _draw_bodies(folder: Path, run: RunDirectory, history: list[HistoryEntry]) -
         if fields is None:
             missing.append(f"{folder / name}.png could not be drawn: {NO_FIELDS}")
         else:
-            stored[name], scenes[name] = fields, scenes_of(problem, fields, entry.tasks)
+            # Made whole once: all that is drawn of one mesh is then cut once.
+            stored[name] = fields.whole()
+            scenes[name] = scenes_of(problem, stored[name], entry.tasks)
     stretch = 1.0, highest_stretch(scene.shape for own in scenes.values() for scene in own)
-    try:
-        for name, own in scenes.items():
-            title = f"{problem.title}, {name}" if problem.title else name
-            drawn.append(folder / f"{name}.png")
-            save(bodies_figure(own, stretch, title), drawn[-1])
-        if len(history) > 1:
-            drawn.append(folder / "evolution.gif")
-            bodies = [(entry, run.load_design(entry.iteration).body(problem)) for entry in history]
-            save_gif(drawn[-1], evolution(problem, bodies))
-        if "final" in stored:
-            ways = stored["final"].inflation
-            for task in ways:
-                drawn.append(folder / ("inflation.gif" if len(ways) == 1 else f"inflation_{task}.gif"))
-                save_gif(drawn[-1], inflation(problem, stored["final"], history[-1].tasks[task], task))
-    except NoPicture as error:
-        missing.append(f"{drawn.pop()} and other pictures of bodies could not be drawn: {error}")
-    return drawn, missing
+    parts: dict[Path, Row | Film] = {}
+    for name, own in scenes.items():
+        title = f"{problem.title}, {name}" if problem.title else name
+        parts[folder / f"{name}.png"] = Row(own, stretch, title)
+    if len(history) > 1:
+        bodies = [(entry, run.load_design(entry.iteration).body(problem)) for entry in history]
+        parts[folder / "evolution.gif"] = evolution(problem, bodies)
+    if "final" in stored:
+        ways = stored["final"].inflation
+        for task in ways:
+            path = folder / ("inflation.gif" if len(ways) == 1 else f"inflation_{task}.gif")
+            parts[path] = inflation(problem, stored["final"], history[-1].tasks[task], task)
+    return parts, missing
 
 
 def design_figure(

@@ -27,20 +27,30 @@ def radius_along_z(tube: TubeSurface, density: int = 8) -> tuple[np.ndarray, np.
     centre = points.mean(axis=1, keepdims=True)
     radius = np.hypot(*np.moveaxis(points - centre, -1, 0)[:2])
     heights = np.linspace(points[..., 2].min(), points[..., 2].max(), HEIGHTS)
-    at_heights = np.array([_outermost(heights, points[:, k, 2], radius[:, k]) for k in range(len(q))])
+    at_heights = _outermost(heights, points[..., 2], radius)
     bounded = np.ma.masked_invalid(at_heights)
     found = np.ma.stack([bounded.min(axis=0), np.ma.masked_invalid(at_heights.mean(axis=0)), bounded.max(axis=0)])
     return heights, found.filled(np.nan)
 
 
 def _outermost(heights: np.ndarray, z: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """The largest radius at which a polygon (z, radius) crosses each height; NaN where it does not."""
-    low, high = np.minimum(z[:-1], z[1:]), np.maximum(z[:-1], z[1:])
-    crossed = (heights[:, None] >= low) & (heights[:, None] <= high)
-    part = (heights[:, None] - z[:-1]) / np.where(z[1:] == z[:-1], 1.0, z[1:] - z[:-1])
-    values = np.where(crossed, radius[:-1] + part * (radius[1:] - radius[:-1]), -np.inf)
-    outermost = values.max(axis=1)
-    return np.where(np.isfinite(outermost), outermost, np.nan)
+    """The largest radius (m, H) at which each of m polygons (z, radius), (n, m), crosses rising heights (H,).
+
+    NaN where a polygon does not cross the height.
+    """
+    found = np.full((z.shape[1], len(heights)), -np.inf)
+    every = np.arange(z.shape[1])
+    for z0, z1, radius0, radius1 in zip(z[:-1], z[1:], radius[:-1], radius[1:], strict=True):
+        # Pieces are short, so that each crosses few heights: the first, the second, …, of every polygon at once.
+        first = np.searchsorted(heights, np.minimum(z0, z1))
+        end = np.searchsorted(heights, np.maximum(z0, z1), side="right")
+        slope = (radius1 - radius0) / np.where(z1 == z0, 1.0, z1 - z0)
+        for number in range(int((end - first).max(initial=0))):
+            chosen = every[first + number < end]
+            at = first[chosen] + number
+            value = radius0[chosen] + slope[chosen] * (heights[at] - z0[chosen])
+            found[chosen, at] = np.maximum(found[chosen, at], value)
+    return np.where(np.isfinite(found), found, np.nan)
 
 
 def profile_figure(start: Body, final: Body, envelope: float | None, words: tuple[str, str]) -> Figure:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,12 @@ PAGE = "page/report.html"
 def write_report(run: RunDirectory, path: Path | None = None) -> Path:
     """Write the page of a run with at least one design, which may be still running or have failed; see `Run.report`."""
     path = run.path / "report.html" if path is None else Path(path)
-    page = page_of(facts_and_shapes(run, finished(run)), run.problem.title or run.path.resolve().name)
+    page = page_of([facts_and_shapes(run, finished(run))], run.problem.title or run.path.resolve().name)
+    return save_page(page, path)
+
+
+def save_page(page: str, path: Path) -> Path:
+    """Write a page; ProblemError if that is impossible."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, page.encode())
@@ -47,19 +52,26 @@ def finished(run: RunDirectory) -> list[HistoryEntry]:
 
 
 def facts_and_shapes(
-    run: RunDirectory, history: list[HistoryEntry], more: Mapping[str, Any] | None = None, level: int = 9
+    run: RunDirectory,
+    history: list[HistoryEntry],
+    more: Mapping[str, Any] | None = None,
+    level: int = 9,
+    numbers: int | None = None,
 ) -> bytes:
-    """Pack everything that the page shows, and more facts, into one block; `level` is that of its compression."""
+    """Pack everything that the page shows, and more facts, into one block.
+
+    `level` is that of its compression, `numbers` are the most displacements and stretches in it.
+    """
     surfaces, nets = packed_nets(run.problem, [run.load_design(entry.iteration) for entry in history])
-    states, moved, notes = packed_states(run, history)
+    states, moved, notes = packed_states(run, history, numbers)
     facts = facts_of(run, history) | {"surfaces": surfaces, "states": states, "notes": notes, **(more or {})}
     return pack(facts, nets | moved, level)
 
 
-def page_of(block: bytes, title: str) -> str:
-    """The page with a block in it. Of what users write, only the title is in the page as text."""
+def page_of(blocks: Sequence[bytes], title: str) -> str:
+    """The page with a block for every run. Of what users write, only the title is in the page as text."""
     # The title last: it may hold anything.
-    return _empty().replace("{{block}}", as_text(block), 1).replace("{{title}}", html.escape(title), 1)
+    return _empty().replace("{{block}}", "\n".join(map(as_text, blocks)), 1).replace("{{title}}", html.escape(title), 1)
 
 
 def served_page(title: str) -> str:

@@ -72,17 +72,23 @@ class Skin:
     parts: list[dict[str, Any]]
 
 
-def packed_states(run: RunDirectory, history: list[HistoryEntry]) -> tuple[list[dict[str, Any]], Arrays, list[str]]:
-    """Descriptions for a page of all designs with stored fields, the arrays, and sentences on what is left out."""
+def packed_states(
+    run: RunDirectory, history: list[HistoryEntry], numbers: int | None = None
+) -> tuple[list[dict[str, Any]], Arrays, list[str]]:
+    """Descriptions for a page of all designs with stored fields, the arrays, and sentences on what is left out.
+
+    `numbers` are at most stored, by default `MOST_NUMBERS`.
+    """
+    numbers = MOST_NUMBERS if numbers is None else numbers
     found = [(entry, fields) for entry in history for fields in [run.fields(entry.iteration)] if fields is not None]
     whole = [(entry, fields.whole()) for entry, fields in found]
     stops = [{task: list(_stops(run.problem, entry, fields, task)) for task in fields.u} for entry, fields in whole]
     count, notes = sum(len(each) for by_task in stops for each in by_task.values()), []
     size = max((len(fields.skin) for _, fields in whole), default=0)
-    corners = 4 * size * count > MOST_NUMBERS
+    corners = 4 * size * count > numbers
     if corners:
         notes.append("inflated surfaces are drawn by the corners of their triangles, to keep this file small")
-    most = int(MOST_NUMBERS / max(size if corners else 1, 1)) if corners else count
+    most = int(numbers / max(size if corners else 1, 1)) if corners else count
     if most < count:
         stops = [{task: _thinned(each, most / count) for task, each in by_task.items()} for by_task in stops]
         notes.append("fewer pressures are shown than are stored, to keep this file small")

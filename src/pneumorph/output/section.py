@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import cast
+from collections.abc import Sequence
+from typing import NamedTuple, cast
 
 import numpy as np
 import pyvista as pv
@@ -20,33 +21,48 @@ CREASE = 50.0
 """Angle in degrees between two facets from which their edge is drawn sharp."""
 
 
-def cut_open(
-    shape: Shape | Shell, normal: np.ndarray, offset: float | None = 0.0
-) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
-    """Cut a body open and deform it by u; returns its skin, the cut face and the line around that face.
+class Opened(NamedTuple):
+    """A body that is cut open and deformed: its skin, the cut face and the line around that face.
+
+    All have point data "field" if the shape has a field. Of a body that is not cut, face and rim are empty.
+    """
+
+    skin: pv.PolyData
+    face: pv.PolyData
+    rim: pv.PolyData
+
+
+def cut_open(shape: Shape | Shell, normal: np.ndarray, offset: float | None = 0.0) -> Opened:
+    """Cut a body open and deform it by u.
 
     The part towards which `normal` (3,) points is kept, all of it if `offset` is None. The plane is one of the body at
-    rest, `offset` mm from the origin, so the cut is through the same material for every motion. All three have point
-    data "field" if the shape has a field.
+    rest, `offset` mm from the origin, so the cut is through the same material for every motion.
     """
-    if isinstance(shape, Shell):
-        return _cut_shell(shape, normal, offset)
-    skin = _skin(shape)
+    return cut_alike([shape], normal, offset)[0]
+
+
+def cut_alike(shapes: Sequence[Shape | Shell], normal: np.ndarray, offset: float | None) -> list[Opened]:
+    """Cut several states of one mesh open, which are cut once for all; see `cut_open`."""
+    first = shapes[0]
+    if isinstance(first, Shell):
+        return [_cut_shell(shape, normal, offset) for shape in shapes if isinstance(shape, Shell)]
+    states = [shape for shape in shapes if isinstance(shape, Shape)]
+    skin = _skin(states)
     if offset is None:
-        return _shaded(skin), pv.PolyData(), pv.PolyData()
+        return [Opened(_shaded(skin, number), pv.PolyData(), pv.PolyData()) for number in range(len(states))]
     place = offset + ASIDE
     origin = tuple(place * normal)
     rim = skin.slice(normal=tuple(normal), origin=origin)
     skin = skin.clip(normal=tuple(-normal), origin=origin)
 
-    mesh = shape.mesh
+    mesh = first.mesh
     side = mesh.points[mesh.tets] @ normal - place
     crossed = mesh.tets[(side.min(axis=1) <= 0.0) & (side.max(axis=1) >= 0.0)]
     points, cells = _flat(mesh.points, crossed, _TETRAHEDRA, tet_shape)
     solid = pv.UnstructuredGrid({pv.CellType.TETRA: cells}, points)
-    solid.point_data.update(_carried(shape, crossed, _TETRAHEDRA, tet_shape))
+    solid.point_data.update(_carried(states, crossed, _TETRAHEDRA, tet_shape))
     face = solid.slice(normal=tuple(normal), origin=origin)
-    return _shaded(skin), _moved(face), _moved(rim)
+    return [Opened(_shaded(skin, k), _moved(face, k), _moved(rim, k)) for k in range(len(states))]
 
 
 def outline(shape: Shape | Shell, normal: np.ndarray, offset: float | None) -> np.ndarray:
@@ -59,45 +75,51 @@ def outline(shape: Shape | Shell, normal: np.ndarray, offset: float | None) -> n
     return np.asarray(rim.points)[np.asarray(rim.lines).reshape(-1, 3)[:, 1:]]
 
 
-def _skin(shape: Shape) -> pv.PolyData:
-    """The surfaces at rest; "moved" are their deformed positions."""
-    triangles = np.concatenate(list(shape.mesh.faces.values()))
-    skin = pv.PolyData.from_regular_faces(*_flat(shape.mesh.points, triangles, _TRIANGLES, triangle_shape))
-    skin.point_data.update(_carried(shape, triangles, _TRIANGLES, triangle_shape))
+def _skin(states: Sequence[Shape]) -> pv.PolyData:
+    """The surfaces of a mesh at rest; "moved 0", … are their positions in the states."""
+    mesh = states[0].mesh
+    triangles = np.concatenate(list(mesh.faces.values()))
+    skin = pv.PolyData.from_regular_faces(*_flat(mesh.points, triangles, _TRIANGLES, triangle_shape))
+    skin.point_data.update(_carried(states, triangles, _TRIANGLES, triangle_shape))
     return skin
 
 
-def _cut_shell(shell: Shell, normal: np.ndarray, offset: float | None) -> tuple[pv.PolyData, pv.PolyData, pv.PolyData]:
+def _cut_shell(shell: Shell, normal: np.ndarray, offset: float | None) -> Opened:
     whole = _triangles(shell)
     if offset is None:
-        return _shaded(whole), pv.PolyData(), pv.PolyData()
+        return Opened(_shaded(whole, 0), pv.PolyData(), pv.PolyData())
     origin = (offset + ASIDE) * normal
     closed = whole.clip_closed_surface(normal=tuple(normal), origin=tuple(origin))
     inside = np.abs((closed.points - origin) @ normal) < ASIDE / 10
     flat = inside[closed.regular_faces].all(axis=1)
     face = cast(pv.PolyData, pv.PolyData.from_regular_faces(closed.points, closed.regular_faces[flat]).clean())
     skin = whole.clip(normal=tuple(-normal), origin=tuple(origin))
-    return _shaded(skin), face, whole.slice(normal=tuple(normal), origin=tuple(origin))
+    return Opened(_shaded(skin, 0), face, whole.slice(normal=tuple(normal), origin=tuple(origin)))
 
 
 def _triangles(shell: Shell) -> pv.PolyData:
     surface = pv.PolyData.from_regular_faces(shell.points, shell.triangles)
-    surface.point_data["moved"] = shell.points
+    surface.point_data["moved 0"] = shell.points
     return surface
 
 
-def _shaded(skin: pv.PolyData) -> pv.PolyData:
+def _shaded(skin: pv.PolyData, number: int) -> pv.PolyData:
     """The deformed skin with normals for smooth shading between creases; the cut face is not shaded."""
     return cast(
-        pv.PolyData, _moved(skin).compute_normals(feature_angle=CREASE, split_vertices=True, consistent_normals=False)
+        pv.PolyData,
+        _moved(skin, number).compute_normals(feature_angle=CREASE, split_vertices=True, consistent_normals=False),
     )
 
 
-def _moved(surface: pv.PolyData) -> pv.PolyData:
-    """The surface in its deformed position, with the points of neighbouring elements merged."""
-    moved = surface.copy()
+def _moved(surface: pv.PolyData, number: int) -> pv.PolyData:
+    """The surface as a state deforms it, with the points of neighbouring elements merged."""
     # Points with equal coordinates are merged by hashing; with a tolerance it would take a minute.
-    moved.points = np.round(surface.point_data["moved"], 5)
+    moved = pv.PolyData(np.round(surface.point_data[f"moved {number}"], 5))
+    moved.SetVerts(None)
+    moved.SetPolys(surface.GetPolys())
+    moved.SetLines(surface.GetLines())
+    if f"field {number}" in surface.point_data:
+        moved.point_data["field"] = surface.point_data[f"field {number}"]
     return cast(pv.PolyData, moved.clean())
 
 
@@ -108,13 +130,15 @@ def _flat(points: np.ndarray, elements: np.ndarray, pieces: np.ndarray, shape) -
     return places, np.arange(len(places)).reshape(-1, pieces.shape[1])
 
 
-def _carried(shape: Shape, elements: np.ndarray, pieces: np.ndarray, functions) -> dict[str, np.ndarray]:
-    """Deformed positions of the points of `_flat`, and the field there."""
+def _carried(states: Sequence[Shape], elements: np.ndarray, pieces: np.ndarray, functions) -> dict[str, np.ndarray]:
+    """The points of `_flat` as the states deform them, and their fields there."""
     values = functions(pieces[..., 1:]).reshape(-1, elements.shape[1])
-    moved = (shape.mesh.points + shape.u)[elements]
-    carried = {"moved": np.einsum("pa,eai->epi", values, moved).reshape(-1, 3)}
-    if shape.field is not None:
-        carried["field"] = np.einsum("pa,ea->ep", values, shape.field[elements]).ravel()
+    carried = {}
+    for number, shape in enumerate(states):
+        moved = shape.points[elements]
+        carried[f"moved {number}"] = np.einsum("pa,eai->epi", values, moved, optimize=True).reshape(-1, 3)
+        if shape.field is not None:
+            carried[f"field {number}"] = np.einsum("pa,ea->ep", values, shape.field[elements], optimize=True).ravel()
     return carried
 
 

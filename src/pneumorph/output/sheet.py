@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pneumorph.output import render
 from pneumorph.output.bodies import (
     LETTER,
     SIDE,
@@ -15,7 +16,7 @@ from pneumorph.output.bodies import (
     draw_legend,
     draw_scene,
     draw_strip,
-    images_of,
+    job_of,
     lay_out,
     legend_height,
     line_height,
@@ -61,7 +62,7 @@ def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[
     columns = _columns(len(scenes), panels)
     least = min(NARROWEST, (PAGE - SIDE) / columns - GAP) / panels
     layout = lay_out(everything, PAGE - SIDE - columns * GAP, TALLEST, columns * panels, least)
-    pictures = images_of(everything, layout, stretch)
+    pictures = render.images(job_of(everything, layout, stretch))
     wide, high = layout.size
     words = ["\n".join(textwrap.fill(line, int(panels * wide / (LETTER * SMALL))) for line in caption.splitlines())
              for caption in captions]  # fmt: skip

@@ -19,6 +19,9 @@ CUT = "#9fb0c0"
 RIM = "#46525e"
 """Colour of the line around a cut face."""
 
+JOBS = "jobs"
+"""The file with the jobs, in the folder of a process that draws."""
+
 
 def colour_map() -> LinearSegmentedColormap:
     """The colour map of the stretch."""
@@ -136,3 +139,8 @@ class Job:
     panels: Sequence[Panel]
     range: tuple[float, float]
     dots: float
+
+
+def drawn_name(number: int) -> str:
+    """The file with the pictures of a job, in the same folder."""
+    return f"{number}.npz"

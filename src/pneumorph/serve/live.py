@@ -12,7 +12,7 @@ from typing import Any
 from pneumorph.errors import ProblemError
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.output.report import facts_and_shapes, finished
-from pneumorph.problem import Pressure, Problem
+from pneumorph.problem import Problem
 from pneumorph.run import RunDirectory
 from pneumorph.serve.worker import RequestedState
 
@@ -141,10 +141,6 @@ def sliders_of(problem: Problem) -> Iterator[Slider]:
         if least == most:
             most = usual
         yield Slider(name, BEYOND * least, BEYOND * most)
-
-
-def _ends(pressure: Pressure) -> tuple[float, float]:
-    return pressure.min, pressure.max
 
 
 def _written(path: Path) -> int:

@@ -1,0 +1,35 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { fits, memberTable, sorted } from "../src/study.js";
+
+const member = (name, changes, value, held) => ({
+  member: { name, changes },
+  tasks: [{ name: "bend" }],
+  result: { completed: true, reason: "it is a test" },
+  history: [{ iteration: 3, objective: -value, held, motions: { bend: { value, word: "bending", text: `${value}°` } }, seconds: { total: 2 } }],
+});
+
+const { heads, rows } = memberTable([
+  member("soft", { "end_effector.spring.bending_y": "50 N*mm/rad" }, 58, true),
+  member("stiff", { "end_effector.spring.bending_y": "400 N*mm/rad" }, 17, false),
+  member("free", {}, 136, true),
+]);
+const column = (head) => heads.indexOf(head);
+
+test("a row has what a member changes and what it came to", () => {
+  assert.deepEqual(rows[1].map(({ text }) => text), ["stiff", "400 N*mm/rad", "bending 17°", "−17", "broken", "3", "2 s", "finished"]);
+});
+
+test("quantities are sorted as numbers, and what is missing comes last", () => {
+  assert.deepEqual(sorted(rows, column("bending y"), false), [0, 1, 2]);
+  assert.deepEqual(sorted(rows, column("bending y"), true), [1, 0, 2]);
+  assert.deepEqual(sorted(rows, column("bend"), true), [2, 0, 1]);
+  assert.deepEqual(sorted(rows, column("member"), false), [2, 0, 1]);
+});
+
+test("a filter needs every word", () => {
+  const kept = (words) => rows.filter((row) => fits(row, words)).map(([{ text }]) => text);
+  assert.deepEqual(kept("held"), ["soft", "free"]);
+  assert.deepEqual(kept("HELD 50"), ["soft"]);
+  assert.deepEqual(kept(""), ["soft", "stiff", "free"]);
+});
