@@ -9,6 +9,8 @@ from typing import TypeVar
 
 import numba
 
+from pneumorph.interrupts import check
+
 Part = TypeVar("Part")
 Result = TypeVar("Result")
 
@@ -18,9 +20,14 @@ def each(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
 
     Kernels that run in parts compile in a quarter of the time of Numba's own parallel loops.
     """
+
+    def done(part: Part) -> Result:
+        check()
+        return work(part)
+
     if len(parts) == 1 or numba.get_num_threads() == 1:
-        return [work(part) for part in parts]
-    return list(_workers().map(work, parts))
+        return [done(part) for part in parts]
+    return list(_workers().map(done, parts))
 
 
 @cache

@@ -1,5 +1,6 @@
 """The `pneumorph` command."""
 
+import contextlib
 import sys
 import warnings
 from typing import Annotated, Any
@@ -10,6 +11,7 @@ import pneumorph as package
 from pneumorph.cli import commands
 from pneumorph.cli.help import WholeSentences
 from pneumorph.errors import ComputationError, ProblemError, Renamed
+from pneumorph.interrupts import Interrupted
 
 MOST_FAULTS = 10
 """Faults of a problem file that are shown at once, one line each."""
@@ -32,6 +34,11 @@ class Commands(WholeSentences):
         except ComputationError as error:
             _report(error)
             raise typer.Exit(1) from None
+        except Interrupted as stop:
+            # With SIGHUP, the terminal is gone.
+            with contextlib.suppress(OSError):
+                _report(stop)
+            raise typer.Exit(stop.status) from None
 
 
 def _warn(message: Warning | str, category: type[Warning], *rest: Any) -> None:
@@ -42,7 +49,7 @@ def _warn(message: Warning | str, category: type[Warning], *rest: Any) -> None:
         print(warnings.formatwarning(message, category, *rest[:2]), file=sys.stderr)
 
 
-def _report(error: Exception | str) -> None:
+def _report(error: BaseException | str) -> None:
     """Print a message in one line, even if a name or value in it has several."""
     print("pneumorph:", " ".join(str(error).split()), file=sys.stderr)
 

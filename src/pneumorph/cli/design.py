@@ -13,6 +13,7 @@ from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, NotWritten, ProblemError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
+from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import rubber_of
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import validity_warning
@@ -40,21 +41,25 @@ def design(
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {problem} --out {run.path}{again} --resume"
     console = Console()
-    with Screen(asked, console, quiet, verbose) as screen:
-        if run.latest is not None:
-            screen.say(f"resuming after design {run.latest} in {run.path}")
-        for sentence in adjusted_columns(asked.body):
-            screen.say(sentence)
-        try:
-            run.complete(screen.show)
-        except NotWritten as error:
-            raise ComputationError(f"{error}; then resume with: {command}") from None
-        except ComputationError as error:
+    designed = False
+    try:
+        with deferred(), Screen(asked, console, quiet, verbose) as screen:
+            if run.latest is not None:
+                screen.say(f"resuming after design {run.latest} in {run.path}")
+            for sentence in adjusted_columns(asked.body):
+                screen.say(sentence)
+            try:
+                run.complete(screen.show)
+            except NotWritten as error:
+                raise ComputationError(f"{error}; then resume with: {command}") from None
+            except ComputationError as error:
+                _conclude(run, screen, console)
+                raise ComputationError(f"{error}; {_saved(run, command)}") from None
+            designed = True
             _conclude(run, screen, console)
-            raise ComputationError(f"{error}; {_saved(run, command)}") from None
-        except KeyboardInterrupt:
-            raise ComputationError(f"stopped; {_saved(run, command)}") from None
-        _conclude(run, screen, console)
+    except Interrupted as stop:
+        left = f"the run in {run.path} is complete; draw its pictures with: pneumorph draw {run.path} all"
+        raise stop.saying(f"stopped; {left if designed else _saved(run, command)}") from None
 
 
 def _conclude(run: Run, screen: Screen, console: Console) -> None:

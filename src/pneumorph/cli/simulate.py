@@ -19,6 +19,7 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.design import Design, starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
+from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import errors_of, format_pressures, mirror_note
@@ -56,14 +57,14 @@ def simulate(
         console.print(Text(f"task {other} is left out: its loads here are those of task {same}"), soft_wrap=True)
     tasks = {each.name: each for each in design.problem.task}
     curves: list[Curve] = []
-    stopped = False
+    stop: Interrupted | None = None
     try:
-        with _progress(console, simulation.count) as progress:
+        with deferred(), _progress(console, simulation.count) as progress:
             for step in simulation.run(curves):
                 console.print(_row(step, tasks[step.task]), soft_wrap=True)
                 progress.advance(progress.task_ids[0])
-    except KeyboardInterrupt:
-        stopped = True
+    except Interrupted as error:
+        stop = error
     finally:
         sweep = Sweep(simulation, curves, time.perf_counter() - began)
         _write("--json", files["--json"], f"{json.dumps(sweep.to_json(), indent=2, allow_nan=False)}\n")
@@ -73,8 +74,8 @@ def simulate(
     steps = sweep.steps
     written = ", ".join(str(path) for path in files.values() if path is not None and path.exists())
     kept = f"; the steps so far are in {written}" if written and sweep.found else ""
-    if stopped:
-        raise ComputationError(f"stopped after {len(steps)} of {simulation.count} steps{kept}")
+    if stop is not None:
+        raise stop.saying(f"stopped after {len(steps)} of {simulation.count} steps{kept}")
     if len(sweep.found) < simulation.count:
         reason = next(step.reason for step in steps if not step.converged)
         missing = simulation.count - len(sweep.found)

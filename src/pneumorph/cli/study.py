@@ -14,6 +14,7 @@ from rich.text import Text
 from pneumorph.analysis import HistoryEntry
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError, printable
+from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.format import format_duration, motion_of
 from pneumorph.output.render import NoPicture
 from pneumorph.output.study_page import write_study_page
@@ -58,13 +59,13 @@ def study(
         try:
             # A table that changes is for terminals only; elsewhere every design and every end is a line.
             shown = Live(board, console=console, refresh_per_second=2) if console.is_terminal and not quiet else None
-            with connected(cluster, workers, tls) as client, shown or nullcontext():
+            with deferred(), connected(cluster, workers, tls) as client, shown or nullcontext():
                 for end in run_members(client, unfinished, folder, accepted):
                     ends.append(end)
                     board.end(end)
                     report(board.line(end.name))
-        except KeyboardInterrupt:
-            raise ComputationError(
+        except Interrupted as stop:
+            raise stop.saying(
                 f"stopped; designs so far are in {folder}; resume with the same command, finished members are not run "
                 "again"
             ) from None

@@ -6,6 +6,7 @@ import numpy as np
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body
+from pneumorph.interrupts import check
 from pneumorph.mesh.cut import with_cut
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
@@ -46,6 +47,7 @@ def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
     body = body.with_control_points(P)
     reason = MeshError("no attempt was made")
     for finer in _FINER:
+        check()
         surface = surface_mesh(body, finer * size, finer * _TURN, mirror)
         faces, nodes = surface.faces, surface.B @ P
         try:

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from pneumorph.errors import MeshError
+from pneumorph.interrupts import check
 from pneumorph.mesh.tets import triangle_gradient
 
 _CLEAR = 0.6  # smallest distance of inner vertices from the given edges, in edge lengths
@@ -54,9 +55,11 @@ def triangulate(
     everything = np.concatenate([points, inside])
     plane = _Plane(everything, edges, middles)
     for a, b in edges.tolist():
+        check()
         plane.recover(a, b)
     plane.keep_left_of(edges)
     for _ in range(_PASSES):
+        check()
         moved = plane.swap()
         moved |= plane.smooth(len(points))
         if not moved:

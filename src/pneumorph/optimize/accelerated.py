@@ -11,6 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pneumorph.interrupts import check
+
 SAFETY = 1.1
 """Safety factor on the largest eigenvalue from the power method, which is a lower bound."""
 
@@ -38,6 +40,7 @@ def minimise(
     """
     ahead, momentum = z, 1.0
     for _ in range(iterations):
+        check()
         slope = gradient(ahead)
         following = np.clip(ahead - slope / scale, lower, upper)
         step = following - z

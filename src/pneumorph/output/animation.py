@@ -16,6 +16,7 @@ from scipy.sparse.linalg import cg
 
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult, nodal_stretch
 from pneumorph.geometry import Body
+from pneumorph.interrupts import check
 from pneumorph.mesh import TetMesh
 from pneumorph.output import render
 from pneumorph.output.bodies import Layout, compose, job_of, lay_out, title_lines
@@ -147,6 +148,7 @@ def save_gif(path: Path, frames: Frames) -> None:
 
 
 def _drawn(figure: Figure) -> Image.Image:
+    check()
     figure.set_dpi(DOTS)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import pickle
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+from contextlib import ExitStack
 from types import TracebackType
 
 import numpy as np
 
 from pneumorph.errors import ComputationError
+from pneumorph.interrupts import check
 from pneumorph.output.view import JOBS, Job, drawn_name
+from pneumorph.processes import program, temporary_folder
 
 SECONDS, LOOK = 600, 0.02
 """How long drawing may take, and how often is looked whether a job is done."""
@@ -30,26 +30,28 @@ class Drawing:
     """Jobs that are being drawn, by one process for all of them; to be used in a `with` statement."""
 
     def __init__(self, jobs: Sequence[Job]) -> None:
-        self._folder = tempfile.TemporaryDirectory()
-        (Path(self._folder.name) / JOBS).write_bytes(pickle.dumps(list(jobs)))
-        command = [sys.executable, "-c", CHILD, self._folder.name]
         self._count, self._begin = len(jobs), time.monotonic()
-        self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with ExitStack() as stack:
+            self._folder = stack.enter_context(temporary_folder())
+            (self._folder / JOBS).write_bytes(pickle.dumps(list(jobs)))
+            command = [sys.executable, "-c", CHILD, str(self._folder)]
+            self._process = stack.enter_context(program(command))
+            self._ends = stack.pop_all()
 
     def __enter__(self) -> Drawing:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._process.kill()
-        self._process.wait()
-        self._folder.cleanup()
+        self._ends.close()
 
     def images(self) -> Iterator[list[np.ndarray]]:
         """Yield the pictures of every job, in their order, once they are drawn; see `images`."""
         for number in range(self._count):
-            path = Path(self._folder.name) / drawn_name(number)
+            path = self._folder / drawn_name(number)
             while not path.exists():
                 ended = self._process.poll() is not None
+                # The same Ctrl-C may have ended it.
+                check()
                 if ended and not path.exists():
                     raise NoPicture("VTK cannot draw off-screen here (no OpenGL)")
                 if time.monotonic() - self._begin > SECONDS:

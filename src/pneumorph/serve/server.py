@@ -6,9 +6,9 @@ host, so that a foreign name that leads here does not; and one that a page makes
 
 from __future__ import annotations
 
-import contextlib
 import json
 import secrets
+import signal
 import sys
 from collections.abc import Sequence
 from http import HTTPStatus
@@ -18,6 +18,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from pneumorph.errors import ProblemError
+from pneumorph.interrupts import Interrupted, check, deferred
 from pneumorph.output.report import served_page
 from pneumorph.serve.live import LiveRun
 from pneumorph.serve.solver import Solver
@@ -70,10 +71,19 @@ class Server(ThreadingHTTPServer):
         return f"http://{LOOPBACK}:{self.server_address[1]}/{self.token}/"
 
     def serve_until_interrupted(self) -> None:
-        """Serve until Ctrl-C."""
-        with contextlib.suppress(KeyboardInterrupt):
-            self.serve_forever(poll_interval=0.2)
-        self.close()
+        """Serve until Ctrl-C, which is how this ends; other signals raise Interrupted."""
+        try:
+            with deferred():
+                self.serve_forever(poll_interval=0.2)
+        except Interrupted as stop:
+            if stop.number != signal.SIGINT:
+                raise
+        finally:
+            self.close()
+
+    def service_actions(self) -> None:
+        """Between two looks at the port."""
+        check()
 
     def close(self) -> None:
         """Free the port, leave the browsers that are connected, and end the solver."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
@@ -11,10 +12,11 @@ from pathlib import Path
 from typing import Any, cast
 
 from dask import config
-from distributed import Client, KilledWorker, LocalCluster, Security, as_completed
+from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed
 
 from pneumorph.analysis import HistoryEntry, from_json
 from pneumorph.errors import ProblemError, short
+from pneumorph.interrupts import check
 from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
 
@@ -28,6 +30,9 @@ TLS = {"--tls-ca": "tls_ca_file", "--tls-cert": "tls_client_cert", "--tls-key": 
 
 KILLS = 5
 """A member fails after so many killed workers; before that, another worker resumes it from its checkpoint."""
+
+LOOK = 0.1
+"""Seconds between looks at which members have ended."""
 
 
 @contextmanager
@@ -141,12 +146,18 @@ def run_members(
         ): name
         for name, member in members.items()
     }  # fmt: skip
-    for future in as_completed(list(futures)):
-        name = futures[future]
-        error = future.exception()
-        if error is None:
-            yield future.result()
-        elif isinstance(error, KilledWorker):
-            yield MemberEnd(name, False, "its workers were killed repeatedly; is there enough memory?")
-        else:
-            yield MemberEnd(name, False, f"{type(error).__name__}: {error}".splitlines()[0])
+    running = as_completed(list(futures))
+    while not running.is_empty():
+        check()
+        for future in running.next_batch(block=False):
+            yield _end_of(futures[future], future)
+        time.sleep(LOOK)
+
+
+def _end_of(name: str, future: Future) -> MemberEnd:
+    error = future.exception()
+    if error is None:
+        return future.result()
+    if isinstance(error, KilledWorker):
+        return MemberEnd(name, False, "its workers were killed repeatedly; is there enough memory?")
+    return MemberEnd(name, False, f"{type(error).__name__}: {error}".splitlines()[0])

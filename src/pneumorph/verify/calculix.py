@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Configuration
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.output.abaqus import abaqus_input, as_whole, plate_nodes
+from pneumorph.processes import run, temporary_folder
 from pneumorph.verify.verdict import Unavailable
 
 MOST_SECONDS = 900
@@ -43,18 +42,16 @@ def equilibrium(
     `increment` is the first fraction of the load, `tolerance` the residual over the mean force for convergence.
     """
     mesh, at = as_whole(mesh, at)
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "model.inp").write_text(abaqus_input(mesh, at, increment, tolerance), encoding="ascii")
+    with temporary_folder() as folder:
+        (folder / "model.inp").write_text(abaqus_input(mesh, at, increment, tolerance), encoding="ascii")
         try:
-            run = subprocess.run(
-                [program(), "model"], cwd=folder, capture_output=True, text=True, timeout=MOST_SECONDS, check=False
-            )
+            printed = run([program(), "model"], MOST_SECONDS, folder).stdout
         except subprocess.TimeoutExpired:
             raise ComputationError(f"CalculiX took more than {MOST_SECONDS} s") from None
-        printed = Path(folder, "model.dat")
-        rows = last_table(printed.read_text(encoding="ascii")) if printed.exists() else {}
-    if "Job finished" not in run.stdout or len(rows) < len(mesh.points):
-        errors = [line.strip() for line in run.stdout.splitlines() if "*ERROR" in line]
+        table = folder / "model.dat"
+        rows = last_table(table.read_text(encoding="ascii")) if table.exists() else {}
+    if "Job finished" not in printed or len(rows) < len(mesh.points):
+        errors = [line.strip() for line in printed.splitlines() if "*ERROR" in line]
         raise ComputationError(f"CalculiX did not finish: {errors[0] if errors else 'it gave no reason'}")
     u = np.array([rows[node] for node in range(1, len(mesh.points) + 1)])
     if not at.model.plate:

@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
+from pneumorph.processes import run
+
 _CHILD = "from pneumorph.make.mould.picture import main; main()"
 _SECONDS = 300
 _COLOURS = {"outer": "#b3bcc6", "base": "#8d99a6", "lid": "#8d99a6", "core": "#e8b75e", "body": "#6fb394"}
@@ -22,7 +24,7 @@ def draw_mould(folder: Path, path: Path) -> bool:
     """Draw the pieces in a folder; False if this machine cannot draw."""
     try:
         command = [sys.executable, "-c", _CHILD, str(folder), str(path)]
-        subprocess.run(command, capture_output=True, timeout=_SECONDS, check=True)
+        run(command, _SECONDS).check_returncode()
     except (subprocess.SubprocessError, OSError):
         return False
     return path.exists()

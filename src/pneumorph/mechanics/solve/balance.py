@@ -7,6 +7,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 
+from pneumorph.interrupts import check
 from pneumorph.mechanics.assembly import kinematics
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
@@ -30,6 +31,7 @@ def unloaded(at: Configuration) -> Configuration:
 
 def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
     """Π and R (n,), with the reactions of supports and blocks."""
+    check()
     model = at.model
     value, residual = kernels.value_and_residual(model.potential, at.X, state, at.loads)
     return value, model.vector(residual)
