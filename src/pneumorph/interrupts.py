@@ -52,7 +52,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def install() -> None:
-    """Receive the signals from now on, in the main thread; those that the process was started to ignore stay ignored."""
+    """Receive the signals from now on; called in the main thread. Those that the process ignores stay ignored."""
     source, sink = os.pipe()
     if os.name == "posix":
         os.set_blocking(sink, False)

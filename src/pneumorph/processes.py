@@ -18,9 +18,7 @@ _LOOK = 0.1
 """Seconds between looks at whether a program goes on, and whether it should."""
 
 
-def run(
-    command: Sequence[str], seconds: float, folder: str | Path | None = None
-) -> subprocess.CompletedProcess[str]:
+def run(command: Sequence[str], seconds: float, folder: str | Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run a program to its end and return what it printed; it is ended if this one is interrupted.
 
     Raises

@@ -2,17 +2,14 @@
 
 import json
 import signal
-import subprocess
-import sys
 import urllib.request
 
 import pytest
 from runs import analysed, waving_run
+from signals import heard, interrupted, start
 from tiny import tiny
 
 from pneumorph.problem import loads
-
-COMMAND = [sys.executable, "-c", "from pneumorph.cli import app; app()", "view"]
 
 
 @pytest.fixture(scope="module")
@@ -21,32 +18,23 @@ def path(tmp_path_factory):
     return waving_run(tmp_path_factory.mktemp("runs") / "run", problem, 1, {0: analysed(problem, 0.0)}).path
 
 
-def interruptible():
-    """Programs that a shell starts in the background ignore Ctrl-C, and so would those that they start."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-def test_it_serves_until_it_is_interrupted(path):
-    pipe = subprocess.PIPE
-    process = subprocess.Popen(
-        [*COMMAND, str(path), "--no-browser"], stdout=pipe, stderr=pipe, text=True, preexec_fn=interruptible
-    )
-    try:
-        said = process.stdout.readline()
-        assert said.startswith(f"{path} at http://127.0.0.1:") and said.endswith("(Ctrl-C ends it)\n")
-        address = said.removeprefix(f"{path} at ").split()[0]
-        with urllib.request.urlopen(f"{address}runs", timeout=60) as answer:
-            assert [told["title"] for told in json.load(answer)] == ["Tiny"]
-        # While it solves, too.
-        body = json.dumps({"start": True}).encode()
-        asked = urllib.request.Request(f"{address}runs/0/designs/0/sweep", body, {"Content-Type": "application/json"})
-        with urllib.request.urlopen(asked, timeout=60) as answer:
-            assert json.load(answer)["left"] == 7
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    finally:
-        process.kill()
-    assert (process.returncode, out, err) == (0, "", "")
+@pytest.mark.parametrize(
+    ("number", "status", "words"), [(signal.SIGINT, 0, ""), (signal.SIGTERM, 143, "pneumorph: stopped\n")]
+)
+def test_it_serves_until_it_is_interrupted(path, number, status, words):
+    process = start(["-m", "pneumorph", "view", str(path), "--no-browser"])
+    said = heard(process, str(path))
+    assert said.startswith(f"{path} at http://127.0.0.1:") and said.endswith("(Ctrl-C ends it)\n")
+    address = said.removeprefix(f"{path} at ").split()[0]
+    with urllib.request.urlopen(f"{address}runs", timeout=60) as answer:
+        assert [told["title"] for told in json.load(answer)] == ["Tiny"]
+    # While it solves, too.
+    body = json.dumps({"start": True}).encode()
+    asked = urllib.request.Request(f"{address}runs/0/designs/0/sweep", body, {"Content-Type": "application/json"})
+    with urllib.request.urlopen(asked, timeout=60) as answer:
+        assert json.load(answer)["left"] == 7
+    ended = interrupted(process, number)
+    assert (ended.status, ended.out, ended.err) == (status, "", words)
 
 
 def test_it_opens_a_browser_unless_asked_not_to(path, monkeypatch, run):

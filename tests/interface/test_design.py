@@ -1,5 +1,6 @@
 """Designs in Python: what is stored is read, what is not is computed, and half bodies leave as whole ones."""
 
+import signal
 import subprocess
 import sys
 
@@ -135,3 +136,21 @@ def test_a_run_that_has_nothing_yet(tmp_path):
     (tmp_path / "problem.toml").write_text(HALF)
     with pytest.raises(ProblemError, match="has no finished design yet"):
         _ = pm.open_run(tmp_path).best
+
+
+@pytest.mark.slow
+def test_an_interrupted_design_is_kept(tmp_path):
+    """In Python, Ctrl-C is KeyboardInterrupt, wherever it comes."""
+    problem = loads(tiny())
+
+    def show(event):
+        if getattr(event, "iteration", None) == 1:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        pm.design(problem, out=tmp_path / "run", show=show)
+    assert signal.getsignal(signal.SIGINT) is before
+    run = pm.open_run(tmp_path / "run")
+    assert run.latest == 1 and run.best.entry.iteration == 1 and run.result is None
+    assert pm.design(problem, out=tmp_path / "run", resume=True).latest == 2

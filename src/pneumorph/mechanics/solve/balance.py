@@ -82,5 +82,6 @@ def largest_stretch(at: Configuration, state: State) -> float:
 
 
 def _deformation_gradients(at: Configuration, state: State) -> np.ndarray:
+    check()
     tets = at.model.tets.nodes[: at.model.elements]
     return kinematics.deformation_gradients(tets, at.X, kernels.displacement(at.model.tip, at.X, state))
