@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 from records import entry, task_result
 from runs import inflated, waved
+from scipy.spatial.transform import Rotation
 from tiny import tiny
 
 from pneumorph.analysis import Fields
@@ -203,6 +204,35 @@ def test_targets_are_marked_where_they_are(fields, drawn):
     np.testing.assert_allclose(np.ravel(cross.get_data()), scenes[1].view.flat(np.array([9.0, 0.0, 20.0])))
     left, right = moved.get_xlim()
     assert left < cross.get_xdata()[0] < right
+
+
+@pytest.mark.parametrize(
+    ("objective", "place", "turn"),
+    [
+        ('shift_x = "9 mm", extension = "-4 mm"', (9.0, 2.0, 20.0), None),
+        ('bending_y = "40 deg"', None, (0.1, 40.0, -0.2)),
+        ('bending_y = "40 deg", twist = "-9 deg", shift_y = "0 mm"', (1.0, 0.0, 27.0), (0.1, 40.0, -9.0)),
+        ('twist = "20 deg"', None, None),
+    ],
+)
+def test_motions_that_are_asked_for_are_marked_and_free_ones_as_reached(fields, drawn, objective, place, turn):
+    asked = loads(tiny(objective=f'{{ kind = "motion", {objective} }}'))
+    result = task_result(
+        translation=(1.0, 2.0, 3.0),
+        rotation=tuple(np.radians([0.1, 10.0, -0.2])),
+        errors={"position_mm": 2.0, "orientation_rad": 0.1},
+    )
+    *_, scene = scenes_of(asked, replace(fields, sag=None), {"extend": result})
+    np.testing.assert_allclose(scene.marks.place, np.zeros((0, 3)) if place is None else [place])
+    if turn is None:
+        assert not len(scene.marks.looks)
+    else:
+        tail, head = scene.marks.looks
+        np.testing.assert_allclose(tail, place or (1.0, 2.0, 27.0))
+        axis = Rotation.from_rotvec(np.radians(turn)).as_matrix()[:, 2]
+        np.testing.assert_allclose((head - tail) / np.linalg.norm(head - tail), axis, atol=1e-12)
+    words = ["target of the tip"] * (place is not None) + ["target of its direction"] * (turn is not None)
+    assert legend_of(bodies_figure([scene], (1.0, 1.3), "Motion"))[2:] == words
 
 
 def test_tasks_that_bend_in_different_planes_are_seen_in_different_planes(mesh, drawn):
