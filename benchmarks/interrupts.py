@@ -1,12 +1,13 @@
 """Interrupt commands at random moments, and report how they end: python benchmarks/interrupts.py [COUNT] [SEED].
 
-COUNT times each (20 by default), `design` is sent SIGINT, SIGTERM and SIGHUP, and a quarter as often `simulate` with a
-table. The moment is drawn from the time of a whole run, from where the process receives signals itself: from then on
+COUNT times each (20 by default), SIGINT, SIGTERM and SIGHUP are sent to `design`, every fourth time to `simulate` with
+a table. The moment is drawn from the time of a whole run, from where the process receives signals itself: from then on
 (some hundredths of a second after its start) there must be no traceback. Afterwards the exit status must be that of the
 signal, a sentence must have been said, no process, temporary file or half-written file may be left, and the last design
 that is said to be saved must be one from which the run can go on.
 
-Latency is the time from the signal to the end of the process, with Python's own shutdown.
+Latency is the time from the signal to the end of the process, with Python's own shutdown; and the processor time of the
+process in between, which does not depend on what else the machine does.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from pneumorph.interface.runs import open_run
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
-from signals import SENT, Ended, interrupted, received, start
+from signals import SENT, Ended, received, start
 from tiny import tiny
 
 NOTICE = "pneumorph: stops after the step in progress; Ctrl-C ends it at once\n"
@@ -44,28 +45,31 @@ def main() -> None:
         folder = Path(name)
         (folder / "tiny.toml").write_text(tiny(iterations="2"), encoding="utf-8")
         lasting = {command: _duration(folder, command) for command in ("design", "simulate")}
-        print(f"a whole run takes {lasting['design']:.1f} s, a sweep {lasting['simulate']:.1f} s; seed {seed}")
-        late: dict[str, list[float]] = {}
+        print(
+            f"a whole run takes {lasting['design']:.1f} s, a sweep {lasting['simulate']:.1f} s; seed {seed}", flush=True
+        )
+        late: dict[str, list[tuple[float, float]]] = {}
         faults = 0
-        for command, times in (("design", count), ("simulate", count // 4)):
+        for place in range(count):
+            command = "simulate" if place % 4 == 3 else "design"
             for number, status in SENT:
-                for place in range(times):
-                    moment = float(random.uniform(0.0, lasting[command]))
-                    ended, wrong = _try(folder, command, int(number), status, moment)
-                    faults += bool(wrong)
-                    kind = "stopped" if NOTICE not in ended.err else "stopped, in a step that cannot be"
-                    if ended.status == 0:
-                        kind = "had ended"
-                    late.setdefault(f"{command} {kind}", []).append(ended.late)
-                    said = ended.err.strip().splitlines()[-1:] or [""]
-                    print(
-                        f"{command} {signal.Signals(number).name} {place} at {moment:.2f} s: status {ended.status}, "
-                        f"{ended.late:.2f} s, {said[0].replace(name, '')[:90]}{' WRONG: ' + wrong if wrong else ''}",
-                        flush=True,
-                    )
-    print("\nend, n, median, 90 %, largest latency in s")
+                moment = float(random.uniform(0.0, lasting[command]))
+                ended, used, wrong = _try(folder, command, int(number), status, moment)
+                faults += bool(wrong)
+                kind = "stopped" if NOTICE not in ended.err else "stopped after more than a second"
+                if ended.status == 0:
+                    kind = "had ended"
+                late.setdefault(f"{command} {kind}", []).append((ended.late, used))
+                said = (ended.err.strip().splitlines() or [""])[-1].replace(f"{name}/", "")
+                print(
+                    f"{place} {command} {signal.Signals(number).name} at {moment:.2f} s: status {ended.status}, "
+                    f"{ended.late:.2f} s, {used:.2f} s of processor: {said[:90]}{' WRONG: ' + wrong if wrong else ''}",
+                    flush=True,
+                )
+    print("\nend, n, and median, 90 % and largest of the latency in s, and of the processor time in s")
     for kind, found in late.items():
-        print(f"{kind}, {len(found)}, {np.median(found):.2f}, {np.quantile(found, 0.9):.2f}, {max(found):.2f}")
+        figures = [f"{part:.2f}" for one in zip(*found, strict=True) for part in np.quantile(one, (0.5, 0.9, 1.0))]
+        print(f"{kind}, {len(found)}, {', '.join(figures)}")
     print(f"{faults} wrong")
     sys.exit(faults > 0)
 
@@ -98,15 +102,33 @@ def _duration(folder: Path, command: str) -> float:
     return time.perf_counter() - began
 
 
-def _try(folder: Path, command: str, number: int, status: int, moment: float) -> tuple[Ended, str]:
-    """Interrupt a command; how it ended, and what is wrong with that."""
+def _try(folder: Path, command: str, number: int, status: int, moment: float) -> tuple[Ended, float, str]:
+    """Interrupt a command; how it ended, the processor time that this took in s, and what is wrong with it."""
     process = _start(folder, command)
     received(process)
     time.sleep(moment)
-    ended = interrupted(process, number)
+    before = after = _used(process)
+    began = time.perf_counter()
+    if process.poll() is None:
+        process.send_signal(number)
+    while process.poll() is None:
+        after = _used(process) or after
+        time.sleep(0.01)
+    late = time.perf_counter() - began
+    ended = Ended(process.returncode, *process.communicate(), late)
     wrong = _wrong(folder, ended, status)
     _clear(folder)
-    return ended, wrong
+    return ended, after - before, wrong
+
+
+def _used(process: subprocess.Popen) -> float:
+    """Processor time of a process in s; 0 once it has ended."""
+    try:
+        *_, fields = Path("/proc", str(process.pid), "stat").read_text(encoding="ascii").rpartition(")")
+    except OSError:
+        return 0.0
+    user, system = fields.split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
 
 def _wrong(folder: Path, ended: Ended, status: int) -> str:

@@ -1,6 +1,8 @@
 """Commands ask before they run code that comes with a file, and refuse where nobody can answer."""
 
 import io
+import os
+import subprocess
 import sys
 
 import pytest
@@ -88,3 +90,70 @@ def test_at_a_terminal_the_code_is_shown_and_asked_about(foreign, monkeypatch, t
     assert f"{path}: task[0].objective.code, of which objective is called:\n" in text
     assert "    1  x = 1  # \\x1b[2K\\u202e\n" in text and "    2  \\tpass\n" in text
     assert "\x1b" not in text and "\u202e" not in text
+
+
+IN_A_TERMINAL = """
+import fcntl, os, signal, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
+"""
+QUESTION = "without a question from now on? [y/N] "
+READS = "from pneumorph.interrupts import install; install()\nfrom pneumorph.cli.trust import asking\n"
+READS += "from pneumorph.problem import load\nload('arm.toml', asking(False)); print('it is read')"
+
+
+def answered(arguments, folder, typed):
+    """Run Python in a terminal of its own, and type an answer to its question: the status, and all that is shown."""
+    pty = pytest.importorskip("pty")
+    keyboard, screen = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-c", IN_A_TERMINAL, *arguments], cwd=folder, stdin=screen, stdout=screen, stderr=screen,
+        start_new_session=True,
+    )  # fmt: skip
+    os.close(screen)
+    shown = b""
+    try:
+        while True:
+            try:
+                part = os.read(keyboard, 1000)
+            except OSError:  # Linux: the program has ended
+                part = b""
+            if not part:
+                break
+            asked, shown = QUESTION in shown.decode(errors="ignore"), shown + part
+            if not asked and QUESTION in shown.decode(errors="ignore"):
+                os.write(keyboard, typed)
+        return process.wait(60), shown.decode().replace("\r\n", "\n")
+    finally:
+        os.close(keyboard)
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.parametrize(
+    ("typed", "status", "words"),
+    [
+        (b"y\n", 0, "it is read\n"),
+        (b"n\n", 1, "add --trust"),
+        (b"\x04", 1, "add --trust"),
+        (b"\x03", 130, "\n\x1b[?25hpneumorph: stopped\n"),
+    ],
+    ids=["yes", "no", "end of input", "Ctrl-C"],
+)
+def test_in_a_real_terminal(foreign, typed, status, words):
+    found, shown = answered(["-c", READS], foreign, typed)
+    assert found == status and words in shown, shown
+    assert shown.startswith("arm.toml: task[0].objective.code, of which objective is called:\n    1  import pathlib\n")
+    assert shown.count("This Python code comes with the file, and can do on this machine whatever you can.") == 1
+    found, shown = answered(["-c", READS], foreign, b"n\n")
+    assert (found == 0) == (typed == b"y\n") and (QUESTION in shown) == (typed != b"y\n"), "a no is not kept"
+
+
+def test_a_command_in_a_real_terminal(foreign):
+    found, shown = answered(["-m", "pneumorph", "check", "arm.toml", "--quick"], foreign, b"yes\n")
+    assert found == 2 and "make it return one real number" in shown and (foreign / "mark").exists()
+    (foreign / "mark").unlink()
+    (foreign / "cost.py").write_text("def objective(f):\n    return 2\n", encoding="utf-8")
+    found, shown = answered(["-m", "pneumorph", "check", "arm.toml", "--quick"], foreign, b"\n")
+    assert found == 2 and "add --trust" in shown and "    2      return 2\n" in shown
