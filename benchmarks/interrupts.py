@@ -1,6 +1,6 @@
 """Interrupt commands at random moments, and report how they end: python benchmarks/interrupts.py [COUNT] [SEED].
 
-COUNT times each (20 by default), SIGINT, SIGTERM and SIGHUP are sent to `design`, every fourth time to `simulate` with
+COUNT times each (20 by default), SIGINT, SIGTERM and SIGHUP are sent to `design`, every other time to `simulate` with
 a table. The moment is drawn from the time of a whole run, from where the process receives signals itself: from then on
 (some hundredths of a second after its start) there must be no traceback. Afterwards the exit status must be that of the
 signal, a sentence must have been said, no process, temporary file or half-written file may be left, and the last design
@@ -43,7 +43,7 @@ def main() -> None:
     random = np.random.default_rng(seed)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "tiny.toml").write_text(tiny(iterations="2"), encoding="utf-8")
+        (folder / "tiny.toml").write_text(tiny(iterations="1"), encoding="utf-8")
         lasting = {command: _duration(folder, command) for command in ("design", "simulate")}
         print(
             f"a whole run takes {lasting['design']:.1f} s, a sweep {lasting['simulate']:.1f} s; seed {seed}", flush=True
@@ -51,7 +51,7 @@ def main() -> None:
         late: dict[str, list[tuple[float, float]]] = {}
         faults = 0
         for place in range(count):
-            command = "simulate" if place % 4 == 3 else "design"
+            command = "simulate" if place % 2 else "design"
             for number, status in SENT:
                 moment = float(random.uniform(0.0, lasting[command]))
                 ended, used, wrong = _try(folder, command, int(number), status, moment)

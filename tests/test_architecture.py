@@ -9,6 +9,8 @@ import pneumorph
 
 PACKAGES = [
     "units",
+    "interrupts",
+    "processes",
     "numerics",
     "threads",
     "problem",

@@ -1,5 +1,8 @@
 """Who can reach the processes of a study, and to whom it connects."""
 
+import tempfile
+from pathlib import Path
+
 import psutil
 import pytest
 
@@ -8,7 +11,8 @@ from pneumorph.study import cluster
 from pneumorph.study.cluster import connected
 
 
-def test_processes_on_this_machine_listen_on_the_loopback_interface_alone():
+def test_processes_on_this_machine_listen_on_the_loopback_interface_alone_and_leave_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with connected(None, 1) as client:
         me = psutil.Process()
         places = {
@@ -19,6 +23,9 @@ def test_processes_on_this_machine_listen_on_the_loopback_interface_alone():
         }
         assert places == {"127.0.0.1"}
         assert not any("bokeh" in str(service) for service in client.scheduler_info()["services"])
+        (worker,) = client.run(lambda dask_worker: dask_worker.local_directory).values()
+        assert Path(worker).is_relative_to(tmp_path) and Path(worker).exists()
+    assert not list(tmp_path.iterdir())
 
 
 class Named(Exception):

@@ -17,6 +17,7 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, as
 from pneumorph.analysis import HistoryEntry, from_json
 from pneumorph.errors import ProblemError, short
 from pneumorph.interrupts import check
+from pneumorph.processes import temporary_folder
 from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
 
@@ -79,7 +80,8 @@ def connected(
             yield client
         return
     with (
-        config.set({"distributed.scheduler.allowed-failures": KILLS}),
+        temporary_folder() as folder,
+        config.set({"distributed.scheduler.allowed-failures": KILLS, "temporary-directory": str(folder)}),
         LocalCluster(
             host=LOOPBACK,
             n_workers=count,
