@@ -92,6 +92,12 @@ def test_without_the_command_signals_do_what_they_always_do():
     assert ended.err.splitlines()[-1] == "KeyboardInterrupt" and ended.status in (-signal.SIGINT, 130)
 
 
+def test_an_interrupted_command_does_not_wait_for_what_python_does_at_its_end():
+    body = "import atexit\natexit.register(time.sleep, 60)\nprint('ready', end='')\nleave(0)\nleave(143)"
+    ended = interrupted(start(["-c", INSTALLED + body]), seconds=30)
+    assert (ended.status, ended.out, ended.err) == (143, "ready", "")
+
+
 @pytest.mark.parametrize("within", ["deferred()", "contextlib.nullcontext()"])
 def test_programs_and_folders_end_with_the_command(tmp_path, within):
     body = f"""

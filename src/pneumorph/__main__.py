@@ -8,7 +8,11 @@ def main() -> None:
     interrupts.install()
     from pneumorph.cli import app
 
-    app(prog_name="pneumorph")
+    try:
+        app(prog_name="pneumorph")
+    except SystemExit as end:
+        interrupts.leave(end.code)
+        raise
 
 
 if __name__ == "__main__":

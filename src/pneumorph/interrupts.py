@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,6 +27,7 @@ PATIENCE = 1.0
 _lock = threading.Lock()
 _deferring = False
 _noted = 0
+_ending = False
 _cleanups: list[Callable[[], object]] = []
 
 
@@ -92,8 +94,20 @@ def deferred() -> Iterator[None]:
 
 def check() -> None:
     """Raise Interrupted if a signal has come; cheap, to be called several times a second where much is computed."""
+    if _ending:
+        # What is cleaned up, such as a program that is waited for, must not let this one go on.
+        threading.Event().wait()
     if _noted:
         raise Interrupted(_noted)
+
+
+def leave(status: object) -> None:
+    """End the process here if its status is that of a signal: what Python and libraries do at their end takes time."""
+    if isinstance(status, int) and status - 128 in SIGNALS:
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(status)
 
 
 @contextmanager
@@ -139,6 +153,8 @@ def _say_so(words: int) -> None:
 
 
 def _end(number: int, words: int, sentence: str) -> None:
+    global _ending
+    _ending = True
     for cleanup in reversed(_cleanups):
         with contextlib.suppress(Exception):
             cleanup()
