@@ -342,6 +342,13 @@ def test_all_faults_are_found_at_once():
     ]  # fmt: skip
 
 
+def test_an_unknown_key_beside_a_name_of_the_library_is_the_only_fault():
+    with pytest.raises(ProblemError) as caught:
+        loads(GOOD.replace('name = "Hei-Cast 8400"', 'name = "Hei-Cast 8400"\ncolour = "red"'))
+    (fault,) = caught.value.faults
+    assert fault.startswith("material.colour: unknown key")
+
+
 def test_files_that_are_no_problem_files(tmp_path):
     def answer(name: str, content: bytes | None) -> str:
         path = tmp_path / name

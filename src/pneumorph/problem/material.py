@@ -176,6 +176,8 @@ MODELS = {
     "ogden": Ogden,
 }
 
+_PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name"}
+
 
 @cache
 def library() -> dict[str, dict[str, Any]]:
@@ -185,21 +187,23 @@ def library() -> dict[str, dict[str, Any]]:
 
 
 def _from_the_library(data: Any) -> Any:
-    """Replace a name that is given alone by its table from the library; check that a given model is known."""
+    """Replace a name that is given without a model by its table from the library; check that a given model is known."""
     if not isinstance(data, dict):
         return data
-    if data.keys() - {"name"}:
+    name, known = data.get("name"), library()
+    named = isinstance(name, str) and name in known
+    # Keys that no model has are faults of their own.
+    if data.keys() & _PARAMETERS if named else data.keys() - {"name"}:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{short(model)}"' if isinstance(model, str) else f"a {type(model).__name__}"
             raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
         return data
-    name, known = data.get("name"), library()
-    if isinstance(name, str) and name in known:
-        return {"name": name, **{key: value for key, value in known[name].items() if key != "assumed"}}
+    if named:
+        return {**data, **{key: value for key, value in known[name].items() if key != "assumed"}}
     wrong = "is missing" if name is None else f'"{short(name)}" is not in the library'
-    named = ", ".join(f'"{elastomer}"' for elastomer in known)
-    raise InvalidKey("name", f"{wrong}; use one of {named} or give a model, its parameters, bulk_modulus and density")
+    names = ", ".join(f'"{elastomer}"' for elastomer in known)
+    raise InvalidKey("name", f"{wrong}; use one of {names} or give a model, its parameters, bulk_modulus and density")
 
 
 def _tag(data: Any) -> str:
