@@ -191,16 +191,16 @@ def _from_the_library(data: Any) -> Any:
     if not isinstance(data, dict):
         return data
     name, known = data.get("name"), library()
-    named = isinstance(name, str) and name in known
+    table = known.get(name) if isinstance(name, str) else None
     # Keys that no model has are faults of their own.
-    if data.keys() & _PARAMETERS if named else data.keys() - {"name"}:
+    if data.keys() & _PARAMETERS if table else data.keys() - {"name"}:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{short(model)}"' if isinstance(model, str) else f"a {type(model).__name__}"
             raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
         return data
-    if named:
-        return {**data, **{key: value for key, value in known[name].items() if key != "assumed"}}
+    if table:
+        return {**data, **{key: value for key, value in table.items() if key != "assumed"}}
     wrong = "is missing" if name is None else f'"{short(name)}" is not in the library'
     names = ", ".join(f'"{elastomer}"' for elastomer in known)
     raise InvalidKey("name", f"{wrong}; use one of {names} or give a model, its parameters, bulk_modulus and density")
