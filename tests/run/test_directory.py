@@ -134,6 +134,18 @@ def test_a_kill_at_any_moment_of_recording(tmp_path, monkeypatch, moment):
 
 
 @pytest.mark.parametrize("cut", [1, 10, 40])
+def test_ctrl_c_in_a_program_leaves_no_temporary_file(tmp_path, monkeypatch):
+    atomic.write_bytes(tmp_path / "file", b"old")
+
+    def interrupted(handle):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(atomic.os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        atomic.write_bytes(tmp_path / "file", b"new")
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"old"]
+
+
 def test_a_torn_last_line_is_ignored_and_trimmed(tmp_path, cut):
     run_of(tmp_path, 2)
     history = tmp_path / "history.jsonl"
