@@ -1,4 +1,4 @@
-"""Files for manufacturing a design, with what the ports change in its motion."""
+"""Files for manufacturing a design, with what the ports change in its motion, and what sagging negatives change."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.analysis.ports import Port, with_and_without
+from pneumorph.analysis.settling import settle
 from pneumorph.interface.design import Design
+from pneumorph.mechanics import rubber_of
+from pneumorph.problem.material import elastomer
 
 if TYPE_CHECKING:
-    from pneumorph.make import MadeFiles, Plan, PortEffect
+    from pneumorph.make import MadeFiles, Plan, PortEffect, Sag, SiliconePlan
 
 
 def make_design(design: Design, folder: Path, chord: float) -> MadeFiles:
     """See `Design.make`."""
     from pneumorph.make import make
 
-    return make(design.body, folder, chord, design.problem, lambda plan: _effects(design, plan))
+    return make(design.body, folder, chord, design.problem, lambda plan: _effects(design, plan), _sags)
 
 
 def _effects(design: Design, plan: Plan) -> Sequence[PortEffect]:
@@ -41,3 +44,17 @@ def _effects(design: Design, plan: Plan) -> Sequence[PortEffect]:
         )
         for task, (without, tubes) in motions.items()
     ]
+
+
+def _sags(plan: SiliconePlan) -> Sequence[Sag]:
+    from pneumorph.make import grids, sag_of
+
+    rubber = rubber_of(elastomer(plan.spec.silicone))
+    found = []
+    for slab in plan.slabs:
+        settled = {
+            side: settle(rubber, grid.low, grid.high, grid.filled, grid.held)
+            for side, grid in grids(plan, slab).items()
+        }
+        found.append(sag_of(plan, slab, settled))
+    return found

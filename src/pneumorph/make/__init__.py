@@ -13,6 +13,8 @@ from pneumorph.make.files import MadeFiles, make  # noqa: E402
 from pneumorph.make.mould.effect import PortEffect  # noqa: E402
 from pneumorph.make.mould.plan import Plan  # noqa: E402
 from pneumorph.make.printing import read_3mf, read_stl, write_3mf, write_stl  # noqa: E402
+from pneumorph.make.silicone.plan import SiliconePlan  # noqa: E402
+from pneumorph.make.silicone.sag import Sag, grids, sag_of  # noqa: E402
 from pneumorph.make.solid import fill_chamber  # noqa: E402
 from pneumorph.make.step import read_step, write_body_step, write_chamber_step  # noqa: E402
 from pneumorph.make.triangles import Triangles, triangulate  # noqa: E402
@@ -22,14 +24,18 @@ __all__ = [
     "MadeFiles",
     "Plan",
     "PortEffect",
+    "Sag",
+    "SiliconePlan",
     "Triangles",
     "check_mesh",
     "check_step",
     "fill_chamber",
+    "grids",
     "make",
     "read_3mf",
     "read_step",
     "read_stl",
+    "sag_of",
     "triangulate",
     "write_3mf",
     "write_body_step",

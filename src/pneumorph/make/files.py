@@ -13,6 +13,9 @@ from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.files import make_mould
 from pneumorph.make.mould.plan import Plan
 from pneumorph.make.printing import write_3mf, write_stl
+from pneumorph.make.silicone.files import make_silicone_mould
+from pneumorph.make.silicone.plan import SiliconePlan
+from pneumorph.make.silicone.sag import Sag
 from pneumorph.make.solid import fill_chamber
 from pneumorph.make.step import write_body_step, write_chamber_step
 from pneumorph.make.triangles import triangulate
@@ -46,6 +49,7 @@ def make(
     chord: float = 0.02,
     problem: Problem | None = None,
     effects: Callable[[Plan], Sequence[PortEffect]] | None = None,
+    sags: Callable[[SiliconePlan], Sequence[Sag]] | None = None,
 ) -> MadeFiles:
     """Write a body as STEP, 3MF and STL, every chamber as STEP, and the results of checking them as ``checks.json``.
 
@@ -61,6 +65,8 @@ def make(
         The problem that the body was designed for. With it the body's mould is made too, in the folder ``mould``.
     effects : callable, optional
         Computes how much the ports of a planned mould change the motion of the body.
+    sags : callable, optional
+        Computes how far planned silicone negatives sag.
 
     Raises
     ------
@@ -90,7 +96,10 @@ def make(
     report.write_text(_as_json(checks), encoding="utf-8")
     files = [step, *cores, mesh, plain]
     if problem is not None:
-        moulded, proved = make_mould(body, problem, folder / "mould", chord, effects)
+        if problem.make.method == "silicone mould":
+            moulded, proved = make_silicone_mould(body, problem, folder / "mould", chord, effects, sags)
+        else:
+            moulded, proved = make_mould(body, problem, folder / "mould", chord, effects)
         files += moulded
         checks += proved
         report.write_text(_as_json(checks), encoding="utf-8")

@@ -15,6 +15,7 @@ from pydantic import (
     GetJsonSchemaHandler,
     Strict,
     Tag,
+    TypeAdapter,
     model_validator,
 )
 from pydantic_core import CoreSchema
@@ -184,6 +185,11 @@ def library() -> dict[str, dict[str, Any]]:
     """The library of elastomers by name: tables [material], and in `assumed` what their sources do not give."""
     text = resources.files("pneumorph.problem").joinpath("elastomers.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
+
+
+def elastomer(name: str) -> Material:
+    """The table [material] of a rubber of the library."""
+    return TypeAdapter(Material).validate_python({"name": name})
 
 
 def _from_the_library(data: Any) -> Any:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pneumorph.make.mould.pieces import ROD, SCREW
-from pneumorph.make.mould.plan import PLATE, Plan
-from pneumorph.make.mould.proof import Part
+from pneumorph.make.mould.plan import PLATE, Plan, SplitPlan
+from pneumorph.make.mould.proof import RUBBER, Part
 
 MIX = {
     "Ecoflex 00-30": (1.0, 1.0),
@@ -41,7 +41,7 @@ class Item:
     note: str = ""
 
 
-def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list[Item]:
+def bill(plan: SplitPlan, parts: Sequence[Part], rubber: str, density: float) -> list[Item]:
     """Everything that is needed.
 
     Parameters
@@ -54,11 +54,33 @@ def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list
         Of the rubber, t/mm³.
     """
     volume = next(part for part in parts if part.role == "product").solid.volume()
-    poured = volume * (1.0 + plan.spec.waste)
+    items = weighed("rubber", rubber, density, volume, plan.spec.waste)
+    for part in printed(parts):
+        items.append(Item(f"print {part.name}", part.solid.volume() / 1000.0, "cm³", _core_note(plan, part)))
+    items += bought(plan, 4, plan.length - plan.bottom + 2.0 * PLATE)
+    closed = sum(stem.closed for stem in plan.stems)
+    if closed:
+        items.append(Item("plugs of the same rubber", closed, "pieces", "for the holes of second stems"))
+    return items
+
+
+def bought(plan: Plan, rods: int, height: float) -> list[Item]:
+    """Rods through a mould of a height in mm, screws and tubes."""
+    return [
+        Item("threaded rods M4", rods, "pieces", f"at least {height + 15.0:.0f} mm, holes of {ROD:g} mm"),
+        Item("nuts and washers M4", 2 * rods, "pieces"),
+        Item("screws M3", 6, "pieces", f"for the clamp, holes of {SCREW:g} mm, through {PLATE + 4.0:.0f} mm"),
+        Item("tube", sum(not stem.closed for stem in plan.stems), "pieces", f"outer diameter {plan.spec.tube:g} mm"),
+    ]
+
+
+def weighed(what: str, rubber: str, density: float, volume: float, waste: float) -> list[Item]:
+    """The lines of a rubber: its volume with the waste, its weight, and the weights of its parts A and B."""
+    poured = volume * (1.0 + waste)
     grams = poured * density * 1e6
     items = [
-        Item(f"rubber, {rubber}", poured / 1000.0, "cm³", f"part {volume / 1000.0:.1f} cm³ and waste"),
-        Item(f"rubber, {rubber}", grams, "g", "" if rubber in MIX else "its mixture: see the maker's data sheet"),
+        Item(f"{what}, {rubber}", poured / 1000.0, "cm³", f"part {volume / 1000.0:.1f} cm³ and waste"),
+        Item(f"{what}, {rubber}", grams, "g", "" if rubber in MIX else "its mixture: see the maker's data sheet"),
     ]
     if rubber in MIX:
         a, b = MIX[rubber]
@@ -66,24 +88,15 @@ def bill(plan: Plan, parts: Sequence[Part], rubber: str, density: float) -> list
             Item(f"{rubber} part {name}", grams * share / (a + b), "g", f"mixed {a:g} : {b:g} by weight")
             for name, share in (("A", a), ("B", b))
         ]
-    for part in parts:
-        if part.role == "product":
-            continue
-        items.append(Item(f"print {part.name}", part.solid.volume() / 1000.0, "cm³", _core_note(plan, part)))
-    height = plan.length - plan.bottom + 2.0 * PLATE
-    items += [
-        Item("threaded rods M4", 4, "pieces", f"at least {height + 15.0:.0f} mm, holes of {ROD:g} mm"),
-        Item("nuts and washers M4", 8, "pieces"),
-        Item("screws M3", 6, "pieces", f"for the clamp, holes of {SCREW:g} mm, through {PLATE + 4.0:.0f} mm"),
-        Item("tube", sum(not stem.closed for stem in plan.stems), "pieces", f"outer diameter {plan.spec.tube:g} mm"),
-    ]
-    closed = sum(stem.closed for stem in plan.stems)
-    if closed:
-        items.append(Item("plugs of the same rubber", closed, "pieces", "for the holes of second stems"))
     return items
 
 
-def _core_note(plan: Plan, part: Part) -> str:
+def printed(parts: Sequence[Part]) -> list[Part]:
+    """The pieces that are printed."""
+    return [part for part in parts if part.role not in RUBBER]
+
+
+def _core_note(plan: SplitPlan, part: Part) -> str:
     """What a core is printed of, which depends on how it leaves."""
     for core in plan.cores:
         if f"{part.name}-".startswith(f"core-{core.chamber}-"):

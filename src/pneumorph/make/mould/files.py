@@ -10,9 +10,10 @@ from pneumorph.make.checks import Check, validity
 from pneumorph.make.mould.bill import bill, write_bill
 from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.picture import draw_mould
+from pneumorph.make.mould.piece import Piece
 from pneumorph.make.mould.pieces import pieces
 from pneumorph.make.mould.plan import Plan, plan
-from pneumorph.make.mould.proof import part, proof
+from pneumorph.make.mould.proof import Part, part, proof
 from pneumorph.make.mould.sheet import write_sheet
 from pneumorph.make.mould.tessellation import Tessellation, tessellated
 from pneumorph.make.mould.walls import draw_walls
@@ -58,18 +59,7 @@ def make_mould(
     planned = plan(body, problem.make, problem.limits.wall, rubber.density)
     told = effects(planned) if effects else []
     made = pieces(planned)
-    folder.mkdir(parents=True, exist_ok=True)
-    written, parts, checks = [], [], []
-    for piece in made:
-        step, mesh = folder / f"{piece.name}.step", folder / f"{piece.name}.3mf"
-        shape = tessellated(piece.shape, chord)
-        write_step({piece.name: piece.shape}, step)
-        write_3mf(mesh, {piece.name: shape.triangles})
-        written += [step, mesh]
-        checks.append(validity(step.name, read_step(step)))
-        # What is proved is what is in the file.
-        stored = next(iter(read_3mf(mesh).values()))
-        parts.append(part(piece.name, piece.role, Tessellation(stored, shape.spline)))
+    written, parts, checks = write_pieces(made, folder, chord)
     assembly = folder / "assembly.step"
     write_step({piece.name: piece.shape for piece in made if piece.role in ("mould", "core")}, assembly)
     checks += [validity(assembly.name, read_step(assembly)), *proof(planned, parts, chord)]
@@ -82,3 +72,22 @@ def make_mould(
     picture = folder / "mould.png"
     drawn = (picture,) if draw_mould(folder, picture) else ()
     return (*written, assembly, table, sheet, walls, *drawn), tuple(checks)
+
+
+def write_pieces(made: Sequence[Piece], folder: Path, chord: float) -> tuple[list[Path], list[Part], list[Check]]:
+    """Write every piece as STEP and 3MF; read the files, and check the former."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    parts: list[Part] = []
+    checks: list[Check] = []
+    for piece in made:
+        step, mesh = folder / f"{piece.name}.step", folder / f"{piece.name}.3mf"
+        shape = tessellated(piece.shape, chord)
+        write_step({piece.name: piece.shape}, step)
+        write_3mf(mesh, {piece.name: shape.triangles})
+        written += [step, mesh]
+        checks.append(validity(step.name, read_step(step)))
+        # What is proved is what is in the file.
+        stored = next(iter(read_3mf(mesh).values()))
+        parts.append(part(piece.name, piece.role, Tessellation(stored, shape.spline)))
+    return written, parts, checks

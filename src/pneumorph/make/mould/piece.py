@@ -1,4 +1,4 @@
-"""One part of a mould or of what holds the finished body."""
+"""One part of a mould, or of what holds the finished body."""
 
 # pyright: reportAttributeAccessIssue=false
 from __future__ import annotations
@@ -8,7 +8,7 @@ from typing import Literal
 
 from OCP.TopoDS import TopoDS_Shape
 
-Role = Literal["mould", "core", "product", "mount"]
+Role = Literal["mould", "core", "product", "mount", "master", "negative", "part"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,8 +18,9 @@ class Piece:
     Attributes
     ----------
     name : str
-    role : "mould", "core", "product" or "mount"
-        Parts of the mould, cores that are cast in, the rubber part itself, and what holds it in use.
+    role : "mould", "core", "product", "mount", "master", "negative" or "part"
+        Parts of the mould, cores that are cast in, the rubber part itself, and what holds it in use. For silicone
+        moulds also masters, the negatives cast around them, and the parts of rubber that are glued together.
     shape : TopoDS_Shape
         At its place in the mould; parts of the mount are placed about the finished body.
     """

@@ -13,7 +13,7 @@ from OCP.TopoDS import TopoDS_Shape
 
 from pneumorph.make.checks import manifold
 from pneumorph.make.mould.piece import Piece
-from pneumorph.make.mould.plan import PLATE, RECESS, Plan
+from pneumorph.make.mould.plan import PLATE, RECESS, Plan, SplitPlan
 from pneumorph.make.mould.release import sectors
 from pneumorph.make.mould.shapes import across, common, cone, cut, cylinder, fuse, point, prism, radial
 from pneumorph.make.mould.split import Keys, room_for_key, split
@@ -26,21 +26,27 @@ Array = NDArray[np.float64]
 ROD, SCREW = 4.5, 3.4
 """Diameters in mm of clearance holes for M4 rods that hold the mould together and for M3 screws of the clamp."""
 
-_GATE, _FUNNEL, _VENT = 2.0, 6.0, 0.6  # radii
+GATE, FUNNEL, VENT = 2.0, 6.0, 0.6
+"""Radii in mm of the gate at the rubber and outside, and of vents."""
+
+PRY = (10.0, 2.0, 3.0)
+"""Length, width and depth in mm of the slots for a screwdriver."""
+
 _KEY, _KEY_HEIGHT = 2.2, 0.7  # radius of the spheres that align the pieces, and how far they stand out
-_PRY = (10.0, 2.0, 3.0)  # slots for a screwdriver: height, width, depth
 _TIGHT = 1.0  # length next to the rubber on which stems have no clearance
 _CLAMP = 4.0  # thickness of the clamp's parts
 _SQUEEZE = 0.85  # of the flange's thickness, which the clamp leaves
 
 
-def pieces(plan: Plan) -> list[Piece]:
+def pieces(plan: SplitPlan) -> list[Piece]:
     """Build everything: the rubber part, the cores, the outer mould, base plate and lid, and the mount."""
-    exterior = solid([plan.body.exterior])
-    flange = cylinder((0, 0, plan.bottom), (0, 0, 1), plan.flange, -plan.bottom)
-    made = [Piece("body", "product", _product(plan, flange)), *_cores(plan)]
+    made = [Piece("body", "product", product(plan)), *_cores(plan)]
     block = _block(plan)
-    outside = [exterior, flange, *(_seat(plan, stem) for stem in plan.stems if stem.way == "side")]
+    outside = [
+        solid([plan.body.exterior]),
+        flange(plan),
+        *(_seat(plan, stem) for stem in plan.stems if stem.way == "side"),
+    ]
     outside += [_vent(plan, top) for top in plan.vents]
     outside += [_pry(plan, angle) for angle in plan.angles]
     outer = cut(block, outside)
@@ -51,12 +57,12 @@ def pieces(plan: Plan) -> list[Piece]:
         gap = plan.spec.clearance
         piece = cut(piece, [_key(plan, start, height, gap) for height in _key_heights(plan, start)])
         made += split(Piece(f"outer-{number}", "mould", piece), plan, _taken(plan), _keys_across(plan, start, stop))
-    for piece in (Piece("base", "mould", _base(plan)), Piece("lid", "mould", _lid(plan)), *_mount(plan)):
+    for piece in (Piece("base", "mould", _base(plan)), Piece("lid", "mould", _lid(plan)), *mount(plan)):
         made += split(piece, plan, [], lambda height: [])  # not split, but refused if it is too large
     return made
 
 
-def _block(plan: Plan) -> TopoDS_Shape:
+def _block(plan: SplitPlan) -> TopoDS_Shape:
     """The outside of the mould: round, with a draft at both ends, over which the plates fit."""
     height, slope = plan.length - plan.bottom, plan.slope
     block = cylinder((0, 0, plan.bottom), (0, 0, 1), plan.outer, height)
@@ -67,16 +73,21 @@ def _block(plan: Plan) -> TopoDS_Shape:
     return block
 
 
-def _product(plan: Plan, flange: TopoDS_Shape) -> TopoDS_Shape:
+def flange(plan: Plan) -> TopoDS_Shape:
+    """The rubber flange under the body."""
+    return cylinder((0, 0, plan.bottom), (0, 0, 1), plan.flange, -plan.bottom)
+
+
+def product(plan: Plan) -> TopoDS_Shape:
     """The rubber part as it comes out of the mould: the body with its flange, and a hole for every stem."""
     holes = []
     for stem in plan.stems:
         reach = 4.0 * plan.outer if stem.way == "side" else 2.0 * plan.length
         holes.append(cylinder(stem.start, stem.direction, plan.stem, reach))
-    return cut(fuse(solid(plan.body.surfaces), [flange]), holes)
+    return cut(fuse(solid(plan.body.surfaces), [flange(plan)]), holes)
 
 
-def _cores(plan: Plan) -> list[Piece]:
+def _cores(plan: SplitPlan) -> list[Piece]:
     """The chambers with their stems, whose ends are flattened so that a core cannot turn."""
     found = []
     for chamber, core in zip(plan.body.chambers, plan.cores, strict=True):
@@ -105,7 +116,7 @@ def _key_inside(core: TopoDS_Shape) -> Keys:
     return keys
 
 
-def _bar(plan: Plan, stem: Stem) -> TopoDS_Shape:
+def _bar(plan: SplitPlan, stem: Stem) -> TopoDS_Shape:
     """A stem: round in the rubber and next to it, with a draft inside the plates, out of which it is pulled."""
     length, round_part, slope = _reach(plan, stem), _tight(plan, stem), _taper(plan, stem)
     bar = cylinder(stem.start, stem.direction, plan.stem, length)
@@ -115,17 +126,17 @@ def _bar(plan: Plan, stem: Stem) -> TopoDS_Shape:
     )
 
 
-def _tight(plan: Plan, stem: Stem) -> float:
+def _tight(plan: SplitPlan, stem: Stem) -> float:
     """Length of a stem on which the mould has no clearance around it: in the rubber, and a little farther."""
     return INTO + stem.wall + (-plan.bottom if stem.way == "base" else 0.0) + _TIGHT
 
 
-def _taper(plan: Plan, stem: Stem) -> float:
+def _taper(plan: SplitPlan, stem: Stem) -> float:
     """Slope of a stem inside a plate. Stems in a parting need none; a thin stem must not become much thinner."""
     return 0.0 if stem.way == "side" else min(plan.slope, 0.2 * plan.stem / (PLATE - _TIGHT))
 
 
-def _reach(plan: Plan, stem: Stem) -> float:
+def _reach(plan: SplitPlan, stem: Stem) -> float:
     """Length of a stem from its start to the outside of the mould."""
     if stem.way == "side":
         return plan.outer - float(stem.start @ stem.direction)
@@ -133,7 +144,7 @@ def _reach(plan: Plan, stem: Stem) -> float:
     return abs(end - float(stem.start[2]))
 
 
-def _flat(plan: Plan, stem: Stem, gap: float) -> TopoDS_Shape:
+def _flat(plan: SplitPlan, stem: Stem, gap: float) -> TopoDS_Shape:
     """What is taken off the last `RECESS` mm of a stem: everything beyond a plane beside its axis."""
     aside = np.array([0.0, 0.0, 1.0]) if stem.way == "side" else np.array([1.0, 0.0, 0.0])
     end = stem.start + _reach(plan, stem) * stem.direction
@@ -143,7 +154,7 @@ def _flat(plan: Plan, stem: Stem, gap: float) -> TopoDS_Shape:
     return prism([corner, corner + steps[0], corner + steps[0] + steps[1], corner + steps[1]], 8.0 * stem.direction)
 
 
-def _seat(plan: Plan, stem: Stem) -> TopoDS_Shape:
+def _seat(plan: SplitPlan, stem: Stem) -> TopoDS_Shape:
     """The hole for a stem in the mould, with its flat.
 
     Next to the rubber it is as narrow as the stem: rubber would run into a gap.
@@ -158,24 +169,24 @@ def _seat(plan: Plan, stem: Stem) -> TopoDS_Shape:
     return cut(fuse(close, [wide]), [_flat(plan, stem, gap)])
 
 
-def _vent(plan: Plan, top: Array) -> TopoDS_Shape:
+def _vent(plan: SplitPlan, top: Array) -> TopoDS_Shape:
     outward = np.array([top[0], top[1], 0.0]) / max(float(np.hypot(top[0], top[1])), 1e-9)
-    return cylinder(top - [0.0, 0.0, 0.5 * _VENT] - 0.5 * outward, outward, _VENT, 2.0 * plan.outer)
+    return cylinder(top - [0.0, 0.0, 0.5 * VENT] - 0.5 * outward, outward, VENT, 2.0 * plan.outer)
 
 
-def _pry(plan: Plan, angle: float) -> TopoDS_Shape:
+def _pry(plan: SplitPlan, angle: float) -> TopoDS_Shape:
     """A slot across a parting, half way up the outside."""
-    height, width, depth = _PRY
+    height, width, depth = PRY
     far, wide = 2.0 * depth * radial(angle), width * across(angle)
     corner = (plan.outer - depth) * radial(angle) - 0.5 * wide + [0.0, 0.0, plan.length / 2.0 - height / 2.0]
     return prism([corner, corner + far, corner + far + wide, corner + wide], (0, 0, height))
 
 
-def _key_heights(plan: Plan, angle: float) -> list[float]:
+def _key_heights(plan: SplitPlan, angle: float) -> list[float]:
     """Heights of the keys on a parting, away from stems and from the pry slot."""
     taken = [plan.length / 2.0]
     taken += [float(stem.start[2]) for stem in plan.stems if stem.way == "side" and _same(stem.angle, angle)]
-    room = _PRY[0] / 2.0 + _KEY + 1.0
+    room = PRY[0] / 2.0 + _KEY + 1.0
     free = [
         height
         for height in np.linspace(RECESS + _KEY, plan.length - RECESS - _KEY, 41)
@@ -184,21 +195,21 @@ def _key_heights(plan: Plan, angle: float) -> list[float]:
     return [] if not free else [free[0], free[-1]]
 
 
-def _key(plan: Plan, angle: float, height: float, gap: float) -> TopoDS_Shape:
+def _key(plan: SplitPlan, angle: float, height: float, gap: float) -> TopoDS_Shape:
     """A spherical cap on a parting, pointing in the direction of growing angles; a larger one with a gap."""
     centre = (plan.outer - plan.spec.mould_wall / 2.0) * radial(angle) - (_KEY - _KEY_HEIGHT) * across(angle)
     return BRepPrimAPI_MakeSphere(point(centre + np.array([0.0, 0.0, height])), _KEY + gap).Shape()
 
 
-def _taken(plan: Plan) -> list[tuple[float, float]]:
+def _taken(plan: SplitPlan) -> list[tuple[float, float]]:
     """Heights at which outer pieces must not be split, with distances: pry slots, keys, stems, vents and the plates."""
-    heights = [(plan.length / 2.0, _PRY[0] / 2.0 + 1.0), (plan.bottom, RECESS + 1.0), (plan.length, RECESS + 1.0)]
+    heights = [(plan.length / 2.0, PRY[0] / 2.0 + 1.0), (plan.bottom, RECESS + 1.0), (plan.length, RECESS + 1.0)]
     heights += [(height, _KEY + 0.5) for angle in plan.angles for height in _key_heights(plan, angle)]
     heights += [(float(stem.start[2]), plan.stem + 1.0) for stem in plan.stems if stem.way == "side"]
-    return heights + [(float(top[2]), _VENT + 1.0) for top in plan.vents]
+    return heights + [(float(top[2]), VENT + 1.0) for top in plan.vents]
 
 
-def _keys_across(plan: Plan, start: float, stop: float) -> Keys:
+def _keys_across(plan: SplitPlan, start: float, stop: float) -> Keys:
     """Two keys in the outside wall of a sector, at every height."""
     radius = room_for_key(plan.spec.mould_wall / 2.0, _KEY)
     middle = plan.outer - plan.spec.mould_wall / 2.0
@@ -206,24 +217,24 @@ def _keys_across(plan: Plan, start: float, stop: float) -> Keys:
     return lambda height: [] if radius is None else [(place, radius) for place in places]
 
 
-def _base(plan: Plan) -> TopoDS_Shape:
+def _base(plan: SplitPlan) -> TopoDS_Shape:
     """The plate under the flange: it holds the cores' stems, and its rim holds the outer mould."""
     plate = _plate(plan, plan.bottom - PLATE, plan.bottom, plan.bottom + RECESS)
     return cut(plate, [_seat(plan, stem) for stem in plan.stems if stem.way == "base"])
 
 
-def _lid(plan: Plan) -> TopoDS_Shape:
+def _lid(plan: SplitPlan) -> TopoDS_Shape:
     """The plate over the tip, with the gate through which rubber is poured, and vents at the edge of the tip."""
     top = plan.length
     plate = _plate(plan, top, top + PLATE, top - RECESS)
     openings = [_seat(plan, stem) for stem in plan.stems if stem.way == "tip"]
     gate, vents = _openings(plan)
-    openings.append(cone([*gate, top - 0.01], (0, 0, 1), _GATE, _FUNNEL, PLATE + 0.02))
-    openings += [cylinder([*vent, top - 1.0], (0, 0, 1), _VENT, PLATE + 2.0) for vent in vents]
+    openings.append(cone([*gate, top - 0.01], (0, 0, 1), GATE, FUNNEL, PLATE + 0.02))
+    openings += [cylinder([*vent, top - 1.0], (0, 0, 1), VENT, PLATE + 2.0) for vent in vents]
     return cut(plate, openings)
 
 
-def _openings(plan: Plan) -> tuple[Array, list[Array]]:
+def _openings(plan: SplitPlan) -> tuple[Array, list[Array]]:
     """Places (x, y) on the tip of the gate, and of three vents near the rim, away from stems and from the gate."""
     rim = plan.body.exterior.sample(np.linspace(0.0, 1.0, 24, endpoint=False), [1.0])[0][:, :2]
     middle = rim.mean(axis=0)
@@ -234,12 +245,12 @@ def _openings(plan: Plan) -> tuple[Array, list[Array]]:
     vents = [
         place
         for place in inside[::8]
-        if min(float(np.hypot(*(place - each))) for each in [*stems, gate]) > _GATE + plan.stem
+        if min(float(np.hypot(*(place - each))) for each in [*stems, gate]) > GATE + plan.stem
     ]
     return gate, vents
 
 
-def _plate(plan: Plan, low: float, high: float, rim: float) -> TopoDS_Shape:
+def _plate(plan: SplitPlan, low: float, high: float, rim: float) -> TopoDS_Shape:
     """A square plate with holes for four rods, and a rim around the outer mould, with its draft, up to z = `rim`."""
     inner = plan.outer + plan.spec.clearance
     wide = inner + plan.spec.mould_wall
@@ -266,7 +277,7 @@ def _plate(plan: Plan, low: float, high: float, rim: float) -> TopoDS_Shape:
     return cut(fuse(plate, [ring]), rods)
 
 
-def _mount(plan: Plan) -> list[Piece]:
+def mount(plan: Plan) -> list[Piece]:
     """What holds the finished part: a plate with holes for tubes, two half rings that clamp the flange, a tip plate.
 
     The rings leave less room than the flange is thick and so seal it.

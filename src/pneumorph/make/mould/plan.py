@@ -59,7 +59,7 @@ class Core:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Everything that determines the pieces of a mould, in mm and radians.
+    """What every way to make a body needs, in mm and radians.
 
     Attributes
     ----------
@@ -70,16 +70,12 @@ class Plan:
         Of its surfaces, the exterior first.
     thickness : (n,) array
         Of the rubber between the points of the exterior and the nearest chamber, mm.
-    cores : tuple of Core
-        One for every chamber.
+    stems : tuple of Stem
+        All holes of the rubber part.
     stem : float
         Radius of all stems and ports.
-    angles : tuple of float
-        Of the partings, about z.
-    releases : tuple of Release
-        How the pieces between them come off.
     length, flange, outer : float
-        Height of the body; radii of the flange and of the outer mould.
+        Height of the body; radii of the flange and of what is around the rubber.
     vents : (n, 3) array
         High points of the exterior, which get a vent.
     trapped : {chamber: (n, 3) array}
@@ -90,20 +86,13 @@ class Plan:
     spec: MakeSpec
     samples: tuple[Samples, ...]
     thickness: Array
-    cores: tuple[Core, ...]
+    stems: tuple[Stem, ...]
     stem: float
-    angles: tuple[float, ...]
-    releases: tuple[Release, ...]
     length: float
     flange: float
     outer: float
     vents: Array
     trapped: dict[str, Array]
-
-    @property
-    def stems(self) -> tuple[Stem, ...]:
-        """All stems of all cores."""
-        return tuple(stem for core in self.cores for stem in core.stems)
 
     @property
     def slope(self) -> float:
@@ -116,8 +105,27 @@ class Plan:
         return -self.spec.flange.thickness
 
 
-def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
-    """Plan the mould of a body.
+@dataclass(frozen=True, eq=False)
+class SplitPlan(Plan):
+    """Everything that determines the pieces of a split mould, in mm and radians.
+
+    Attributes
+    ----------
+    cores : tuple of Core
+        One for every chamber.
+    angles : tuple of float
+        Of the partings, about z.
+    releases : tuple of Release
+        How the pieces between them come off.
+    """
+
+    cores: tuple[Core, ...]
+    angles: tuple[float, ...]
+    releases: tuple[Release, ...]
+
+
+def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> SplitPlan:
+    """Plan the split mould of a body.
 
     Parameters
     ----------
@@ -134,19 +142,16 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
     ComputationError
         If a chamber cannot get a port, or no split of the outer mould can be pulled off the rubber; with the place.
     """
-    body = enlarged(body, 1.0 / (1.0 - spec.shrinkage))
-    samples = tuple(sampled(surface) for surface in body.surfaces)
-    radius = FIT * spec.tube / 2.0
+    body, samples, radius = before_curing(body, spec)
     found = ports(body, samples, radius, wall)
     sideways = [stem.angle for stem in found if stem.way == "side"]
     cores = tuple(
         _core(number, chamber, stem, samples, radius, wall, spec, density, sideways)
         for number, (chamber, stem) in enumerate(zip(body.chambers, found, strict=True), start=1)
     )
-    exterior = samples[0]
-    thickness = KDTree(np.concatenate([one.closed for one in samples[1:]])).query(exterior.points)[0]
+    shared = shared_plan(body, samples, spec, [stem for core in cores for stem in core.stems])
     given = [stem.angle for core in cores for stem in core.stems if stem.way == "side"]
-    angles, releases = partings(exterior, thickness, given, spec.release_stretch)
+    angles, releases = partings(samples[0], shared.thickness, given, spec.release_stretch)
     worst = max(releases, key=lambda each: each.stretch)
     if worst.stretch > spec.release_stretch:
         x, y, z = worst.place
@@ -155,18 +160,28 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> Plan:
             f"stretched by {worst.stretch:.2g}, more than make.release_stretch = {spec.release_stretch:g}; allow more "
             "if the rubber bears it, or design with a larger limits.fold"
         )
+    return SplitPlan(**vars(shared), cores=cores, angles=tuple(angles), releases=tuple(releases))
+
+
+def before_curing(body: Body, spec: MakeSpec) -> tuple[Body, tuple[Samples, ...], float]:
+    """The body enlarged by the shrinkage of the rubber, samples of its surfaces, and the radius of its ports, mm."""
+    body = enlarged(body, 1.0 / (1.0 - spec.shrinkage))
+    return body, tuple(sampled(surface) for surface in body.surfaces), FIT * spec.tube / 2.0
+
+
+def shared_plan(body: Body, samples: Sequence[Samples], spec: MakeSpec, stems: Sequence[Stem]) -> Plan:
+    """What every way to make a body needs, from the results of `before_curing` and its stems."""
+    exterior = samples[0]
     widest = np.hypot(*exterior.points[:, :2].T)
     low = exterior.points[:, 2] <= spec.flange.thickness + 1.0
     flange = float(widest[low].max()) + spec.flange.width
     return Plan(
         body=body,
         spec=spec,
-        samples=samples,
-        thickness=thickness,
-        cores=cores,
-        stem=radius,
-        angles=tuple(angles),
-        releases=tuple(releases),
+        samples=tuple(samples),
+        thickness=KDTree(np.concatenate([one.closed for one in samples[1:]])).query(exterior.points)[0],
+        stems=tuple(stems),
+        stem=FIT * spec.tube / 2.0,
         length=float(body.exterior.net[-1, 0, 2]),
         flange=flange,
         outer=max(float(widest.max()), flange) + spec.mould_wall,

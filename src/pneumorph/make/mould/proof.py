@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pneumorph.make.checks import Check, closure, distances, manifold
 from pneumorph.make.mould.piece import Role
-from pneumorph.make.mould.plan import Plan
+from pneumorph.make.mould.plan import Plan, SplitPlan
 from pneumorph.make.mould.tessellation import Tessellation
 from pneumorph.make.triangles import together
 
@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 
 VOLUME = 1e-3
 """Largest volume of the rubber part that pieces may take up, and largest overlap of two pieces, both relative to it."""
+
+RUBBER = ("product", "part", "negative")
+"""Roles of pieces that are cast; all others are printed."""
 
 _RAYS = 1500  # per piece, to find its thinnest wall
 _OPPOSITE = -0.985  # cosine between the normals of both sides of a wall; those of an edge are farther from parallel
@@ -48,7 +51,7 @@ def part(name: str, role: Role, mesh: Tessellation) -> Part:
     return Part(name, role, mesh, manifold(mesh.triangles))
 
 
-def proof(plan: Plan, parts: Sequence[Part], chord: float) -> Iterator[Check]:
+def proof(plan: SplitPlan, parts: Sequence[Part], chord: float) -> Iterator[Check]:
     """All checks of a mould; those of single pieces first.
 
     Parameters
@@ -60,27 +63,28 @@ def proof(plan: Plan, parts: Sequence[Part], chord: float) -> Iterator[Check]:
     """
     for each in parts:
         yield closure(each.name, each.mesh.triangles, each.solid)
-    yield from _sizes(plan, parts)
+    yield from sizes(plan, parts)
     product = next(each for each in parts if each.role == "product")
     around = [each for each in parts if each.role in ("mould", "core")]
-    yield from _room(product, around, chord)
-    yield from _overlaps(around, product.solid.volume())
+    yield from room("mould", product, around, chord)
+    yield overlap(around, product.solid.volume())
     most = plan.spec.release_stretch
     for number, found in enumerate(plan.releases, start=1):
         yield Check(f"outer-{number}", "stretch of the rubber when pulled off", found.stretch, most)
     for core in plan.cores:
         yield Check(f"core-{core.chamber}", "sideways deflection while casting", core.sag, plan.spec.core_sag, "mm")
         yield Check(f"core-{core.chamber}", "high points below it that trap air", len(plan.trapped[core.chamber]), 0)
-    yield from _openings(plan, product)
+    yield from openings(product, sum(len(core.stems) - 1 for core in plan.cores))
 
 
-def _sizes(plan: Plan, parts: Sequence[Part]) -> Iterator[Check]:
+def sizes(plan: Plan, parts: Sequence[Part]) -> Iterator[Check]:
+    """Whether pieces fit the printer, and are thick enough for it; those of rubber are not printed."""
     printer = plan.spec.printer
     for each in parts:
-        if each.role == "product":
+        if each.role in RUBBER:
             continue
-        size, room = np.sort(np.ptp(each.mesh.triangles.points, axis=0)), np.sort(printer.volume)
-        yield Check(each.name, "size beyond the printer's", max(float((size - room).max()), 0.0), 0.0, "mm")
+        size, most = np.sort(np.ptp(each.mesh.triangles.points, axis=0)), np.sort(printer.volume)
+        yield Check(each.name, "size beyond the printer's", max(float((size - most).max()), 0.0), 0.0, "mm")
         yield Check(each.name, "walls thinner than the printer's least", _thin(each, printer.wall), 0)
 
 
@@ -100,31 +104,36 @@ def _thin(each: Part, least: float) -> int:
     return count
 
 
-def _room(product: Part, around: Sequence[Part], chord: float) -> Iterator[Check]:
-    """The space between pieces and cores is the rubber part: distances in both directions, and volume."""
+def room(name: str, product: Part, around: Sequence[Part], chord: float) -> Iterator[Check]:
+    """The space between pieces of the mould `name` is the rubber part: distances in both directions, and volume."""
     away = distances(together([each.mesh.triangles for each in around]), product.mesh.triangles.points)
-    yield Check("mould", "distance of the part's points from the mould's surfaces", float(away.max()), chord, "mm")
-    curved = [each.mesh.triangles.points[np.unique(each.mesh.triangles.corners[each.mesh.spline])] for each in around]
-    away = distances(product.mesh.triangles, np.concatenate(curved))
-    yield Check("mould", "distance of the mould's curved surfaces from the part", float(away.max()), chord, "mm")
+    yield Check(name, "distance of the part's points from the mould's surfaces", float(away.max()), chord, "mm")
+    away = distances(product.mesh.triangles, np.concatenate([curved(each) for each in around]))
+    yield Check(name, "distance of the mould's curved surfaces from the part", float(away.max()), chord, "mm")
     taken = sum((product.solid ^ each.solid).volume() for each in around)
-    yield Check("mould", "volume of the part that pieces take up, relative", taken / product.solid.volume(), VOLUME)
+    yield Check(name, "volume of the part that pieces take up, relative", taken / product.solid.volume(), VOLUME)
 
 
-def _overlaps(around: Sequence[Part], volume: float) -> Iterator[Check]:
+def curved(part: Part) -> Array:
+    """The vertices (n, 3) of a piece on the rubber's own spline surfaces."""
+    return part.mesh.triangles.points[np.unique(part.mesh.triangles.corners[part.mesh.spline])]
+
+
+def overlap(around: Sequence[Part], volume: float) -> Check:
+    """The largest volume that two pieces share, relative to a volume."""
     shared = {
         f"{one.name} and {other.name}": (one.solid ^ other.solid).volume() for one, other in combinations(around, 2)
     }
     worst = max(shared, key=lambda names: shared[names])
-    yield Check(worst, "largest overlap of two pieces, relative to the part", shared[worst] / volume, VOLUME)
+    return Check(worst, "largest overlap of two pieces, relative to the part", shared[worst] / volume, VOLUME)
 
 
-def _openings(plan: Plan, product: Part) -> Iterator[Check]:
+def openings(product: Part, handles: int) -> Iterator[Check]:
     """Every chamber is connected with the outside by its own holes, and with nothing else.
 
     A body without holes has as many closed surfaces as it has chambers, and one more. A chamber's first hole joins its
-    surface to the outer one; every further hole, or a connection of two chambers, adds a handle.
+    surface to the outer one; every further hole, or a connection of two chambers, adds a handle. `handles` are those of
+    second stems.
     """
     yield Check("body", "chambers without a way out", len(product.solid.decompose()) - 1, 0)
-    handles = sum(len(core.stems) - 1 for core in plan.cores)
     yield Check("body", "connections of chambers with each other", abs(product.solid.genus() - handles), 0)

@@ -7,6 +7,7 @@ strain, and it is conservative: a thin fin of a bellows bends instead.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,17 +58,44 @@ def release(exterior: Samples, thickness: Array, start: float, stop: float, ever
     """
     middle, half = (start + stop) / 2.0, (stop - start) / 2.0
     direction = np.array([np.cos(middle), np.sin(middle), 0.0])
-    points, behind = exterior.points[::every], thickness[::every]
+
+    def inside(points: Array) -> NDArray[np.bool_]:
+        angle = np.arctan2(points[:, 1], points[:, 0]) - middle
+        return np.abs((angle + np.pi) % (2.0 * np.pi) - np.pi) <= half
+
+    return pulled(exterior, exterior.points[::every], thickness[::every], direction, inside)
+
+
+def pulled(
+    surface: Samples,
+    points: Array,
+    thickness: Array,
+    direction: Array,
+    inside: Callable[[Array], NDArray[np.bool_]],
+) -> Release:
+    """Pull off a piece that a surface forms.
+
+    Parameters
+    ----------
+    surface : Samples
+    points : (n, 3) array
+        Those of the surface that may be in the way of the piece.
+    thickness : (n,) array
+        Of what gives way at them, mm.
+    direction : (3,) array
+        Unit vector in which the piece is pulled.
+    inside : callable
+        Which of some points (m, 3) on the piece's side of the surface belong to the piece.
+    """
     depth = np.zeros(len(points))
     for way in np.arange(_STEP, 2.0 * np.hypot(*points[:, :2].T).max(), _STEP):
-        back = points - way * direction
         # Points of the body that lie in the piece as it has moved so far.
-        angle = np.abs((np.arctan2(back[:, 1], back[:, 0]) - middle + np.pi) % (2.0 * np.pi) - np.pi)
-        some = np.flatnonzero(angle <= half)
+        back = points - way * direction
+        some = np.flatnonzero(inside(back))
         if not len(some):
             break
-        depth[some] = np.maximum(depth[some], exterior.outside(back[some]))
-    strain = depth / np.maximum(behind, 1e-9)
+        depth[some] = np.maximum(depth[some], surface.outside(back[some]))
+    strain = depth / np.maximum(thickness, 1e-9)
     worst = int(np.argmax(strain))
     return Release(direction, float(depth.max()), 1.0 + float(strain[worst]), points[worst])
 

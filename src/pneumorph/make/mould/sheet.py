@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,18 +14,19 @@ from matplotlib.path import Path as Outline
 
 from pneumorph.make.mould.bill import Item
 from pneumorph.make.mould.effect import PortEffect
-from pneumorph.make.mould.plan import PLATE, Plan
+from pneumorph.make.mould.plan import PLATE, Plan, SplitPlan
 from pneumorph.make.mould.proof import Part
 
 _COLOURS = {"mould": ("#c7cdd4", "#b3bcc6"), "core": ("#e8b75e", "#e8b75e"), "product": ("#8fc1a9", "#8fc1a9")}
+_COLOURS |= {"part": _COLOURS["product"], "master": _COLOURS["core"], "negative": ("#d9a3a3", "#e2b8b8")}
 LEAK = 20.0
 """Pressure in kPa of the first test for leaks: below what designs are made for."""
 
-_PAGE = (8.27, 11.69)  # A4 upright, inches
+PAGE = (8.27, 11.69)  # A4 upright, inches
 
 
 def write_sheet(
-    plan: Plan, parts: Sequence[Part], items: Sequence[Item], effects: Sequence[PortEffect], title: str, path: Path
+    plan: SplitPlan, parts: Sequence[Part], items: Sequence[Item], effects: Sequence[PortEffect], title: str, path: Path
 ) -> None:
     """Write the sheet as PDF.
 
@@ -34,15 +35,28 @@ def write_sheet(
     OSError
         If the file cannot be written.
     """
+    write_pages(path, title, [_sections(plan, parts, title)], steps(plan, items), [e.sentence for e in effects], items)
+
+
+def write_pages(
+    path: Path, title: str, drawings: Sequence[Figure], to_do: Sequence[str], told: Sequence[str], items: Sequence[Item]
+) -> None:
+    """Write drawings, what to do in order with remarks below, and the bill as PDF.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
     with PdfPages(path, metadata={"Title": title, "CreationDate": None}) as pages:
-        pages.savefig(_sections(plan, parts, title))
-        told = [f"{n}. {step}" for n, step in enumerate(steps(plan, items), start=1)]
-        pages.savefig(_text("Steps", [*told, *(effect.sentence for effect in effects)]))
-        rows = [f"{item.quantity:10.4g}  {item.unit:9s} {item.item}" + _note(item) for item in items]
-        pages.savefig(_text("Bill of materials", rows))
+        for drawing in drawings:
+            pages.savefig(drawing)
+        pages.savefig(text_page("Steps", [*(f"{n}. {step}" for n, step in enumerate(to_do, start=1)), *told]))
+        rows = [f"{item.quantity:10.4g}  {item.unit:9s} {item.item}" + note_of(item) for item in items]
+        pages.savefig(text_page("Bill of materials", rows))
 
 
-def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
+def steps(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
     """What to do, in order."""
     side = [stem for stem in plan.stems if stem.way == "side"]
     closed = [stem for stem in plan.stems if stem.closed]
@@ -72,13 +86,20 @@ def steps(plan: Plan, items: Sequence[Item]) -> list[str]:
         f"away from the axis; the rubber is stretched by up to {max(each.stretch for each in plan.releases):.2f}.",
         " ".join([*_leaving(plan), "Trim the gate."]),
         *plugged,
+        *last_steps(plan),
+    ]
+
+
+def last_steps(plan: Plan) -> list[str]:
+    """What to do with the finished body."""
+    return [
         f"Press tubes of {plan.spec.tube:g} mm into the ports with silicone adhesive; clamp the flange between the "
         "mount and the clamp's halves; glue the tip plate to the tip.",
         f"Test for leaks under water at {LEAK:g} kPa, then at the largest pressure of the problem file.",
     ]
 
 
-def _joining(plan: Plan, items: Sequence[Item]) -> list[str]:
+def _joining(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
     """The step that puts split pieces together, if there are any."""
     printed = {item.item.removeprefix("print ") for item in items}
     planned = [f"outer-{number}" for number in range(1, len(plan.angles) + 1)]
@@ -87,7 +108,7 @@ def _joining(plan: Plan, items: Sequence[Item]) -> list[str]:
     return [told] if split else []
 
 
-def _leaving(plan: Plan) -> list[str]:
+def _leaving(plan: SplitPlan) -> list[str]:
     """How the cores leave the part."""
     whole = [core.chamber for core in plan.cores if core.leaves_whole(plan.spec.release_stretch)]
     broken = [core.chamber for core in plan.cores if core.chamber not in whole]
@@ -100,12 +121,12 @@ def _leaving(plan: Plan) -> list[str]:
     return found
 
 
-def _note(item: Item) -> str:
+def note_of(item: Item) -> str:
     return f" ({item.note})" if item.note else ""
 
 
-def _sections(plan: Plan, parts: Sequence[Part], title: str) -> Figure:
-    figure = Figure(figsize=_PAGE, layout="constrained")
+def _sections(plan: SplitPlan, parts: Sequence[Part], title: str) -> Figure:
+    figure = Figure(figsize=PAGE, layout="constrained")
     upright, level = figure.subplots(2, 1, height_ratios=[3, 1.6])
     angle = plan.angles[0] + np.pi / len(plan.angles)
     shown = [part for part in parts if part.role in _COLOURS]
@@ -113,26 +134,31 @@ def _sections(plan: Plan, parts: Sequence[Part], title: str) -> Figure:
     for part in shown:
         # The plane of the section becomes z = 0: turned about z first, then about x.
         turned = part.solid.rotate((0.0, 0.0, -float(np.degrees(angle)))).rotate((-90.0, 0.0, 0.0))
-        _fill(upright, turned.slice(0.0).to_polygons(), part, (1.0, 1.0), numbers)
-        _fill(level, part.solid.slice(plan.length / 2.0).to_polygons(), part, (1.0, 1.0), numbers)
+        fill(upright, turned.slice(0.0).to_polygons(), part, (1.0, 1.0), numbers)
+        fill(level, part.solid.slice(plan.length / 2.0).to_polygons(), part, (1.0, 1.0), numbers)
     low, high = plan.bottom - PLATE, plan.length + PLATE
     wide = plan.outer + plan.spec.clearance + plan.spec.mould_wall
-    _dimension(upright, (-wide - 6.0, low), (-wide - 6.0, high), f"{high - low:.1f}")
-    _dimension(upright, (wide + 6.0, 0.0), (wide + 6.0, plan.length), f"{plan.length:.1f}")
-    _dimension(upright, (-plan.outer, low - 6.0), (plan.outer, low - 6.0), f"Ø {2 * plan.outer:.1f}")
-    _dimension(upright, (-plan.flange, low - 13.0), (plan.flange, low - 13.0), f"Ø {2 * plan.flange:.1f} (flange)")
+    dimension(upright, (-wide - 6.0, low), (-wide - 6.0, high), f"{high - low:.1f}")
+    dimension(upright, (wide + 6.0, 0.0), (wide + 6.0, plan.length), f"{plan.length:.1f}")
+    dimension(upright, (-plan.outer, low - 6.0), (plan.outer, low - 6.0), f"Ø {2 * plan.outer:.1f}")
+    dimension(upright, (-plan.flange, low - 13.0), (plan.flange, low - 13.0), f"Ø {2 * plan.flange:.1f} (flange)")
     upright.set_title(f"section at {np.degrees(angle):.0f}°, mm", fontsize=9)
     level.set_title(f"section at z = {plan.length / 2.0:.0f} mm", fontsize=9)
-    for axes in (upright, level):
+    finish(figure, (upright, level), title, numbers)
+    return figure
+
+
+def finish(figure: Figure, drawn: Sequence[Axes], title: str, numbers: Mapping[str, int]) -> None:
+    """Draw axes to scale without frames, and write the title and the numbered names."""
+    for axes in drawn:
         axes.set_aspect("equal")
         axes.autoscale_view()
         axes.set_axis_off()
     names = "   ".join(f"{number} {name}" for name, number in numbers.items())
     figure.suptitle(f"{title}\n{names}", fontsize=10, wrap=True)
-    return figure
 
 
-def _fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers: dict[str, int]) -> None:
+def fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers: Mapping[str, int]) -> None:
     """Fill the outlines of a section, holes left out, and write the piece's number in the largest one."""
     if not len(polygons):
         return
@@ -147,7 +173,7 @@ def _fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers:
     axes.annotate(str(numbers[part.name]), place, text, fontsize=8, arrowprops={"arrowstyle": "-", "lw": 0.4})
 
 
-def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float], text: str) -> None:
+def dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float], text: str) -> None:
     axes.annotate("", start, stop, arrowprops={"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0})
     middle = (start[0] + stop[0]) / 2.0, (start[1] + stop[1]) / 2.0
     upright = start[0] == stop[0]
@@ -158,8 +184,8 @@ def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]
     axes.update_datalim([start, stop])
 
 
-def _text(title: str, lines: Sequence[str]) -> Figure:
-    figure = Figure(figsize=_PAGE)
+def text_page(title: str, lines: Sequence[str]) -> Figure:
+    figure = Figure(figsize=PAGE)
     figure.text(0.08, 0.95, title, fontsize=13, weight="bold")
     top = 0.92
     for line in lines:

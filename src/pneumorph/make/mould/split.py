@@ -29,6 +29,7 @@ KEY = 0.32
 
 _LEAST = 0.6  # mm, least radius of a key
 _STEP = 0.25  # mm
+_UP = np.array([0.0, 0.0, 1.0])
 
 
 def split(piece: Piece, plan: Plan, taken: Sequence[tuple[float, float]], keys: Keys) -> list[Piece]:
@@ -57,15 +58,15 @@ def split(piece: Piece, plan: Plan, taken: Sequence[tuple[float, float]], keys: 
     heights = _planes(float(low[2]), float(high[2]), room, taken, keys)
     if heights is None:
         raise ComputationError(f"{told}, and there is no place to split it that keeps clear of stems, vents and slots")
-    parts = []
+    parts, gap = [], plan.spec.clearance
     for number, (start, stop) in enumerate(pairwise([low[2] - 1.0, *heights, high[2] + 1.0]), start=1):
         far = 2.0 * float(np.abs([low, high]).max()) + 10.0
         shape = common(piece.shape, cylinder((0, 0, start), (0, 0, 1), far, stop - start))
         # Keys stand on the lower part.
         if number <= len(heights):
-            shape = fuse(shape, [_key(place, stop, radius, 0.0) for place, radius in keys(stop)])
+            shape = fuse(shape, [cap(np.array([*place, stop]), _UP, radius, 0.0) for place, radius in keys(stop)])
         if number > 1:
-            shape = cut(shape, [_key(place, start, radius, plan.spec.clearance) for place, radius in keys(start)])
+            shape = cut(shape, [cap(np.array([*place, start]), _UP, radius, gap) for place, radius in keys(start)])
         parts.append(replace(piece, name=f"{piece.name}-{number}", shape=shape))
     return parts
 
@@ -97,13 +98,14 @@ def _planes(
     return None
 
 
-def _key(place: Array, height: float, radius: float, gap: float) -> TopoDS_Shape:
-    """The cap of a sphere on the plane at a height; a larger one with a gap."""
+def cap(place: Array, direction: Array, radius: float, gap: float) -> TopoDS_Shape:
+    """A key: the cap of a sphere on a plane at a place (3,), which stands out in a direction; a larger one with a gap.
+
+    It begins below the plane: faces that only touch are the hard case of a union.
+    """
     ball = radius * (1.0 + KEY**2) / (2.0 * KEY)
-    centre = np.array([*place, height - ball + KEY * radius])
-    sphere = BRepPrimAPI_MakeSphere(point(centre), ball + gap).Shape()
-    # The cap begins below its plane: faces that only touch are the hard case of a union.
-    return common(sphere, cylinder((*place, height - 0.3), (0, 0, 1), 2.0 * ball, 2.0 * ball))
+    sphere = BRepPrimAPI_MakeSphere(point(place + (KEY * radius - ball) * direction), ball + gap).Shape()
+    return common(sphere, cylinder(place - 0.3 * direction, direction, 2.0 * ball, 2.0 * ball))
 
 
 def room_for_key(radius: float, largest: float) -> float | None:

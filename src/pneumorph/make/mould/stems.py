@@ -19,6 +19,8 @@ from pneumorph.make.mould.samples import Samples
 
 Array = NDArray[np.float64]
 Way = Literal["base", "side", "tip"]
+Plane = tuple[Array, float]
+"""A vertical plane: its unit normal (3,), and its distance from the axis along the normal in mm."""
 
 INTO = 0.6
 """Length in mm by which a stem reaches into its chamber."""
@@ -100,21 +102,42 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
     return [stem for stem in found if stem is not None]
 
 
+def port_in_plane(
+    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, plane: Plane
+) -> Stem | None:
+    """The port of the chamber with this number with its axis in a plane; None if no straight way is free."""
+    found = upright(number, chamber, samples, radius, wall, tip=False, plane=plane)
+    normal, offset = plane
+    middle = samples[number].points.mean(axis=0)
+    origin = middle[:2] + (offset - middle @ normal) * normal[:2]
+    ahead = float(np.arctan2(normal[0], -normal[1]))  # across the normal
+    for angle in (ahead, ahead + np.pi):
+        found = found or _sideways(chamber, number, samples, radius, wall, angle, origin=origin)
+    return found
+
+
 def upright(
-    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, tip: bool
+    number: int,
+    chamber: TubeSurface,
+    samples: Sequence[Samples],
+    radius: float,
+    wall: float,
+    tip: bool,
+    plane: Plane | None = None,
 ) -> Stem | None:
     """The stem of the chamber with this number along z, through the base or the tip; None if no straight way is free.
 
-    That through the tip only supports the core, and its hole is closed after casting.
+    That through the tip only supports the core, and its hole is closed after casting. With a plane, its axis is there.
     """
     own, length = samples[number].points, float(samples[0].points[:, 2].max())
     sign = 1.0 if tip else -1.0
     rim = chamber.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [float(tip)])[0]
+    place, height = rim[0, :2], float(rim[0, 2])
     if chamber.ends == "flat":
-        place, room = roomiest(rim[:, :2])
-        height = float(rim[0, 2])
+        place, room = roomiest(rim[:, :2]) if plane is None else _roomiest_along(rim[:, :2], plane)
     else:
-        place, height = rim[0, :2], float(rim[0, 2])
+        if plane is not None:
+            place = place + (plane[1] - place @ plane[0][:2]) * plane[0][:2]
         # A stem ends where all of it is inside the dome.
         near = own[np.hypot(*(own[:, :2] - place).T) <= radius]
         near = near[sign * (height - near[:, 2]) < (own[:, 2].max() - own[:, 2].min()) / 2.0]
@@ -156,10 +179,12 @@ def _sideways(
     wall: float,
     angle: float,
     top: bool = False,
+    origin: Array | None = None,
 ) -> Stem | None:
-    """A stem along a line through the axis at an angle, as near to an end of the chamber as there is room for it.
+    """A stem along a line at an angle, as near to an end of the chamber as there is room for it.
 
-    At the base it is the port; at the top it only supports the core, and its hole is closed after casting.
+    At the base it is the port; at the top it only supports the core, and its hole is closed after casting. The line
+    passes through the axis, or above a point (x, y).
     """
     own = samples[number]
     direction, across = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
@@ -167,13 +192,13 @@ def _sideways(
     heights = np.arange(low + radius + INTO, min(high - radius - INTO, low + 0.6 * (high - low)), 0.5)
     for height in low + high - heights if top else heights:
         ring = own.points[np.abs(own.points[:, 2] - height) < radius]
-        middle = ring.mean(axis=0)
-        if abs(middle @ across) > 0.2 * radius and np.hypot(*middle[:2]) > 0.5:
+        line = np.array([*(np.zeros(2) if origin is None else origin), height])
+        middle = ring.mean(axis=0) - line
+        if origin is None and abs(middle @ across) > 0.2 * radius and np.hypot(*middle[:2]) > 0.5:
             return None  # a line through the axis at this angle passes beside the chamber
-        along, aside = ring @ direction, ring @ across
+        along, aside = (ring - line) @ direction, (ring - line) @ across
         if min(aside.max(), -aside.min()) < radius + INTO:
             continue
-        line = np.array([0.0, 0.0, height])
         outer, inner = _crossing(samples[0], line, direction, radius), along[np.abs(aside) < radius]
         if outer is None or not len(inner[inner > middle @ direction]):
             continue
@@ -208,18 +233,29 @@ def _distance(points: Array, line: Array, direction: Array, start: float) -> Arr
 def roomiest(polygon: Array) -> tuple[Array, float]:
     """Centre and radius of a largest circle inside a closed polygon (n, 2), by a search on finer and finer grids."""
     centre, step = polygon.mean(axis=0), np.ptp(polygon, axis=0).max() / 2.0
-    best = _depth(centre[None], polygon)[0]
+    best = depths(centre[None], polygon)[0]
     while step > 1e-3:
         offsets = np.linspace(-step, step, 9)
         tried = centre + np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
-        depth = _depth(tried, polygon)
+        depth = depths(tried, polygon)
         if depth.max() > best:
             centre, best = tried[int(np.argmax(depth))], float(depth.max())
         step /= 3.0
     return centre, float(best)
 
 
-def _depth(points: Array, polygon: Array) -> Array:
+def _roomiest_along(polygon: Array, plane: Plane) -> tuple[Array, float]:
+    """Centre and radius of a largest circle inside a closed polygon (n, 2) whose centre is in a plane."""
+    (a, b, _), offset = plane
+    line = np.array([-b, a])
+    reach = polygon @ line
+    tried = offset * np.array([a, b]) + np.linspace(reach.min(), reach.max(), 400)[:, None] * line
+    room = depths(tried, polygon)
+    best = int(np.argmax(room))
+    return tried[best], float(room[best])
+
+
+def depths(points: Array, polygon: Array) -> Array:
     """Distances (n,) of points from a polygon's edges; negative outside it."""
     start, way = polygon, np.roll(polygon, -1, axis=0) - polygon
     gap = points[:, None] - start
