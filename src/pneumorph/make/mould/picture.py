@@ -17,7 +17,7 @@ from pneumorph.processes import run
 _CHILD = "from pneumorph.make.mould.picture import main; main()"
 _SECONDS = 300
 _COLOURS = {"outer": "#b3bcc6", "base": "#8d99a6", "lid": "#8d99a6", "core": "#e8b75e", "body": "#6fb394"}
-_COLOURS |= {"master": "#e8b75e", "negative": "#d9a3a3", "part": "#6fb394"}
+_COLOURS |= {"master": "#e8b75e", "negative": "#d9a3a3", "part": "#6fb394", "box": "#b3bcc6", "cover": "#8d99a6"}
 _SIZE = (1500, 1000)
 
 
@@ -50,9 +50,9 @@ def main() -> None:
     plotter.screenshot(str(path))
 
 
-def _add(plotter: pv.Plotter, name: str, piece: pv.PolyData, **look) -> None:
+def _add(plotter: pv.Plotter, name: str, piece: pv.PolyData) -> None:
     colour = _COLOURS[name.split("-")[0]]
-    plotter.add_mesh(piece, color=colour, smooth_shading=True, split_sharp_edges=True, ambient=0.25, **look)
+    plotter.add_mesh(piece, color=colour, smooth_shading=True, split_sharp_edges=True, feature_angle=24.0, ambient=0.25)
 
 
 def _draw_split(plotter: pv.Plotter, pieces: dict[str, pv.PolyData]) -> None:
@@ -90,7 +90,7 @@ def _look(plotter: pv.Plotter, middle: np.ndarray, far: float, scale: float) -> 
 
 
 def _draw_silicone(plotter: pv.Plotter, pieces: dict[str, pv.PolyData]) -> None:
-    """From left to right: a master on its plate, and its other side; both negatives; the parts of rubber; the body."""
+    """Above, a master from both sides, the negatives, the parts and the body; below, the mould apart and closed."""
     upward = np.array(pieces["negative-1-a"].center) - np.array(pieces["negative-1-b"].center)
     turn = -90.0 - float(np.degrees(np.arctan2(upward[1], upward[0])))  # side a towards the viewer
     ahead = {name: piece.rotate_z(turn) for name, piece in pieces.items()}
@@ -101,14 +101,31 @@ def _draw_silicone(plotter: pv.Plotter, pieces: dict[str, pv.PolyData]) -> None:
     row += [[("negative-1-a", back["negative-1-a"])], [("negative-1-b", ahead["negative-1-b"])]]
     row += [[(name, (back if number == 0 else ahead)[name])] for number, name in enumerate(parts)]
     row.append([("body", ahead["body"])])
-    left, tallest = 0.0, 0.0
-    for group in row:
+    width, low, high = _in_a_row(plotter, row, 0.0)
+
+    # Side a obliquely to the right.
+    stack = ("cover-b", "box-b", "negative-1-b", "part-1", "negative-1-a", "box-a", "cover-a")
+    oblique = {name: piece.rotate_z(turn + 60.0) for name, piece in pieces.items()}
+    groups = [
+        [(name, oblique[name]) for name in pieces if name == kind or name.startswith(f"{kind}-")] for kind in stack
+    ]
+    closed = [pair for group in groups for pair in group]
+    below, lowest, _ = _in_a_row(plotter, [*groups, closed], 1.3 * (high - low))
+    wide, tall = 1.03 * max(width, below), 1.2 * (high - lowest)
+    middle = np.array([max(width, below) / 2.0 - 4.0, 0.0, (high + lowest) / 2.0])
+    plotter.window_size = [_SIZE[0], int(_SIZE[0] * tall / wide)]
+    _look(plotter, middle, 20.0 * width, tall / 2.0)
+
+
+def _in_a_row(
+    plotter: pv.Plotter, groups: list[list[tuple[str, pv.PolyData]]], down: float
+) -> tuple[float, float, float]:
+    """Draw groups of pieces from left to right, lowered by `down`; the width of the row, its bottom and its top."""
+    left, ends = 0.0, []
+    for group in groups:
         bounds = pv.merge([piece for _, piece in group]).bounds
         for name, piece in group:
-            _add(plotter, name, piece.translate([left - bounds[0], 0.0, 0.0]))
-        left += bounds[1] - bounds[0] + 12.0
-        tallest = max(tallest, bounds[5] - bounds[4])
-    bounds = pieces["body"].bounds
-    middle = np.array([left / 2.0, 0.0, (bounds[4] + bounds[5]) / 2.0])
-    wide = left / 2.0 * _SIZE[1] / _SIZE[0]
-    _look(plotter, middle, 20.0 * left, max(0.65 * tallest, 1.05 * wide))
+            _add(plotter, name, piece.translate([left - bounds[0], 0.0, -down]))
+        left += bounds[1] - bounds[0] + 8.0
+        ends.append(bounds[4:])
+    return left, min(low for low, _ in ends) - down, max(high for _, high in ends) - down

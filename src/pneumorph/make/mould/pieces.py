@@ -13,7 +13,7 @@ from OCP.TopoDS import TopoDS_Shape
 
 from pneumorph.make.checks import manifold
 from pneumorph.make.mould.piece import Piece
-from pneumorph.make.mould.plan import PLATE, RECESS, Plan, SplitPlan
+from pneumorph.make.mould.plan import FUNNEL, GATE, PLATE, RECESS, VENT, Plan, SplitPlan
 from pneumorph.make.mould.release import sectors
 from pneumorph.make.mould.shapes import across, common, cone, cut, cylinder, fuse, point, prism, radial
 from pneumorph.make.mould.split import Keys, room_for_key, split
@@ -25,9 +25,6 @@ Array = NDArray[np.float64]
 
 ROD, SCREW = 4.5, 3.4
 """Diameters in mm of clearance holes for M4 rods that hold the mould together and for M3 screws of the clamp."""
-
-GATE, FUNNEL, VENT = 2.0, 6.0, 0.6
-"""Radii in mm of the gate at the rubber and outside, and of vents."""
 
 PRY = (10.0, 2.0, 3.0)
 """Length, width and depth in mm of the slots for a screwdriver."""

@@ -25,6 +25,9 @@ FIT = 0.9
 PLATE, RECESS = 8.0, 6.0
 """Thickness in mm of the base plate and the lid, and how far their rims reach over the outer mould."""
 
+GATE, FUNNEL, VENT = 2.0, 6.0, 0.6
+"""Radii in mm of the gate at the rubber and outside, and of vents."""
+
 CORE_MODULUS, CORE_DENSITY = 2000.0, 1.2e-9
 """Of printed resin and of printed soluble filament (polyvinyl alcohol), MPa and t/mm³: usual values of data sheets."""
 

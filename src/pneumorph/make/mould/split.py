@@ -47,7 +47,7 @@ def split(piece: Piece, plan: Plan, taken: Sequence[tuple[float, float]], keys: 
     ComputationError
         If it is too wide, or there is no place for a plane.
     """
-    low, high = _bounds(piece.shape)
+    low, high = bounds(piece.shape)
     printer, size = plan.spec.printer.volume, high - low
     room = _room(size[:2], printer)
     if _room(size[:2], printer, size[2]) is not None:
@@ -114,7 +114,7 @@ def room_for_key(radius: float, largest: float) -> float | None:
     return found if found >= _LEAST else None
 
 
-def _bounds(shape: TopoDS_Shape) -> tuple[Array, Array]:
+def bounds(shape: TopoDS_Shape) -> tuple[Array, Array]:
     """Corners of the box around a shape."""
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)

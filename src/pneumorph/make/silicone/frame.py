@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeWedge
-from OCP.gp import gp_Ax2, gp_Dir, gp_Trsf, gp_Vec
+from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Trsf, gp_Vec
 from OCP.TopoDS import TopoDS_Shape
 
 from pneumorph.make.mould.shapes import point, prism
@@ -76,4 +76,14 @@ def shifted(shape: TopoDS_Shape, by: Array) -> TopoDS_Shape:
     move = gp_Trsf()
     move.SetTranslation(gp_Vec(*map(float, by)))
     # A copy: booleans and triangulations must not depend on locations inside of shapes.
+    return BRepBuilderAPI_Transform(shape, move, True).Shape()
+
+
+def moved(shape: TopoDS_Shape, start: Frame, stop: Frame) -> TopoDS_Shape:
+    """A shape at the same coordinates of another frame."""
+    move = gp_Trsf()
+    axes = (
+        gp_Ax3(point(each.origin), gp_Dir(0.0, 0.0, 1.0), gp_Dir(*map(float, each.across))) for each in (start, stop)
+    )
+    move.SetDisplacement(*axes)
     return BRepBuilderAPI_Transform(shape, move, True).Shape()

@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 from OCP.TopoDS import TopoDS_Shape
 from scipy.spatial import KDTree
 
-from pneumorph.errors import ComputationError
 from pneumorph.make.checks import manifold
 from pneumorph.make.mould.piece import Piece
-from pneumorph.make.mould.pieces import FUNNEL, GATE, PRY, ROD, VENT, flange, mount, product
+from pneumorph.make.mould.pieces import PRY, ROD, flange, mount, product
+from pneumorph.make.mould.plan import FUNNEL, GATE, VENT
 from pneumorph.make.mould.shapes import common, cone, cut, cylinder, fuse
 from pneumorph.make.mould.split import cap, room_for_key, split
-from pneumorph.make.mould.stems import INTO, Stem, depths
+from pneumorph.make.mould.stems import INTO, Stem
 from pneumorph.make.mould.tessellation import tessellated
-from pneumorph.make.silicone.frame import Frame, frame_of, shifted
+from pneumorph.make.silicone.frame import Frame, frame_of, moved, shifted
 from pneumorph.make.silicone.plan import SiliconePlan, Slab, size_of
 from pneumorph.make.solid import fill_chamber, solid
 
@@ -73,13 +73,13 @@ def pieces(plan: SiliconePlan) -> Pieces:
     Raises
     ------
     ComputationError
-        If there is no room for the gate, or a piece is too large for the printer.
+        If a piece is too large for the printer.
     """
     whole = product(plan)
     keys = _bonding_keys(plan, whole)
     made, assembly = [Piece("body", "product", whole)], {}
     pitch = 2.0 * (size_of(plan).half + BOX) + 20.0
-    tools = [*_boxes(plan, plan.slabs[0])]
+    tools = _boxes(plan, plan.slabs[0])
     for slab in plan.slabs:
         part = _part(plan, slab, whole, keys)
         negatives = _negatives(plan, slab, part, keys)
@@ -87,8 +87,9 @@ def pieces(plan: SiliconePlan) -> Pieces:
         made += [Piece(f"part-{slab.number}", "part", part), *negatives, *_printed(plan, slab, master)]
         beside = (slab.number - 1) * pitch * frame_of(plan.slabs[0], plan).across
         assembly |= {piece.name: shifted(piece.shape, beside) for piece in negatives}
-        boxes = tools if slab is plan.slabs[0] else _boxes(plan, slab)
-        assembly |= {f"{piece.name} of part {slab.number}": shifted(piece.shape, beside) for piece in boxes}
+        own, first = frame_of(slab, plan), frame_of(plan.slabs[0], plan)
+        boxes = {f"{piece.name} of part {slab.number}": moved(piece.shape, first, own) for piece in tools}
+        assembly |= {name: shifted(shape, beside) for name, shape in boxes.items()}
     for piece in tools:
         made += _printed(plan, plan.slabs[0], piece)
     for piece in mount(plan):
@@ -101,15 +102,8 @@ def _part(plan: SiliconePlan, slab: Slab, whole: TopoDS_Shape, keys: Sequence[Se
     n, far = plan.normal, _FAR
     low, high = max(slab.low, -far), min(slab.high, far)
     part = common(whole, Frame(np.zeros(3), n).box((-far, far), (low, high), (-far, far)))
-    below, above = _faces(plan, slab, keys)
-    part = fuse(part, [cap(key.place, n, key.radius, 0.0) for key in above])
-    return cut(part, [cap(key.place, n, key.radius, plan.spec.clearance) for key in below])
-
-
-def _faces(plan: SiliconePlan, slab: Slab, keys: Sequence[Sequence[Key]]) -> tuple[Sequence[Key], Sequence[Key]]:
-    """The keys on the lower and on the upper bonding face of a part."""
-    count = len(plan.offsets)
-    return keys[slab.number - 2] if slab.number > 1 else [], keys[slab.number - 1] if slab.number <= count else []
+    bumps, sunk = _key_shapes(plan, slab, keys)
+    return cut(fuse(part, bumps), sunk)
 
 
 def _bonding_keys(plan: SiliconePlan, whole: TopoDS_Shape) -> list[list[Key]]:
@@ -198,7 +192,7 @@ def _openings(plan: SiliconePlan, slab: Slab, gap: float = 0.0) -> list[TopoDS_S
     high, start = size.high + BOX + 1.0, plan.length - _INTO
     slope = (FUNNEL - GATE) / (size.high + BOX - plan.length)
     gate = cone(frame.at(0.0, 0.0, start), (0, 0, 1), GATE + gap, GATE + gap + slope * (high - start), high - start)
-    edges = [cylinder(frame.at(u, 0.0, start), (0, 0, 1), VENT + gap, high - start) for u in tip_vents(plan)]
+    edges = [cylinder(frame.at(u, 0.0, start), (0, 0, 1), VENT + gap, high - start) for u in plan.tip_vents]
     return [gate, *edges, *_pins(plan, slab, gap)]
 
 
@@ -214,28 +208,6 @@ def _pins(plan: SiliconePlan, slab: Slab, gap: float = 0.0) -> list[TopoDS_Shape
         start = top - 0.5 * VENT * np.array([0.0, 0.0, 1.0]) - _INTO * way
         found.append(cylinder(start, way, VENT + gap, length + _INTO))
     return found
-
-
-def tip_vents(plan: SiliconePlan) -> list[float]:
-    """Places across of the vents at both edges of the tip, the same for all parts.
-
-    Raises
-    ------
-    ComputationError
-        If the gate does not fit on the tip of a part.
-    """
-    rim = plan.body.exterior.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [1.0])[0]
-    reach = np.inf
-    for slab in plan.slabs:
-        frame = frame_of(slab, plan)
-        line = np.linspace(-plan.outer, plan.outer, 801)
-        # The gate and vents are on the side of negative a: the tip must reach there.
-        places = np.stack([frame.at(u, 0.5 * GATE, 0.0)[:2] for u in line])
-        room = depths(places, rim[:, :2])
-        if room[len(line) // 2] < GATE:
-            raise ComputationError(f"part {slab.number}, z = {plan.length:.0f} mm: its tip is too narrow for the gate")
-        reach = min(reach, *np.abs(line[room > 1.0][[0, -1]]))
-    return [-reach, reach] if reach > GATE + 2.0 * VENT + 1.0 else []
 
 
 def _negatives(
@@ -263,13 +235,12 @@ def _negatives(
 def _key_shapes(
     plan: SiliconePlan, slab: Slab, keys: Sequence[Sequence[Key]]
 ) -> tuple[list[TopoDS_Shape], list[TopoDS_Shape]]:
-    """What keys of the bonding faces add to a part, and what they take from it."""
-    below, above = _faces(plan, slab, keys)
-    gap = plan.spec.clearance
-    return (
-        [cap(key.place, plan.normal, key.radius, 0.0) for key in above],
-        [cap(key.place, plan.normal, key.radius, gap) for key in below],
+    """What keys add to the upper bonding face of a part, and take from its lower one; soft keys need no clearance."""
+    faces = [[], *keys, []]
+    below, above = (
+        [cap(key.place, plan.normal, key.radius, 0.0) for key in face] for face in faces[slab.number - 1 :][:2]
     )
+    return above, below
 
 
 def _half(frame: Frame, shape: TopoDS_Shape, above: float) -> TopoDS_Shape:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
-from pneumorph.make.mould.plan import Plan, before_curing, shared_plan
+from pneumorph.make.mould.plan import GATE, VENT, Plan, before_curing, shared_plan
 from pneumorph.make.mould.release import Release, pulled
 from pneumorph.make.mould.samples import Samples
-from pneumorph.make.mould.stems import Stem, port_in_plane
+from pneumorph.make.mould.stems import Stem, depths, port_in_plane
 from pneumorph.problem import MakeSpec
 
 Array = NDArray[np.float64]
@@ -75,6 +75,8 @@ class SiliconePlan(Plan):
         How much of each must give way when the master, or the part, is pulled out.
     deep : (float, float)
         Thickness of negatives a and b from where they meet to their backs.
+    tip_vents : tuple of float
+        Places of vents at both edges of the tip, across the middle of every mould; none if the tip is narrow.
     """
 
     normal: Array
@@ -83,6 +85,7 @@ class SiliconePlan(Plan):
     slabs: tuple[Slab, ...]
     releases: dict[str, Release]
     deep: tuple[float, float]
+    tip_vents: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,8 @@ def plan_silicone(body: Body, spec: MakeSpec, wall: float) -> SiliconePlan:
     Raises
     ------
     ComputationError
-        If no planes along the axis open every chamber, or a master cannot be pulled out; with the place.
+        If no planes along the axis open every chamber, a master cannot be pulled out, or there is no room for the gate;
+        with the place.
     """
     body, samples, radius = before_curing(body, spec)
     tried = [_divided(body, samples, radius, wall, angle) for angle in _angles(samples)]
@@ -158,6 +162,7 @@ def plan_silicone(body: Body, spec: MakeSpec, wall: float) -> SiliconePlan:
         slabs=best.slabs,
         releases=releases,
         deep=_deep(best.slabs, best.normal, shared),
+        tip_vents=_tip_vents(best.slabs, best.normal, shared),
     )
 
 
@@ -298,3 +303,16 @@ def _deep(slabs: Sequence[Slab], normal: Array, plan: Plan) -> tuple[float, floa
         above.append(up if slab.up @ normal > 0 else down)
         below.append(down if slab.up @ normal > 0 else up)
     return max(above) + plan.spec.mould_wall, max(below) + plan.spec.mould_wall
+
+
+def _tip_vents(slabs: Sequence[Slab], normal: Array, plan: Plan) -> tuple[float, ...]:
+    """See `SiliconePlan`. The gate and these vents are grooves of negative a, above the middle of the tip."""
+    rim = plan.body.exterior.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [1.0])[0][:, :2]
+    line, reach = np.linspace(-plan.outer, plan.outer, 401), np.inf
+    for slab in slabs:
+        across = np.cross(slab.up, [0.0, 0.0, 1.0])
+        room = depths((slab.parting * normal + 0.5 * GATE * slab.up + line[:, None] * across)[:, :2], rim)
+        if room[len(line) // 2] < GATE:
+            raise ComputationError(f"part {slab.number}, z = {plan.length:.0f} mm: its tip is too narrow for the gate")
+        reach = min(reach, *np.abs(line[room > 1.0][[0, -1]]))
+    return (-reach, reach) if reach > GATE + 2.0 * VENT + 1.0 else ()
