@@ -17,6 +17,9 @@ from pneumorph.make.mould.samples import Samples
 
 Array = NDArray[np.float64]
 
+EVERY = 3
+"""Of the samples, half a millimetre apart, only every third one is used: depths vary over millimetres."""
+
 _STEP = 0.6
 _FREE = 1.02  # stretch that needs no better split
 
@@ -124,7 +127,7 @@ def partings(exterior: Samples, thickness: Array, given: list[float], most: floa
                 break
         if best[0] <= 1.0 + 0.8 * (most - 1.0):
             break
-    return best[1], [release(exterior, thickness, *pair) for pair in sectors(best[1])]
+    return best[1], [release(exterior, thickness, *pair, every=EVERY) for pair in sectors(best[1])]
 
 
 def sectors(angles: list[float]) -> list[tuple[float, float]]:

@@ -38,7 +38,7 @@ def draw_walls(plan: Plan, path: Path) -> None:
     solid = figure.add_subplot(1, 2, 2, projection="3d")
     x, y, z = np.moveaxis(np.concatenate([exterior.x, exterior.x[:, :1]], axis=1), -1, 0)
     solid.plot_surface(  # pyright: ignore[reportAttributeAccessIssue]
-        x, y, z, facecolors=colormaps["viridis"](span(closed)), rcount=160, ccount=90, shade=False
+        x, y, z, facecolors=colormaps["viridis"](span(closed)), rcount=110, ccount=64, shade=False
     )
     solid.set_box_aspect([float(np.ptp(each)) for each in (x, y, z)])  # pyright: ignore[reportArgumentType]
     solid.set_axis_off()

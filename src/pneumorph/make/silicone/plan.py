@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
 from pneumorph.make.mould.plan import GATE, VENT, Plan, before_curing, shared_plan
-from pneumorph.make.mould.release import Release, pulled
+from pneumorph.make.mould.release import EVERY, Release, pulled
 from pneumorph.make.mould.samples import Samples
 from pneumorph.make.mould.stems import Stem, depths, port_in_plane
 from pneumorph.problem import MakeSpec
@@ -143,7 +143,7 @@ def plan_silicone(body: Body, spec: MakeSpec, wall: float) -> SiliconePlan:
         (each for each in found if len(each.offsets) == fewest),
         key=lambda each: round(_worst(_releases(each, samples, spec, every=11)), 2),
     )
-    releases = _releases(best, samples, spec)
+    releases = _releases(best, samples, spec, every=EVERY)
     name = max(releases, key=lambda each: releases[each].stretch)
     worst = releases[name]
     if worst.stretch > spec.release_stretch:
@@ -263,7 +263,7 @@ def formed(
     return found
 
 
-def _releases(division: _Division, samples: Sequence[Samples], spec: MakeSpec, every: int = 1) -> dict[str, Release]:
+def _releases(division: _Division, samples: Sequence[Samples], spec: MakeSpec, every: int) -> dict[str, Release]:
     """How every negative comes off its master: the worse of the exterior and the chambers that it forms."""
     found = {}
     for slab in division.slabs:
