@@ -50,12 +50,12 @@ def main() -> None:
     plotter.screenshot(str(path))
 
 
-def _add(plotter: pv.Plotter, name: str, piece: pv.PolyData) -> None:
+def _add(plotter: pv.Plotter, name: str, piece: pv.DataSet) -> None:
     colour = _COLOURS[name.split("-")[0]]
     plotter.add_mesh(piece, color=colour, smooth_shading=True, split_sharp_edges=True, feature_angle=24.0, ambient=0.25)
 
 
-def _draw_split(plotter: pv.Plotter, pieces: dict[str, pv.PolyData]) -> None:
+def _draw_split(plotter: pv.Plotter, pieces: dict[str, pv.DataSet]) -> None:
     """Left: closed, without the last sector, seen from there. Middle: apart. Right: the part."""
     everything = pv.merge(list(pieces.values()))
     left, right, _, _, low, high = everything.bounds
@@ -89,7 +89,7 @@ def _look(plotter: pv.Plotter, middle: np.ndarray, far: float, scale: float) -> 
     plotter.camera.parallel_scale = scale
 
 
-def _draw_silicone(plotter: pv.Plotter, pieces: dict[str, pv.PolyData]) -> None:
+def _draw_silicone(plotter: pv.Plotter, pieces: dict[str, pv.DataSet]) -> None:
     """Above, a master from both sides, the negatives, the parts and the body; below, the mould apart and closed."""
     upward = np.array(pieces["negative-1-a"].center) - np.array(pieces["negative-1-b"].center)
     turn = -90.0 - float(np.degrees(np.arctan2(upward[1], upward[0])))  # side a towards the viewer
@@ -118,7 +118,7 @@ def _draw_silicone(plotter: pv.Plotter, pieces: dict[str, pv.PolyData]) -> None:
 
 
 def _in_a_row(
-    plotter: pv.Plotter, groups: list[list[tuple[str, pv.PolyData]]], down: float
+    plotter: pv.Plotter, groups: list[list[tuple[str, pv.DataSet]]], down: float
 ) -> tuple[float, float, float]:
     """Draw groups of pieces from left to right, lowered by `down`; the width of the row, its bottom and its top."""
     left, ends = 0.0, []
