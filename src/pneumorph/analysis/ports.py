@@ -38,7 +38,6 @@ from pneumorph.problem.symmetry import MIRRORS
 STIFFER = 100.0
 """Stiffness of tubes relative to the rubber: soft ones of silicone have less, those of polyurethane about as much."""
 
-_COARSEST = 1.25  # size of elements relative to the radius of ports; finer ones change the result by a tenth
 _SPLITS = 6  # every edge of an element is divided into as many parts to see how much of it is in a port
 _FLATTEST = 0.1  # least quality of elements whose nodes are moved, see `scaled_jacobian`
 _HALVINGS = 8
@@ -80,8 +79,7 @@ def with_and_without(
     plane = mirror_of(problem, list(pressures.values()))
     if plane is not None and not _symmetric(ports, np.array(MIRRORS[plane])):
         plane = None
-    size = max(problem.mesh.size, _COARSEST * min(port.radius for port in ports))
-    mesh = with_tubes(mesh_body(body, size, plane).mesh, ports)
+    mesh = with_tubes(mesh_body(body, problem.mesh.size, plane).mesh, ports)
     return compared(problem, mesh, pressures)
 
 
