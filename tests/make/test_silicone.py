@@ -53,6 +53,10 @@ def test_chambers_side_by_side_in_three_parts():
     planned = plan_silicone(tube(SIDE_BY_SIDE, length=20, radius=9), THIN, 1.0)
     assert planned.offsets == pytest.approx((-4.0, 4.0), abs=0.1)
     assert [slab.inner for slab in planned.slabs] == [False, True, False]
+    # As if there were a high point on the outside of part 3.
+    outside = planned.samples[0].points
+    top = outside[np.argmax(outside @ planned.normal - 0.5 * np.abs(outside[:, 2] - 10.0))]
+    planned = replace(planned, vents=top[None])
     made = pieces(planned)
     corners = {name: bounds(shape) for name, shape in made.assembly.items()}
     for number in (1, 2, 3):
@@ -65,6 +69,9 @@ def test_chambers_side_by_side_in_three_parts():
     parts = [part(piece.name, piece.role, tessellated(piece.shape, CHORD)) for piece in made.pieces]
     assert not failed(proof(planned, parts, CHORD))
     assert {"part-3", "negative-2-a", "negative-2-b", "master-3", "box-a", "cover-b"} <= {each.name for each in parts}
+    handles = {each.name: each.solid.genus() for each in parts}
+    assert handles["negative-3-a"] == 1 and handles["negative-1-a"] == 0
+    assert handles["cover-a"] == 7 and handles["cover-b"] == 6  # six rods and the vent
     # A negative that is not where it was cast.
     ridge = next(each for each in parts if each.name == "negative-3-b")
     points = ridge.mesh.triangles.points + 0.4 * planned.slabs[2].up
