@@ -1,5 +1,6 @@
 """Triangles: closed, oriented, near enough, and through a file and back."""
 
+import locale
 import zipfile
 from dataclasses import replace
 
@@ -83,3 +84,11 @@ def test_3mf_and_stl(body, tmp_path):
     assert 'unit="millimeter"' in text and "transform" not in text
     # The body alone is built.
     assert text.count("<item") == 1 and text.count('type="other"') == len(cores)
+
+
+def test_the_locale_stays(body, tmp_path):
+    """lib3mf changes it, and with it the encoding of all files that the process opens later."""
+    before = locale.setlocale(locale.LC_ALL)
+    make.write_3mf(tmp_path / "body.3mf", {"body": make.triangulate(body.surfaces, 0.2)})
+    make.read_3mf(tmp_path / "body.3mf")
+    assert locale.setlocale(locale.LC_ALL) == before

@@ -84,7 +84,8 @@ def study(
         console.print(Text(f"the sheet could not be drawn: {error}"), soft_wrap=True)
     try:
         runs = [open_run(folder / name) for name in members if (folder / name / "problem.toml").exists()]
-        console.print(Text(f"everything in one page: {write_study_page(folder, runs)}"), soft_wrap=True)
+        if runs:
+            console.print(Text(f"everything in one page: {write_study_page(folder, runs)}"), soft_wrap=True)
     except ProblemError as error:
         console.print(Text(f"the page could not be written: {error}"), soft_wrap=True)
     if failed:

@@ -4,7 +4,9 @@
 # lib3mf has no annotations, so pyright takes what it returns for None.
 from __future__ import annotations
 
-from collections.abc import Mapping
+import locale
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,16 @@ from pneumorph.make.triangles import Triangles
 
 # Both formats store vertices in single precision, with a resolution of 4e-6 mm at 80 mm; six decimals suffice.
 _DECIMALS = 6
+
+
+@contextmanager
+def _kept_locale() -> Iterator[None]:
+    """Restore the locale, which lib3mf changes: the encoding of files that are opened later depends on it."""
+    before = locale.setlocale(locale.LC_ALL)
+    try:
+        yield
+    finally:
+        locale.setlocale(locale.LC_ALL, before)
 
 
 def write_3mf(path: Path, parts: Mapping[str, Triangles]) -> None:
@@ -56,6 +68,7 @@ def write_stl(path: Path, part: Triangles) -> None:
     _write(path, "stl", {"": part})
 
 
+@_kept_locale()
 def read_3mf(path: Path) -> dict[str, Triangles]:
     """Read the objects of a 3MF file, by name, in millimetres.
 
@@ -90,6 +103,7 @@ def read_stl(path: Path) -> Triangles:
     return Triangles(np.asarray(mesh.points, dtype=float), np.asarray(mesh.regular_faces, dtype=np.int64))
 
 
+@_kept_locale()
 def _write(path: Path, form: str, parts: Mapping[str, Triangles]) -> None:
     wrapper = get_wrapper()
     model = wrapper.CreateModel()
