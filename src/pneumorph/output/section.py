@@ -114,8 +114,8 @@ def _shaded(skin: pv.PolyData, number: int) -> pv.PolyData:
 def _moved(surface: pv.PolyData, number: int) -> pv.PolyData:
     """The surface as a state deforms it, with the points of neighbouring elements merged."""
     # Points with equal coordinates are merged by hashing; with a tolerance it would take a minute.
-    moved = pv.PolyData(np.round(surface.point_data[f"moved {number}"], 5))
-    moved.SetVerts(None)
+    moved = pv.PolyData()
+    moved.points = np.round(surface.point_data[f"moved {number}"], 5)
     moved.SetPolys(surface.GetPolys())
     moved.SetLines(surface.GetLines())
     if f"field {number}" in surface.point_data:
