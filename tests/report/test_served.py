@@ -183,8 +183,11 @@ def test_where_nothing_is_found_the_reason_is_there(tmp_path, opened):
     with serving(run.path) as address:
         page = opened(address)
         page.select_option("#task", "*")
+        # The task's own state is stored, and is not solved.
+        solved(page, "A 3000.000")
+        slide(page, "chamber-0", 3500)
         until(page, "explore-warnings", "no equilibrium found")
-        assert "Nothing was found at 3000 kPa" in words(page, "solving")
+        assert "Nothing was found at 3500 kPa; shown is the state at 3000 kPa." in words(page, "solving")
         assert page.complaints == []
 
 
