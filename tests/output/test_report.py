@@ -195,7 +195,7 @@ def test_ten_chambers(tmp_path):
     problem = loads(problem_text(EXTEND.replace("{ A =", "{ c0 ="), radius=11, chambers=tuple(places), body=body))
     run = waving_run(tmp_path / "run", problem, 2, {0: one_element(), 1: one_element()})
     facts, arrays = block_of(write_report(run))
-    assert len(facts["surfaces"]) == 11 and all(surface["net"] in arrays for surface in facts["surfaces"])
+    assert len(facts["surfaces"]) == 11 and all(f"net {surface['key']}" in arrays for surface in facts["surfaces"])
 
 
 def test_cad_is_in_the_page_and_large_cad_is_named(run, monkeypatch):
