@@ -136,7 +136,7 @@ def test_pressures_are_set_and_solved(run, served, opened):
     assert row(page, "largest stretch") == [pytest.approx(expected.max_stretch, abs=5e-4)]
     assert row(page, "chambers, mm³") == [pytest.approx(expected.volumes["A"], rel=1e-3)]
     assert page.locator("#explored").inner_text().endswith("yes") is expected.stable
-    for mode in ("thickness", "displacement", "stretch"):
+    for mode in ("thickness", "limits", "displacement", "stretch"):
         page.select_option("#mode", mode)
         assert (picture(page) < 0.97).any(axis=2).mean() > 0.03
     page.select_option("#task", "extend")

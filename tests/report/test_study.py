@@ -73,7 +73,7 @@ def test_ten_chambers(tmp_path, opened):
     page.locator("#design").fill("0")
     page.select_option("#task", "extend")
     assert "C0 1, C1 2, C2 3, C3 4, … kPa" in words(page, "stop-shown")
-    for mode in ("thickness", "stretch", "plain"):
+    for mode in ("thickness", "limits", "stretch", "plain"):
         page.select_option("#mode", mode)
         assert (picture(page) < 0.97).any(axis=2).mean() > 0.03
     assert page.complaints == []
