@@ -56,9 +56,12 @@ def test_every_member_is_drawn_also_on_a_phone(study, opened):
     page = opened(study, color_scheme="dark")
     page.set_viewport_size({"width": 360, "height": 740})
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    page.wait_for_timeout(500)
-    sizes = page.evaluate("[...document.querySelectorAll('#bodies canvas')].map((each) => each.toDataURL().length)")
-    assert len(sizes) == 3 and min(sizes) > 3000
+    drawn = []
+    for mode in ("thickness", "limits"):
+        page.select_option("#mode", mode)
+        page.wait_for_timeout(500)
+        drawn += page.evaluate("[...document.querySelectorAll('#bodies canvas')].map((each) => each.toDataURL())")
+    assert len(drawn) == len(set(drawn)) == 6 and min(map(len, drawn)) > 3000
 
 
 def test_ten_chambers(tmp_path, opened):

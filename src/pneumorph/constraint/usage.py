@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
+from scipy.ndimage import maximum_filter1d
 
 from pneumorph.constraint.distance import SampledSurface, nearest, nearest_fold, sampled_surface
 from pneumorph.constraint.measured import measured_samples
@@ -123,5 +123,5 @@ def _rim(x: Floats, samples: Grid, neighbourhood: float) -> Floats:
 def _pooled(values: Floats, per_span: tuple[int, int]) -> Floats:
     """The largest of samples around each point that `PER_SPAN` says."""
     across, along = (fine // coarse for fine, coarse in zip(per_span, PER_SPAN, strict=True))
-    reach = (2 * (along // 2) + 1, 2 * (across // 2) + 1)
-    return maximum_filter(values, reach, mode=("nearest", "wrap"))[::along, ::across]
+    rows = maximum_filter1d(values, 2 * (along // 2) + 1, axis=0, mode="nearest")[::along]
+    return maximum_filter1d(rows, 2 * (across // 2) + 1, axis=1, mode="wrap")[:, ::across]
