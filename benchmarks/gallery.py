@@ -114,6 +114,8 @@ def photograph(runs: Path, images: Path) -> None:
             page.goto(address)
             page.wait_for_selector("body[data-ready]")
             if image == "view":
+                # With the numbers of the state.
+                page.set_viewport_size({"width": 1280, "height": 1120})
                 page.select_option("#task", "*")
                 page.locator("#chamber-0").fill("45")
             page.wait_for_selector(ready, timeout=600_000)
@@ -123,6 +125,7 @@ def photograph(runs: Path, images: Path) -> None:
             # The next frames draw what was chosen.
             page.wait_for_timeout(1500)
             page.screenshot(path=images / f"{image}.png")
+            page.set_viewport_size({"width": 1280, "height": 900})
             print(f"{image}.png from a browser")
 
         take(write_report(open_run(runs / "linear")).resolve().as_uri(), "report")

@@ -21,7 +21,7 @@ from pneumorph.output.bodies import bodies_figure
 from pneumorph.output.cuts import asked_view, task_view, view_of
 from pneumorph.output.figures import PAGE
 from pneumorph.output.scenes import scenes_of
-from pneumorph.output.section import cut_open, outline
+from pneumorph.output.section import cut_alike, cut_open, outline
 from pneumorph.output.sheet import sheet_figure
 from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Panel, Shape, Shell, View
@@ -96,6 +96,16 @@ def test_a_cut_at_a_place_is_there_and_its_front_is_removed(problem, mesh, cut, 
     right, up, camera = view.axes()
     np.testing.assert_allclose(np.cross(right, up), camera, atol=1e-12)
     assert camera[axis] * sense < -0.9, "the camera is on the side that is removed"
+
+
+def test_states_of_a_mesh_are_cut_together_as_each_alone(mesh):
+    normal = np.array([0.0, 1.0, 0.0])
+    states = [Shape(mesh, part * mesh.points, 1.0 + part * mesh.points[:, 2]) for part in (0.0, 0.2)]
+    for together, shape in zip(cut_alike(states, normal, 0.0), states, strict=True):
+        for one, other in zip(together, cut_open(shape, normal, 0.0), strict=True):
+            np.testing.assert_array_equal(one.points, other.points)
+            np.testing.assert_array_equal(one.point_data["field"], other.point_data["field"])
+            assert one.n_cells == other.n_cells > 0
 
 
 def test_a_body_that_is_not_cut_is_whole(mesh):

@@ -16,12 +16,17 @@ from tiny import tiny
 
 import pneumorph as pm
 from pneumorph.analysis import Fields, nodal_stretch, unpack_fields
+from pneumorph.constraint import certify
+from pneumorph.constraint.table import BY_NAME
+from pneumorph.constraint.usage import usage
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.geometry.tube import cap_points
 from pneumorph.mesh import mesh_body
+from pneumorph.output import report_limits
 from pneumorph.output.packed import Steps, in_parts, in_steps, pack, unpack
 from pneumorph.output.report import facts_and_shapes, page_of, write_report
+from pneumorph.output.report_limits import MOST, packed_usage
 from pneumorph.problem import load, loads
 from pneumorph.run import StoredDesign, create, open_run
 
@@ -95,6 +100,35 @@ def test_what_the_page_has_is_what_is_stored(run, fields):
     assert nearest.min(axis=1).max() < 1e-3
     np.testing.assert_allclose(moved, fields.u["extend"][fields.skin][nearest.argmin(axis=1)], atol=1e-4)
     assert arrays[f"stretch {last}"].max() == pytest.approx(fields.stretch["extend"][fields.skin].max(), abs=1e-3)
+
+
+def test_shares_of_limits_agree_with_the_certificate(run, problem):
+    facts, arrays = block_of(write_report(run))
+    for number in (0, 2):
+        readings = certify(run.load_design(number).body(problem), problem.limits).readings
+        used = {
+            each.limit: BY_NAME[each.limit].used(each.seen, each.bound) for each in readings if each.limit != "ends"
+        }
+        shares = [arrays[f"used {surface['key']}"][number] for surface in facts["surfaces"]]
+        assert max(map(np.max, shares)) == pytest.approx(min(max(used.values()), MOST), rel=0.03)
+        at = max(range(len(shares)), key=lambda place: shares[place].max())
+        where = np.unravel_index(shares[at].argmax(), shares[at].shape)
+        limit = arrays[f"limit {facts['surfaces'][at]['key']}"][number][where]
+        if max(used.values()) < MOST:
+            assert facts["limit_words"][int(limit)] == max(used, key=lambda name: used[name])
+
+
+def test_shares_that_are_known_are_not_computed_again(run, problem, monkeypatch):
+    designs = [run.load_design(number) for number in (0, 1, 2)]
+    known = {}
+    _, arrays = packed_usage(problem, designs[:2], known)
+    asked = []
+    monkeypatch.setattr(report_limits, "usage", lambda samples, body: asked.append(body) or usage(samples, body))
+    _, more = packed_usage(problem, designs, known)
+    assert len(asked) == 1 and len(known) == 3
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(more[name].values[:2], array.values)
+    assert packed_usage(problem, designs)[1]["used exterior"].values.max() == more["used exterior"].values.max()
 
 
 def test_triangles_bound_the_rubber(run, fields):
@@ -195,7 +229,7 @@ def test_ten_chambers(tmp_path):
     problem = loads(problem_text(EXTEND.replace("{ A =", "{ c0 ="), radius=11, chambers=tuple(places), body=body))
     run = waving_run(tmp_path / "run", problem, 2, {0: one_element(), 1: one_element()})
     facts, arrays = block_of(write_report(run))
-    assert len(facts["surfaces"]) == 11 and all(surface["net"] in arrays for surface in facts["surfaces"])
+    assert len(facts["surfaces"]) == 11 and all(f"net {surface['key']}" in arrays for surface in facts["surfaces"])
 
 
 def test_cad_is_in_the_page_and_large_cad_is_named(run, monkeypatch):

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def test_it_opens_without_a_complaint_or_a_network(page):
 
 def test_every_colour_mode_draws(page):
     seen = {}
-    for mode in ("thickness", "stretch", "displacement", "plain"):
+    for mode in ("thickness", "limits", "stretch", "displacement", "plain"):
         page.select_option("#mode", mode)
         pixels = seen[mode] = picture(page)
         drawn = pixels[(pixels < 0.97).any(axis=2)]
@@ -39,6 +40,24 @@ def test_every_colour_mode_draws(page):
         assert page.locator("#legend").is_visible() == (mode != "plain")
     modes = list(seen.values())
     assert min(differs(one, other) for k, one in enumerate(modes) for other in modes[:k]) > 0.01
+
+
+def test_the_nearest_limit_is_told_where_one_points(page):
+    page.select_option("#mode", "limits")
+    assert words(page, "legend").splitlines()[0] == "Share of the nearest limit used, %"
+    assert page.locator("#legend .ticks span").all_inner_texts() == ["0", "50", "100"]
+    page.select_option("#cut-axis", "")
+    for task in ("", "half"):
+        page.select_option("#task", task)
+        page.mouse.move(0, 0)
+        box = page.locator("#view canvas").bounding_box()
+        assert words(page, "here") == "which one: point at the body"
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        assert re.fullmatch(r"here (wall|fold|curvature|skew|stretch|area|envelope), \d+ %", words(page, "here"))
+        page.mouse.move(box["x"] + 5, box["y"] + box["height"] / 2)
+        assert words(page, "here") == "which one: point at the body"
+    page.select_option("#mode", "plain")
+    assert words(page, "here") == ""
 
 
 def test_sliders_change_the_picture(page):

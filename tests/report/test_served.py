@@ -136,7 +136,7 @@ def test_pressures_are_set_and_solved(run, served, opened):
     assert row(page, "largest stretch") == [pytest.approx(expected.max_stretch, abs=5e-4)]
     assert row(page, "chambers, mm³") == [pytest.approx(expected.volumes["A"], rel=1e-3)]
     assert page.locator("#explored").inner_text().endswith("yes") is expected.stable
-    for mode in ("thickness", "displacement", "stretch"):
+    for mode in ("thickness", "limits", "displacement", "stretch"):
         page.select_option("#mode", mode)
         assert (picture(page) < 0.97).any(axis=2).mean() > 0.03
     page.select_option("#task", "extend")
@@ -183,8 +183,11 @@ def test_where_nothing_is_found_the_reason_is_there(tmp_path, opened):
     with serving(run.path) as address:
         page = opened(address)
         page.select_option("#task", "*")
+        # The task's own state is stored, and is not solved.
+        solved(page, "A 3000.000")
+        slide(page, "chamber-0", 3500)
         until(page, "explore-warnings", "no equilibrium found")
-        assert "Nothing was found at 3000 kPa" in words(page, "solving")
+        assert "Nothing was found at 3500 kPa; shown is the state at 3000 kPa." in words(page, "solving")
         assert page.complaints == []
 
 

@@ -56,9 +56,12 @@ def test_every_member_is_drawn_also_on_a_phone(study, opened):
     page = opened(study, color_scheme="dark")
     page.set_viewport_size({"width": 360, "height": 740})
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    page.wait_for_timeout(500)
-    sizes = page.evaluate("[...document.querySelectorAll('#bodies canvas')].map((each) => each.toDataURL().length)")
-    assert len(sizes) == 3 and min(sizes) > 3000
+    drawn = []
+    for mode in ("thickness", "limits"):
+        page.select_option("#mode", mode)
+        page.wait_for_timeout(500)
+        drawn += page.evaluate("[...document.querySelectorAll('#bodies canvas')].map((each) => each.toDataURL())")
+    assert len(drawn) == len(set(drawn)) == 6 and min(map(len, drawn)) > 3000
 
 
 def test_ten_chambers(tmp_path, opened):
@@ -73,7 +76,7 @@ def test_ten_chambers(tmp_path, opened):
     page.locator("#design").fill("0")
     page.select_option("#task", "extend")
     assert "C0 1, C1 2, C2 3, C3 4, … kPa" in words(page, "stop-shown")
-    for mode in ("thickness", "stretch", "plain"):
+    for mode in ("thickness", "limits", "stretch", "plain"):
         page.select_option("#mode", mode)
         assert (picture(page) < 0.97).any(axis=2).mean() > 0.03
     assert page.complaints == []

@@ -39,6 +39,14 @@ export class BodyView {
     if (shape) fill(this.ghost.geometry, shape);
   }
 
+  // A vertex of what a ray meets first; null beside the body and on the cut face.
+  hit(ray) {
+    const [plane] = this.surface.material.clippingPlanes ?? [];
+    const first = ray.intersectObject(this.surface).find(({ point }) => !plane || plane.distanceToPoint(point) >= 0);
+    // From within the rubber one looks through the cut face.
+    return first && first.face.normal.dot(ray.ray.direction) < 0 ? first.face.a : null;
+  }
+
   // Cut away what lies against a normal from a plane; with nothing, the body is whole.
   cut(where) {
     const planes = where ? [this.plane] : [];

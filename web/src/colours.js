@@ -3,6 +3,8 @@
 const STRETCH = ["#cdd8e2", "#f5e6a8", "#f4a24e", "#d6321f", "#7a0403"];
 const THICKNESS = ["#b2182b", "#ef8a62", "#f3dcc8", "#a6cbe0", "#2c6da8"];
 const DISPLACEMENT = ["#46327e", "#365c8d", "#277f8e", "#4ac16d", "#fde725"];
+// Pale as long as half of a limit is left.
+const LIMITS = ["#dfe5ea", "#d5dfe6", "#c7d8e0", "#b7d0d6", "#a8c8c4", "#cfd18c", "#f0c24f", "#ea7f2d", "#a3160f"];
 export const PLAIN = "#b9c6d2";
 
 const linear = (part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
@@ -11,6 +13,7 @@ const parts = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)
 // What can be shown: its name, its unit, and its colours from low to high.
 export const MODES = {
   thickness: { option: "wall thickness", word: "Wall thickness", unit: "mm", stops: THICKNESS },
+  limits: { option: "nearest limit", word: "Share of the nearest limit used", unit: "%", stops: LIMITS },
   stretch: { option: "stretch", word: "Largest principal stretch", unit: "", stops: STRETCH },
   displacement: { option: "displacement", word: "Displacement", unit: "mm", stops: DISPLACEMENT },
   plain: { option: "none", word: "Plain", unit: "", stops: [PLAIN, PLAIN] },
@@ -42,7 +45,7 @@ export function showLegend(place, mode, [low, high], words) {
   place.hidden = mode === "plain";
   place.querySelector(".bar").style.background = `linear-gradient(to right, ${stops.join(", ")})`;
   place.querySelector(".words").textContent = unit ? `${words}, ${unit}` : words;
-  const digits = high - low < 1 ? 3 : high - low < 20 ? 2 : 1;
+  const digits = high - low < 1 ? 3 : high - low < 20 ? 2 : high - low < 100 ? 1 : 0;
   const ticks = [low, (low + high) / 2, high].map((value) => value.toFixed(digits));
   place.querySelectorAll(".ticks span").forEach((tick, number) => (tick.textContent = ticks[number]));
 }

@@ -32,6 +32,7 @@ export class Ranges {
       stretch: [1, most((shape) => quantile(shape.stretch, 0.998), 1.01)],
       displacement: [0, most((shape) => quantile(shapes.displacement(shape), 1), 1e-6)],
       change: [0, Math.max(quantile(shapes.displacement(shapes.atRest(last)), 0.998), 1e-6)],
+      limits: [0, 100],
       plain: [0, 1],
     };
     Object.assign(this, { shapes, last });
@@ -56,6 +57,7 @@ export function valued(mode, shape, shapes, ranges) {
   const name = mode === "displacement" && !shape.stretch ? "change" : mode;
   const fields = {
     thickness: () => shapes.thickness(shape, ranges.most),
+    limits: () => shapes.used(shape).values,
     stretch: () => shape.stretch ?? new Float32Array(count).fill(1),
     displacement: () => shapes.displacement(shape),
     change: () => shapes.displacement(shape),

@@ -14,6 +14,8 @@ import { designRows, fillPairs, fillTable, limitsTable, runRows, tasksTable } fr
 // In place of a task: pressures that are set on the page.
 export const EXPLORE = "*";
 
+const HERE = "which one: point at the body";
+
 export class RunPage {
   explorable = false; // whether there is a server that solves
   explored = null; // { shape, words }: the state at pressures that were set
@@ -32,6 +34,9 @@ export class RunPage {
     byId("mode").append(...Object.entries(MODES).map(([key, { option }]) => element("option", { value: key }, option)));
     byId("mode").addEventListener("change", (event) => this.choose({ mode: event.target.value }));
     for (const name of ["ghost", "marks"]) byId(name).addEventListener("change", () => this.show());
+    byId("view").addEventListener("pointermove", (event) => {
+      if (!event.buttons) this.#point(event.clientX, event.clientY);
+    });
     keys(this.designs, this.pressures);
   }
 
@@ -103,6 +108,8 @@ export class RunPage {
       const range = this.ranges.of(name);
       const colours = painted(values, range, MODES[state.mode].stops);
       view.show(shape, colours, byId("ghost").checked ? this.#ghost() : null, stop || free ? state.task : "", whole ? entry.tasks[state.task] : null, byId("marks").checked);
+      this.drawn = shape;
+      byId("here").textContent = state.mode === "limits" ? HERE : "";
       showLegend(byId("legend"), state.mode, range, words ?? MODES[state.mode].word);
     }
     byId("task").value = state.task;
@@ -119,6 +126,15 @@ export class RunPage {
     byId("held").textContent = entry.held ? "All limits are held." : "Not all limits are held.";
     byId("held").className = entry.held ? "ok" : "broken";
     this.shown?.();
+  }
+
+  // Which limit is nearest at a place of the window.
+  #point(x, y) {
+    const { view, shapes, drawn, facts } = this;
+    if (!view || !drawn || this.state.mode !== "limits") return;
+    const vertex = view.vertexAt(x, y);
+    const { values, limits } = shapes.used(drawn);
+    byId("here").textContent = vertex === null ? HERE : `here ${facts.limit_words[limits[vertex]]}, ${values[vertex].toFixed(0)} %`;
   }
 
   // The start as it is under the same task and as near to the same part of its pressures as is stored.

@@ -97,6 +97,14 @@ export class View {
     return this.camera.position.clone().sub(this.controls.target).dot(new THREE.Vector3(...direction)) > 0;
   }
 
+  // The vertex of the body that is seen at a place of the window; null where there is none.
+  vertexAt(x, y) {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    this.ray ??= new THREE.Raycaster();
+    this.ray.setFromCamera(new THREE.Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height), this.camera);
+    return this.body.hit(this.ray);
+  }
+
   cut(where) {
     this.body.cut(where);
     this.draw();

@@ -7,8 +7,8 @@ export class Shapes {
     this.packed = packed;
     this.facts = packed.facts;
     this.surfaces = this.facts.surfaces.map((surface) => {
-      const [, rows, columns] = packed.shape(surface.net);
-      return { ...surface, rows, columns, nets: packed.array(surface.net) };
+      const [, rows, columns] = packed.shape(`net ${surface.key}`);
+      return { ...surface, rows, columns, nets: packed.array(`net ${surface.key}`) };
     });
     this.lattice = new Lattice(this.surfaces);
     this.kept = new Map();
@@ -58,8 +58,32 @@ export class Shapes {
   // Wall thickness at the vertices of a shape up to `most`, by the surfaces of its design at rest.
   thickness(shape, most) {
     return this.#once(`thickness ${shape.skin} ${shape.design}`, () => {
-      const { positions, index, owner } = this.atRest(shape.design);
-      return new Walls(positions, index, owner).distances(shape.rest, shape.owner, most);
+      return this.#walls(shape.design).distances(shape.rest, shape.owner, most);
+    });
+  }
+
+  // At the vertices of a shape, by its design at rest: the share of the nearest limit that is used, in per cent, and the
+  // number of that limit among the words for limits.
+  used(shape) {
+    return this.#once(`used ${shape.skin} ${shape.design}`, () => {
+      const there = this.#usedAtRest(shape.design);
+      if (shape.skin === "rest") return there;
+      const same = this.#walls(shape.design).nearest(shape.rest, shape.owner);
+      return { values: Float32Array.from(same, (i) => there.values[i]), limits: Uint8Array.from(same, (i) => there.limits[i]) };
+    });
+  }
+
+  #usedAtRest(design) {
+    return this.#once(`used at rest ${design}`, () => {
+      const grids = (what) => this.surfaces.map(({ key }) => gridOf(this.packed, `${what} ${key}`, design));
+      return { values: this.lattice.spread(grids("used")).map((share) => 100 * share), limits: this.lattice.spread(grids("limit"), true) };
+    });
+  }
+
+  #walls(design) {
+    return this.#once(`walls ${design}`, () => {
+      const { positions, index, owner } = this.atRest(design);
+      return new Walls(positions, index, owner);
     });
   }
 
@@ -94,6 +118,12 @@ export class Shapes {
     }
     return this.kept.get(key);
   }
+}
+
+// The numbers of one design on a grid of a surface.
+function gridOf(packed, name, design) {
+  const [, rows, columns] = packed.shape(name);
+  return { rows, columns, values: packed.array(name).subarray(design * rows * columns, (design + 1) * rows * columns) };
 }
 
 function inflated(packed, skin, name) {

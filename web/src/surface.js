@@ -43,6 +43,38 @@ export class Lattice {
     });
     return points;
   }
+
+  // A value to every vertex from a grid (rows along r, columns around) on every surface, or that of the nearest point of
+  // the grid. On an end disc it goes from the rim to the mean of the rim; the nearest one is that of the rim.
+  spread(grids, nearest = false) {
+    const values = new Float32Array(this.count);
+    this.parts.forEach(({ across, along, first, flat }, number) => {
+      const grid = grids[number];
+      for (let i = 0; i < along; i++) {
+        for (let k = 0; k < across; k++) values[first + i * across + k] = at(grid, i / (along - 1), k / across, nearest);
+      }
+      let place = first + along * across;
+      for (const row of flat ? [first, first + (along - 1) * across] : []) {
+        const rim = values.subarray(row, row + across);
+        const mean = nearest ? rim[0] : rim.reduce((sum, value) => sum + value, 0) / across;
+        values[place++] = mean;
+        for (let ring = 1; ring <= RINGS; ring++) {
+          for (const value of rim) values[place++] = nearest ? value : mean + (ring / RINGS) * (value - mean);
+        }
+      }
+    });
+    return values;
+  }
+}
+
+// The value of a grid at r and q, periodic in q, between its points or at the nearest one.
+function at({ rows, columns, values }, r, q, nearest) {
+  const [up, aside] = [r * (rows - 1), q * columns];
+  const value = (row, column) => values[row * columns + (column % columns)];
+  if (nearest) return value(Math.round(up), Math.round(aside));
+  const [i, k] = [Math.min(Math.floor(up), rows - 2), Math.floor(aside)];
+  const between = (row) => value(row, k) + (aside - k) * (value(row, k + 1) - value(row, k));
+  return between(i) + (up - i) * (between(i + 1) - between(i));
 }
 
 const ONE = { numbers: new Int32Array(4), values: Float64Array.of(1, 0, 0, 0) };
@@ -67,7 +99,7 @@ function latticeOf({ rows, columns, ends }, fine) {
     }
     first += 1 + RINGS * across;
   }
-  return { rowsQ: periodicRows(columns, q), rowsR: clampedRows(rows, r), index, count: first, flat };
+  return { rowsQ: periodicRows(columns, q), rowsR: clampedRows(rows, r), index, count: first, flat, across, along };
 }
 
 // Two triangles to every quad between two closed rows of vertices.

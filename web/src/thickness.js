@@ -28,6 +28,34 @@ export class Walls {
     return Float32Array.from(owner, (own, i) => this.#distance(points[3 * i], points[3 * i + 1], points[3 * i + 2], own, most));
   }
 
+  // Of points of the surfaces `owner` the numbers of the nearest vertices of the same surface.
+  nearest(points, owner) {
+    return Uint32Array.from(owner, (own, i) => this.#nearest(points[3 * i], points[3 * i + 1], points[3 * i + 2], own));
+  }
+
+  #nearest(x, y, z, own) {
+    const { points, owner, starts, members, cells } = this;
+    const place = [this.#place(x, 0), this.#place(y, 1), this.#place(z, 2)];
+    let [nearest, square] = [0, Infinity];
+    // A vertex is near as a rule: in the cells around, or in twice as many.
+    for (let reach = 1; reach < 2 * this.most && square > ((reach / 2) * this.cell) ** 2; reach *= 2) {
+      const low = place.map((at) => Math.max(at - reach, 0));
+      const high = place.map((at, axis) => Math.min(at + reach, cells[axis] - 1));
+      for (let i = low[0]; i <= high[0]; i++) {
+        for (let j = low[1]; j <= high[1]; j++) {
+          const row = (i * cells[1] + j) * cells[2];
+          for (let m = starts[row + low[2]]; m < starts[row + high[2] + 1]; m++) {
+            const other = members[m];
+            if (owner[other] !== own) continue;
+            const found = (points[3 * other] - x) ** 2 + (points[3 * other + 1] - y) ** 2 + (points[3 * other + 2] - z) ** 2;
+            if (found < square) [square, nearest] = [found, other];
+          }
+        }
+      }
+    }
+    return nearest;
+  }
+
   #place(value, axis) {
     return Math.min(Math.max(Math.floor((value - this.low[axis]) / this.cell), 0), this.cells[axis] - 1);
   }

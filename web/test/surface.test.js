@@ -43,3 +43,40 @@ test("a body of very many control points gets fewer samples", () => {
   const large = new Lattice([{ rows: 200, columns: 60, ends: "flat" }]);
   assert.ok(large.count < 60_000 && large.count > 10_000);
 });
+
+test("the nearest vertices of a surface, however far", () => {
+  const walls = new Walls(points, lattice.index, lattice.owner);
+  const own = walls.nearest(points, lattice.owner);
+  // Discs and tubes share the places of their rims.
+  own.forEach((found, i) => assert.deepEqual(points.slice(3 * found, 3 * found + 3), points.slice(3 * i, 3 * i + 3)));
+  const asked = Float32Array.from([9, 2, 30, -1, 0.5, 90, 5, -4, 21]);
+  const owner = Uint16Array.from([1, 1, 0]);
+  const away = (i, k) => Math.hypot(...[0, 1, 2].map((axis) => points[3 * i + axis] - asked[3 * k + axis]));
+  [...walls.nearest(asked, owner)].forEach((found, k) => {
+    const least = Math.min(...Array.from(lattice.owner, (own, i) => (own === owner[k] ? away(i, k) : Infinity)));
+    assert.equal(lattice.owner[found], owner[k]);
+    assert.ok(Math.abs(away(found, k) - least) < 1e-9);
+  });
+});
+
+test("values are spread from grids over tubes and discs", () => {
+  const grid = (rows, columns, value) => ({ rows, columns, values: Float64Array.from({ length: rows * columns }, (_, i) => value(Math.floor(i / columns), i % columns)) });
+  // Linear along r and a wave around it, so that the mean of every row is that of its ends.
+  const wave = grid(13, 64, (row, column) => row / 12 + 0.1 * Math.sin((2 * Math.PI * column) / 64));
+  const values = lattice.spread([wave, grid(2, 2, () => 3)]);
+  const { first, across, along, flat } = lattice.parts[0];
+  assert.ok(flat && first === 0);
+  for (let i = 0; i < along; i++) {
+    for (let k = 0; k < across; k++) {
+      const expected = i / (along - 1) + 0.1 * Math.sin((2 * Math.PI * k) / across);
+      assert.ok(Math.abs(values[i * across + k] - expected) < 1e-3);
+    }
+  }
+  const centre = along * across;
+  assert.ok(Math.abs(values[centre]) < 1e-6 && Math.abs(values[centre + 1 + 6 * across] - 1) < 1e-6);
+  assert.ok(Math.abs(values[centre + 1 + 5 * across + 5] - values[5]) < 1e-6);
+  lattice.owner.forEach((owner, i) => owner === 1 && assert.equal(values[i], 3));
+  // Numbers of limits are not mixed.
+  const numbers = lattice.spread([grid(5, 8, (row, column) => 7 * ((row + column) % 2)), grid(2, 2, () => 3)], true);
+  assert.deepEqual([...new Set(numbers)].sort(), [0, 3, 7]);
+});

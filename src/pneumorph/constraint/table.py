@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pneumorph.constraint.surface import MIN_AREA
 
@@ -57,9 +60,13 @@ class Limit:
         allowed = slack * self.tolerance * (1.0 - ROUNDING) * (bound or 1.0)
         return bound - allowed if self.at_least else bound + allowed
 
-    def used(self, value: float, bound: float) -> float:
-        """Ratio of a value to its limit: 1 exactly at the limit, more if it is violated."""
-        return bound / max(value, 1e-12) if self.at_least else value / bound
+    @overload
+    def used(self, value: float, bound: float) -> float: ...
+    @overload
+    def used(self, value: NDArray[np.float64], bound: float) -> NDArray[np.float64]: ...
+    def used(self, value: float | NDArray[np.float64], bound: float) -> float | NDArray[np.float64]:
+        """Ratio of a value, or of each of several, to its limit: 1 exactly at the limit, more if it is violated."""
+        return bound / np.maximum(value, 1e-12) if self.at_least else value / bound
 
 
 def _envelope(limits: Limits) -> float | None:

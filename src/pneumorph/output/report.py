@@ -12,6 +12,7 @@ from pneumorph.analysis import HistoryEntry
 from pneumorph.errors import ProblemError
 from pneumorph.output.packed import as_text, pack
 from pneumorph.output.report_data import facts_of
+from pneumorph.output.report_limits import Known, packed_usage
 from pneumorph.output.report_shapes import packed_nets, packed_states
 from pneumorph.run import RunDirectory
 from pneumorph.run.atomic import write_bytes
@@ -57,15 +58,19 @@ def facts_and_shapes(
     more: Mapping[str, Any] | None = None,
     level: int = 9,
     numbers: int | None = None,
+    known: Known | None = None,
 ) -> bytes:
     """Pack everything that the page shows, and more facts, into one block.
 
-    `level` is that of its compression, `numbers` are the most displacements and stretches in it.
+    `level` is that of its compression, `numbers` are the most displacements and stretches in it; `known` is for
+    `packed_usage`.
     """
-    surfaces, nets = packed_nets(run.problem, [run.load_design(entry.iteration) for entry in history])
+    designs = [run.load_design(entry.iteration) for entry in history]
+    surfaces, nets = packed_nets(run.problem, designs)
+    words, used = packed_usage(run.problem, designs, known)
     states, moved, notes = packed_states(run, history, numbers)
-    facts = facts_of(run, history) | {"surfaces": surfaces, "states": states, "notes": notes, **(more or {})}
-    return pack(facts, nets | moved, level)
+    facts = facts_of(run, history) | words | {"surfaces": surfaces, "states": states, "notes": notes, **(more or {})}
+    return pack(facts, nets | used | moved, level)
 
 
 def page_of(blocks: Sequence[bytes], title: str) -> str:

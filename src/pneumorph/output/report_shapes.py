@@ -32,14 +32,16 @@ def packed_nets(problem: Problem, designs: list[StoredDesign]) -> tuple[list[dic
     step = _length_step(start)
     for surface in start.surfaces:
         nets = [design.chambers[surface.name] if surface.cavity else design.exterior for design in designs]
-        told.append({"name": surface.name, "cavity": surface.cavity, "ends": surface.ends, "net": _net_name(surface)})
-        arrays[_net_name(surface)] = in_steps(np.array(nets), step, differences=True)
+        key = array_key(surface)
+        told.append({"name": surface.name, "cavity": surface.cavity, "ends": surface.ends, "key": key})
+        arrays[f"net {key}"] = in_steps(np.array(nets), step, differences=True)
     return told, arrays
 
 
-def _net_name(surface: TubeSurface) -> str:
+def array_key(surface: TubeSurface) -> str:
+    """What the names of a surface's arrays end with."""
     # A chamber may be called "exterior".
-    return f"net chamber {surface.name}" if surface.cavity else "net exterior"
+    return f"chamber {surface.name}" if surface.cavity else "exterior"
 
 
 def _length_step(body: Body) -> float:

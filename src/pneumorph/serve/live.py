@@ -12,6 +12,7 @@ from typing import Any
 from pneumorph.errors import ProblemError
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.output.report import facts_and_shapes, finished
+from pneumorph.output.report_limits import Known
 from pneumorph.problem import Problem
 from pneumorph.run import RunDirectory
 from pneumorph.serve.worker import RequestedState
@@ -57,6 +58,7 @@ class LiveRun:
         self.title = problem.title or self.path.name
         self._reading = threading.Lock()
         self._read: tuple[str, bytes] | None = None
+        self._known: Known = {}
 
     def stamp(self) -> str | None:
         """Text that changes when the run has something new to show; None before its first design."""
@@ -111,10 +113,10 @@ class LiveRun:
     def _packed(self) -> bytes:
         for _ in range(READINGS - 1):
             try:
-                return _block(_opened(self.path).directory)
+                return _block(_opened(self.path).directory, self._known)
             except ProblemError:
                 time.sleep(0.2)
-        return _block(_opened(self.path).directory)
+        return _block(_opened(self.path).directory, self._known)
 
 
 def _opened(path: Path) -> Run:
@@ -122,9 +124,9 @@ def _opened(path: Path) -> Run:
     return open_run(path, trust=True)
 
 
-def _block(run: RunDirectory) -> bytes:
+def _block(run: RunDirectory, known: Known) -> bytes:
     sliders = [{"chamber": each.chamber, "least": each.least, "most": each.most} for each in sliders_of(run.problem)]
-    return facts_and_shapes(run, finished(run), {"sliders": sliders}, level=1)
+    return facts_and_shapes(run, finished(run), {"sliders": sliders}, level=1, known=known)
 
 
 def sliders_of(problem: Problem) -> Iterator[Slider]:

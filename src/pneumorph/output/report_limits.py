@@ -1,0 +1,52 @@
+"""How much of the nearest limit the designs of a page use, by the control nets."""
+
+from __future__ import annotations
+
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+
+from pneumorph.constraint.sampled import sample_limits
+from pneumorph.constraint.table import BY_NAME
+from pneumorph.constraint.usage import NAMES, Usage, usage
+from pneumorph.geometry import starting_body
+from pneumorph.output.packed import Steps, in_steps
+from pneumorph.output.report_shapes import array_key
+from pneumorph.problem import Problem
+from pneumorph.run import StoredDesign
+
+STEP = 0.01
+"""Step of shares."""
+
+MOST = 1.27
+"""Larger shares are stored as this one: what one byte holds."""
+
+Known = dict[bytes, list[Usage]]
+"""The usage of bodies by a digest of their control points."""
+
+
+def packed_usage(
+    problem: Problem, designs: list[StoredDesign], known: Known | None = None
+) -> tuple[dict[str, Any], dict[str, Steps]]:
+    """The names of limits as a page needs them, and shares and limits (designs, rows, columns) of every surface.
+
+    What is in `known` is not computed again, and what is computed is added to it.
+    """
+    known = {} if known is None else known
+    start = starting_body(problem.body)
+    samples = sample_limits(start, problem.limits)
+    found = []
+    for design in designs:
+        body = design.body(problem)
+        digest = blake2b(np.asarray(body.control_points()).tobytes(), digest_size=16).digest()
+        if digest not in known:
+            known[digest] = usage(samples, body)
+        found.append(known[digest])
+    words, arrays = [BY_NAME[name].word for name in NAMES], {}
+    for number, surface in enumerate(start.surfaces):
+        key = array_key(surface)
+        shares = np.array([each[number].share for each in found])
+        arrays[f"used {key}"] = in_steps(np.minimum(shares, MOST), STEP, differences=True)
+        arrays[f"limit {key}"] = Steps(np.array([each[number].limit for each in found]))
+    return {"limit_words": words}, arrays
