@@ -22,6 +22,9 @@ _COLOURS |= {"part": _COLOURS["product"], "master": _COLOURS["core"], "negative"
 LEAK = 20.0
 """Pressure in kPa of the first test for leaks: below what designs are made for."""
 
+AIR = " Tilt it to all sides and tap it, so that air under level faces leaves too."
+"""What takes air from below faces that have no highest point, such as the flat ends of chambers."""
+
 PAGE = (8.27, 11.69)  # A4 upright, inches
 
 
@@ -80,7 +83,8 @@ def steps(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
         f"Close the outer pieces around them (partings at {angles}), put on the lid, and tighten the four rods.",
         f"Weigh {' and '.join(mixed or [whole])}; mix, and degas until the foam has collapsed.",
         "Stand the mould upright, base down. Inject slowly through the gate in the lid until rubber leaves all vents"
-        + (f" ({len(plan.vents)} of them in the outer pieces: close each when it runs)." if len(plan.vents) else "."),
+        + (f" ({len(plan.vents)} of them in the outer pieces: close each when it runs)." if len(plan.vents) else ".")
+        + AIR,
         "Let it cure as the data sheet says, at a temperature that the cores bear.",
         "Loosen the rods, lift off the lid, open the outer pieces with a screwdriver in the slots, pull each straight "
         f"away from the axis; the rubber is stretched by up to {max(each.stretch for each in plan.releases):.2f}.",

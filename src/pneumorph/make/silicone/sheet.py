@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pneumorph.make.mould.bill import Item
 from pneumorph.make.mould.proof import Part
-from pneumorph.make.mould.sheet import PAGE, dimension, fill, finish, last_steps, write_pages
+from pneumorph.make.mould.sheet import AIR, PAGE, dimension, fill, finish, last_steps, write_pages
 from pneumorph.make.silicone.frame import frame_of
 from pneumorph.make.silicone.pieces import BOX, PLATE
 from pneumorph.make.silicone.plan import SiliconePlan, Slab, size_of
@@ -64,7 +64,7 @@ def steps(plan: SiliconePlan, items: Sequence[Item]) -> list[str]:
         "Put negatives a and b of a part into their boxes, keys into sockets, put on both covers, and tighten the six "
         "rods by hand: silicone that is squeezed changes the part.",
         f"Stand the mould upright, gate up. Weigh rubber ({rubber} for all parts), mix, degas, and inject it slowly "
-        "through the gate until it leaves the vents.",
+        "through the gate until it leaves the vents." + AIR,
         "Let it cure as the data sheet says. Open the boxes, peel off negative a, pull the part off negative b, cut "
         "off the gate, and trim the flash.",
         f"When all {count} parts are cast, clean their bonding faces with alcohol and roughen them.",
