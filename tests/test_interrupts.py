@@ -36,7 +36,7 @@ try:
         print('ready', flush=True)
         for _ in range(100):
             time.sleep(0.05)
-            check()
+            stop_if_asked()
 except Interrupted as stop:
     print(f'{stop} in line {sys.exc_info()[2].tb_lineno}')
     sys.exit(stop.status)
@@ -84,10 +84,10 @@ def test_signals_that_are_ignored_stay_ignored():
 
 
 def test_without_the_command_signals_do_what_they_always_do():
-    code = "import signal, pneumorph as pm, pneumorph.cli\nfrom pneumorph.interrupts import check, deferred\n"
+    code = "import signal, pneumorph as pm, pneumorph.cli\nfrom pneumorph.interrupts import stop_if_asked, deferred\n"
     code += "pm.load\nassert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n"
     code += "assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and signal.set_wakeup_fd(-1) == -1\n"
-    code += "with deferred():\n    check()\n    signal.raise_signal(signal.SIGINT)"
+    code += "with deferred():\n    stop_if_asked()\n    signal.raise_signal(signal.SIGINT)"
     ended = interrupted(start(["-c", code]))
     assert ended.err.splitlines()[-1] == "KeyboardInterrupt" and ended.status in (-signal.SIGINT, 130)
 

@@ -2,8 +2,8 @@
 
 Python raises KeyboardInterrupt wherever its interpreter is, also in callbacks of compiled libraries, which swallow it
 or crash. So the command lets no signal raise anything: a thread receives them. Where something is to be saved
-(`deferred`), the first one is noted, and raised by `check` where it is safe; everywhere else, and by a second Ctrl-C,
-the process ends at once.
+(`deferred`), the first one is noted, and raised by `stop_if_asked` where it is safe; everywhere else, and by a second
+Ctrl-C, the process ends at once.
 
 Nothing here has an effect unless the command has called `install`: in a Python program, signals do what they always do.
 Nothing but the standard library is imported, since this comes first.
@@ -73,7 +73,7 @@ def install() -> None:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Have the first signal raise Interrupted only where `check` is called inside, or at the end.
+    """Have the first signal raise Interrupted only where `stop_if_asked` is called inside, or at the end.
 
     An error after a signal is a consequence of it, or does not matter any more: Interrupted takes its place.
     """
@@ -92,7 +92,7 @@ def deferred() -> Iterator[None]:
         raise Interrupted(number)
 
 
-def check() -> None:
+def stop_if_asked() -> None:
     """Raise Interrupted if a signal has come; cheap, to be called several times a second where much is computed."""
     if _ending:
         # What is cleaned up, such as a program that is waited for, must not let this one go on.

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pneumorph.interrupts import check, cleaned_up
+from pneumorph.interrupts import cleaned_up, stop_if_asked
 
 _LOOK = 0.1
 """Seconds between looks at whether a program goes on, and whether it should."""
@@ -40,12 +40,12 @@ def run(command: Sequence[str], seconds: float, folder: str | Path | None = None
                     break
                 if time.monotonic() > latest:
                     raise subprocess.TimeoutExpired(command, seconds)
-                check()
+                stop_if_asked()
         except BaseException:
             process.kill()
             raise
     # The same Ctrl-C may have ended it.
-    check()
+    stop_if_asked()
     return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numba
 
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -22,7 +22,7 @@ def each(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
     """
 
     def done(part: Part) -> Result:
-        check()
+        stop_if_asked()
         return work(part)
 
     if len(parts) == 1 or numba.get_num_threads() == 1:

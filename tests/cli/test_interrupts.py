@@ -12,7 +12,7 @@ from tiny import tiny as text
 
 from pneumorph.cli import design, study
 from pneumorph.interface.runs import Run
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.output.pictures import Pictures
 from pneumorph.problem import loads
 from pneumorph.run import open_run
@@ -34,7 +34,7 @@ def stopping(number):
 
     def stopped(*_):
         arrive(number)
-        check()
+        stop_if_asked()
 
     return stopped
 

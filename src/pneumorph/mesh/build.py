@@ -6,7 +6,7 @@ import numpy as np
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.cut import with_cut
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
@@ -47,7 +47,7 @@ def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
     body = body.with_control_points(P)
     reason = MeshError("no attempt was made")
     for finer in _FINER:
-        check()
+        stop_if_asked()
         surface = surface_mesh(body, finer * size, finer * _TURN, mirror)
         faces, nodes = surface.faces, surface.B @ P
         try:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_EDGES, TetMesh, tet_gradient
 from pneumorph.problem.symmetry import NORMALS
 
@@ -24,12 +24,12 @@ class Extension:
 
     def carry(self, surface: np.ndarray) -> np.ndarray:
         """Values on the inner nodes from those on the surface nodes."""
-        check()
+        stop_if_asked()
         return -self.factor.solve(np.ascontiguousarray(self.coupling @ surface))
 
     def back(self, inner: np.ndarray) -> np.ndarray:
         """The transpose of `carry`."""
-        check()
+        stop_if_asked()
         return -(self.coupling.T @ self.factor.solve(np.ascontiguousarray(inner)))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from pneumorph.errors import MeshError
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.tets import triangle_gradient
 
 _CLEAR = 0.6  # smallest distance of inner vertices from the given edges, in edge lengths
@@ -55,11 +55,11 @@ def triangulate(
     everything = np.concatenate([points, inside])
     plane = _Plane(everything, edges, middles)
     for a, b in edges.tolist():
-        check()
+        stop_if_asked()
         plane.recover(a, b)
     plane.keep_left_of(edges)
     for _ in range(_PASSES):
-        check()
+        stop_if_asked()
         moved = plane.swap()
         moved |= plane.smooth(len(points))
         if not moved:

@@ -14,7 +14,7 @@ from itertools import count
 
 import numpy as np
 
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES
 
@@ -59,7 +59,7 @@ def repair(
             around[corner].add(number)
 
     for k in poor[np.argsort(start_quality[poor], kind="stable")].tolist():
-        check()
+        stop_if_asked()
         if k not in elements:
             continue  # removed by an earlier repair
         repair = _best_vertex(k, added, places, elements, around, inward, curved, quality)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.repair import repair
 from pneumorph.mesh.split import split_long_edges
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
@@ -113,7 +113,7 @@ def _optimised(
 
 
 def _netgen_mesh(points: np.ndarray, triangles: np.ndarray) -> Any:
-    check()
+    stop_if_asked()
     mesh = netgen.Mesh()
     face = mesh.Add(netgen.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
     mesh.AddPoints(np.ascontiguousarray(points))

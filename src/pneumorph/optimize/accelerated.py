@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 
 SAFETY = 1.1
 """Safety factor on the largest eigenvalue from the power method, which is a lower bound."""
@@ -40,7 +40,7 @@ def minimise(
     """
     ahead, momentum = z, 1.0
     for _ in range(iterations):
-        check()
+        stop_if_asked()
         slope = gradient(ahead)
         following = np.clip(ahead - slope / scale, lower, upper)
         step = following - z

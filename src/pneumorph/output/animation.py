@@ -16,7 +16,7 @@ from scipy.sparse.linalg import cg
 
 from pneumorph.analysis import Fields, HistoryEntry, TaskResult, nodal_stretch
 from pneumorph.geometry import Body
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh import TetMesh
 from pneumorph.output import render
 from pneumorph.output.bodies import Layout, compose, job_of, lay_out, title_lines
@@ -148,7 +148,7 @@ def save_gif(path: Path, frames: Frames) -> None:
 
 
 def _drawn(figure: Figure) -> Image.Image:
-    check()
+    stop_if_asked()
     figure.set_dpi(DOTS)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()

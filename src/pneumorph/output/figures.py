@@ -10,7 +10,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as PlainFigure
 
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 
 COLUMN = 3.5
 """Inches: the width of a column in a journal of two columns."""
@@ -53,7 +53,7 @@ def save(figure: PlainFigure, path: Path) -> None:
     format = path.suffix.removeprefix(".").lower()
     # Without the date.
     metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(format)
-    check()
+    stop_if_asked()
     with rc_context(SETTINGS):
         figure.savefig(path, dpi=DOTS, format=format if format in PLOTS else "png", metadata=metadata)
 

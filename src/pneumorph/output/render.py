@@ -12,7 +12,7 @@ from types import TracebackType
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.output.view import JOBS, Job, drawn_name
 from pneumorph.processes import program, temporary_folder
 
@@ -51,7 +51,7 @@ class Drawing:
             while not path.exists():
                 ended = self._process.poll() is not None
                 # The same Ctrl-C may have ended it.
-                check()
+                stop_if_asked()
                 if ended and not path.exists():
                     raise NoPicture("VTK cannot draw off-screen here (no OpenGL)")
                 if time.monotonic() - self._begin > SECONDS:

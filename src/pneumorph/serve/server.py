@@ -18,7 +18,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from pneumorph.errors import ProblemError
-from pneumorph.interrupts import Interrupted, check, deferred
+from pneumorph.interrupts import Interrupted, deferred, stop_if_asked
 from pneumorph.output.report import served_page
 from pneumorph.serve.live import LiveRun
 from pneumorph.serve.solver import Solver
@@ -83,7 +83,7 @@ class Server(ThreadingHTTPServer):
 
     def service_actions(self) -> None:
         """Between two looks at the port."""
-        check()
+        stop_if_asked()
 
     def close(self) -> None:
         """Free the port, leave the browsers that are connected, and end the solver."""

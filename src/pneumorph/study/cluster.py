@@ -16,7 +16,7 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, as
 
 from pneumorph.analysis import HistoryEntry, from_json
 from pneumorph.errors import ProblemError, short
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.processes import temporary_folder
 from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
@@ -150,7 +150,7 @@ def run_members(
     }  # fmt: skip
     running = as_completed(list(futures))
     while not running.is_empty():
-        check()
+        stop_if_asked()
         for future in running.next_batch(block=False):
             yield _end_of(futures[future], future)
         time.sleep(LOOK)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.kinematics import State
@@ -134,7 +134,7 @@ class Tangent:
         """Factorise these values of the tangent, which belong to `origin`."""
         if self.factorisations >= self.max_factorisations:
             raise TooCostly
-        check()
+        stop_if_asked()
         self.origin = None
         self._factor.refactorise(data)
         self.factorisations += 1
@@ -142,7 +142,7 @@ class Tangent:
 
     def precondition(self, rhs: np.ndarray) -> np.ndarray:
         """Back-solve with the last factorisation, for a right-hand side (n,) or several (n, k)."""
-        check()
+        stop_if_asked()
         self.solves += 1 if rhs.ndim == 1 else rhs.shape[1]
         return self._factor.solve(rhs)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 
-from pneumorph.interrupts import check
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import kinematics
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
@@ -31,7 +31,7 @@ def unloaded(at: Configuration) -> Configuration:
 
 def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
     """Π and R (n,), with the reactions of supports and blocks."""
-    check()
+    stop_if_asked()
     model = at.model
     value, residual = kernels.value_and_residual(model.potential, at.X, state, at.loads)
     return value, model.vector(residual)
@@ -82,6 +82,6 @@ def largest_stretch(at: Configuration, state: State) -> float:
 
 
 def _deformation_gradients(at: Configuration, state: State) -> np.ndarray:
-    check()
+    stop_if_asked()
     tets = at.model.tets.nodes[: at.model.elements]
     return kinematics.deformation_gradients(tets, at.X, kernels.displacement(at.model.tip, at.X, state))
