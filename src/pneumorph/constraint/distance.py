@@ -178,6 +178,16 @@ def nearest(points: Floats, surface: SampledSurface, bound: float) -> tuple[NDAr
     return np.isfinite(distance), near
 
 
+def closest_within(points: Floats, surface: SampledSurface, bound: float) -> tuple[Ints, Ints, Floats, Floats]:
+    """The points closer than `bound` mm: their indices and nearest samples (m,), distances (m,) and offsets (m, 2)."""
+    # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.
+    within, near = nearest(points, surface, bound + 0.5 * float(np.hypot(surface.across, surface.grid.step[1])))
+    some = np.flatnonzero(within)
+    distance, _, offset = surface.closest(points[some], near[some])
+    keep = distance < bound
+    return some[keep], near[some[keep]], distance[keep], offset[keep]
+
+
 def wall_closest(points: Floats, surface: SampledSurface, bound: float, first: int) -> ClosestPoints:
     """Partners of points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
     # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.

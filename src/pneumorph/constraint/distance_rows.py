@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.constraint import expansion
-from pneumorph.constraint.distance import SampledSurface, nearest, nearest_fold, sampled_surface
+from pneumorph.constraint.distance import SampledSurface, closest_within, nearest_fold, sampled_surface
 from pneumorph.constraint.height_rows import heights
 from pneumorph.constraint.report import Pairs
 from pneumorph.constraint.sampled import (
@@ -22,8 +22,8 @@ from pneumorph.constraint.sampled import (
     cell_of,
     worst_of_cells,
 )
-from pneumorph.constraint.sampling import Grid, SampledFields
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.constraint.sampling import sampled_fields
+from pneumorph.geometry import Body
 from pneumorph.geometry.local import point_weights
 
 Floats = NDArray[np.float64]
@@ -32,7 +32,7 @@ Ints = NDArray[np.integer]
 
 def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlock]:
     """The rows of all limits on distances that are at most `reach` mm within their bounds."""
-    fields = [_fields(surface, samples) for surface, samples in zip(body.surfaces, limits.coarse, strict=True)]
+    fields = [sampled_fields(surface, samples) for surface, samples in zip(body.surfaces, limits.coarse, strict=True)]
     closed = [
         sampled_surface(field, samples, discs=samples.cavity)
         for field, samples in zip(fields, limits.coarse, strict=True)
@@ -45,12 +45,6 @@ def distances(limits: LimitSamples, body: Body, reach: float) -> Iterator[RowBlo
         yield from heights(limits, body, number, field, reach)
 
 
-def _fields(surface: TubeSurface, samples: Grid) -> SampledFields:
-    return SampledFields(
-        *samples.combine(surface.net, samples.local_r, ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)))
-    )
-
-
 def _walls(
     limits: LimitSamples,
     body: Body,
@@ -61,12 +55,7 @@ def _walls(
     """Distances from one surface to another, including the end discs of chambers."""
     (a, here), (b, there) = asking, asked
     bound = limits.spec.wall + reach
-    # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.
-    within, near = nearest(here.x, there, bound + 0.5 * float(np.hypot(there.across, there.grid.step[1])))
-    some = np.flatnonzero(within)
-    distance, _, offset = there.closest(here.x[some], near[some])
-    keep = distance < bound
-    some, near, offset, distance = some[keep], near[some[keep]], offset[keep], distance[keep]
+    some, near, distance, offset = closest_within(here.x, there, bound)
     cell = _cell(limits, a, here, some)
     pick = worst_of_cells(-distance, cell)
     some, near, offset, cell = some[pick], near[pick], offset[pick], cell[pick]

@@ -148,6 +148,12 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
     )
 
 
+def sampled_fields(surface: TubeSurface, grid: Grid) -> SampledFields:
+    """Position and derivatives to second order at the samples of a tube, each (3, rows, columns)."""
+    orders = ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
+    return SampledFields(*grid.combine(surface.net, grid.local_r, orders))
+
+
 def with_discs(fields: SampledFields, grid: Grid) -> SampledFields:
     """The fields of a chamber with its end discs: rings of the base disc, the tube, rings of the tip disc.
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from pneumorph.constraint.distance import SampledSurface, nearest, nearest_fold, sampled_surface
+from pneumorph.constraint.distance import SampledSurface, closest_within, nearest_fold, sampled_surface
 from pneumorph.constraint.measured import measured_samples
 from pneumorph.constraint.sampled import COARSE, FINE, SHAPE, LimitSamples
-from pneumorph.constraint.sampling import Grid, SampledFields, heights, rim_share
+from pneumorph.constraint.sampling import Grid, heights, rim_share, sampled_fields
 from pneumorph.constraint.table import BY_NAME, TABLE
 from pneumorph.geometry import Body
 
@@ -48,8 +48,7 @@ def usage(limits: LimitSamples, body: Body) -> list[Usage]:
     """The share of the nearest limit used everywhere on each surface of a body, the exterior first."""
     tubes, closed = [], []
     for surface, samples in zip(body.surfaces, limits.coarse, strict=True):
-        orders = ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0))
-        field = SampledFields(*samples.combine(surface.net, samples.local_r, orders))
+        field = sampled_fields(surface, samples)
         tubes.append(sampled_surface(field, samples, discs=False))
         closed.append(sampled_surface(field, samples, discs=samples.cavity))
     found = []
@@ -95,10 +94,9 @@ def _used(limits: LimitSamples, name: str, values: Floats) -> Floats:
 
 def _wall(tube: SampledSurface, other: SampledSurface, bound: float) -> Floats:
     """Distances (n,) of the samples of a tube from another surface; infinite beyond the bound."""
-    # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.
-    within, near = nearest(tube.x, other, bound + 0.5 * float(np.hypot(other.across, other.grid.step[1])))
-    some, distance = np.flatnonzero(within), np.full(len(tube.x), np.inf)
-    distance[some] = other.closest(tube.x[some], near[some])[0]
+    some, _, near, _ = closest_within(tube.x, other, bound)
+    distance = np.full(len(tube.x), np.inf)
+    distance[some] = near
     return distance
 
 
