@@ -97,7 +97,9 @@ def test_a_run_that_is_gone_is_one_line(solver, live):
 
 
 def test_a_lost_process_is_reported_and_replaced(solver, live):
+    assert solver.ask(live.wanted(0, {"A": 11.0})).converged
     process = solver._process
+    os.kill(process.pid, signal.SIGSTOP)  # or it may have answered before it is killed
     waiting = {}
     thread = threading.Thread(target=lambda: waiting.update(found=solver.ask(live.wanted(0, {"A": 4900.0}))))
     thread.start()

@@ -1,13 +1,16 @@
 """All files of a mould, in one folder."""
 
+# pyright: reportAttributeAccessIssue=false
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+
+from OCP.TopoDS import TopoDS_Shape
 
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, validity
-from pneumorph.make.mould.bill import bill, write_bill
+from pneumorph.make.mould.bill import Item, bill, write_bill
 from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.picture import draw_mould
 from pneumorph.make.mould.piece import Piece
@@ -20,6 +23,9 @@ from pneumorph.make.mould.walls import draw_walls
 from pneumorph.make.printing import read_3mf, write_3mf
 from pneumorph.make.step import read_step, write_step
 from pneumorph.problem import Problem
+
+SHEET = "assembly.pdf"
+"""The file with drawings, steps and bill."""
 
 
 def make_mould(
@@ -60,18 +66,14 @@ def make_mould(
     told = effects(planned) if effects else []
     made = pieces(planned)
     written, parts, checks = write_pieces(made, folder, chord)
-    assembly = folder / "assembly.step"
-    write_step({piece.name: piece.shape for piece in made if piece.role in ("mould", "core")}, assembly)
-    checks += [validity(assembly.name, read_step(assembly)), *proof(planned, parts, chord)]
-    checks += [effect.check(problem.make.port_effect) for effect in told]
+    assembled, valid = write_assembly(
+        {each.name: each.shape for each in made if each.role in ("mould", "core")}, folder
+    )
+    checks += [valid, *proof(planned, parts, chord), *(effect.check(problem.make.port_effect) for effect in told)]
     items = bill(planned, parts, rubber.name, rubber.density)
-    table, sheet, walls = folder / "bill.csv", folder / "assembly.pdf", folder / "wall.png"
-    write_bill(items, table)
+    sheet = folder / SHEET
     write_sheet(planned, parts, items, told, problem.title or "Mould", sheet)
-    draw_walls(planned, walls)
-    picture = folder / "mould.png"
-    drawn = (picture,) if draw_mould(folder, picture) else ()
-    return (*written, assembly, table, sheet, walls, *drawn), tuple(checks)
+    return (*written, assembled, sheet, *write_bill_and_pictures(planned, items, folder)), tuple(checks)
 
 
 def write_pieces(made: Sequence[Piece], folder: Path, chord: float) -> tuple[list[Path], list[Part], list[Check]]:
@@ -91,3 +93,18 @@ def write_pieces(made: Sequence[Piece], folder: Path, chord: float) -> tuple[lis
         stored = next(iter(read_3mf(mesh).values()))
         parts.append(part(piece.name, piece.role, Tessellation(stored, shape.spline)))
     return written, parts, checks
+
+
+def write_assembly(shapes: Mapping[str, TopoDS_Shape], folder: Path) -> tuple[Path, Check]:
+    """Write shapes in their places as one STEP file, and check it."""
+    path = folder / "assembly.step"
+    write_step(shapes, path)
+    return path, validity(path.name, read_step(path))
+
+
+def write_bill_and_pictures(plan: Plan, items: Sequence[Item], folder: Path) -> tuple[Path, ...]:
+    """Write the bill, the thickness of the walls, and the picture of the mould where this machine can draw it."""
+    table, walls, picture = (folder / name for name in ("bill.csv", "wall.png", "mould.png"))
+    write_bill(items, table)
+    draw_walls(plan, walls)
+    return (table, walls, picture) if draw_mould(folder, picture) else (table, walls)

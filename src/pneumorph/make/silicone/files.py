@@ -6,20 +6,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from pneumorph.geometry import Body
-from pneumorph.make.checks import Check, validity
-from pneumorph.make.mould.bill import write_bill
+from pneumorph.make.checks import Check
 from pneumorph.make.mould.effect import PortEffect
-from pneumorph.make.mould.files import write_pieces
-from pneumorph.make.mould.picture import draw_mould
+from pneumorph.make.mould.files import SHEET, write_assembly, write_bill_and_pictures, write_pieces
 from pneumorph.make.mould.plan import Plan
-from pneumorph.make.mould.walls import draw_walls
 from pneumorph.make.silicone.bill import bill
 from pneumorph.make.silicone.pieces import pieces
 from pneumorph.make.silicone.plan import SiliconePlan, plan_silicone
 from pneumorph.make.silicone.proof import proof
 from pneumorph.make.silicone.sag import Sag
 from pneumorph.make.silicone.sheet import write_sheet
-from pneumorph.make.step import read_step, write_step
 from pneumorph.problem import Problem
 
 
@@ -52,17 +48,11 @@ def make_silicone_mould(
     sagging = sags(planned) if sags else []
     made = pieces(planned)
     written, parts, checks = write_pieces(made.pieces, folder, chord)
-    assembly = folder / "assembly.step"
-    write_step(made.assembly, assembly)
-    checks += [validity(assembly.name, read_step(assembly)), *proof(planned, parts, chord)]
+    assembled, valid = write_assembly(made.assembly, folder)
+    checks += [valid, *proof(planned, parts, chord)]
     checks += [sag.check(problem.make.negative_sag) for sag in sagging]
     checks += [effect.check(problem.make.port_effect) for effect in changed]
     items = bill(planned, parts, problem)
-    table, sheet, walls = folder / "bill.csv", folder / "assembly.pdf", folder / "wall.png"
-    write_bill(items, table)
-    told = [each.sentence for each in (*sagging, *changed)]
+    sheet, told = folder / SHEET, [each.sentence for each in (*sagging, *changed)]
     write_sheet(planned, parts, items, told, problem.title or "Silicone mould", sheet)
-    draw_walls(planned, walls)
-    picture = folder / "mould.png"
-    drawn = (picture,) if draw_mould(folder, picture) else ()
-    return (*written, assembly, table, sheet, walls, *drawn), tuple(checks)
+    return (*written, assembled, sheet, *write_bill_and_pictures(planned, items, folder)), tuple(checks)
