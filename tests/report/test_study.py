@@ -1,5 +1,7 @@
 """The page of a study in a browser: sorted, filtered, one member in the large picture; and a body of ten chambers."""
 
+import math
+
 import pytest
 from pages import differs, picture, words
 from runs import analysed, ended, waving_run
@@ -11,7 +13,7 @@ from pneumorph.problem import loads
 
 TEN = "".join(
     f'[[body.chamber]]\nname = "C{number}"\nradius = "1 mm"\nspan = ["3 mm", "21 mm"]\n'
-    f'center = ["{5 * (number % 5 - 2) * 0.5:g} mm", "{3.0 * (1 if number < 5 else -1):g} mm"]\n'
+    f'center = ["{5 * math.cos(0.2 * math.pi * number):g} mm", "{5 * math.sin(0.2 * math.pi * number):g} mm"]\n'
     for number in range(10)
 )
 

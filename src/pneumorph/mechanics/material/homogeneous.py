@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics.material.rubber import Energy
+if TYPE_CHECKING:
+    from pneumorph.mechanics.material.rubber import Energy
 
 DIRECTIONS = {"uniaxial": (1.0, -0.5), "equibiaxial": (1.0, 1.0), "planar": (1.0, 0.0)}
 """Logarithms of the first two principal stretches over that of the first, of each mode."""
@@ -74,6 +76,12 @@ def stable_up_to(energy: Energy, parameters: np.ndarray, mode: str, reach: float
     softest = np.linalg.eigvalsh(np.moveaxis(np.asarray(_hessian(energy, _with_bulk(parameters), logs)), -1, 0))[:, 0]
     failed = np.flatnonzero(~(softest > 0))
     return float(stretch[max(failed[0] - 1, 0)]) if len(failed) else float(reach)
+
+
+def shear_modulus(energy: Energy, parameters: np.ndarray) -> float:
+    """The initial shear modulus μ, MPa: ψ is μ (ε₁² + ε₂² + (ε₁ + ε₂)²) of small logarithmic strains."""
+    # As many points as `stable_up_to` has, so that nothing else is compiled.
+    return float(_hessian(energy, _with_bulk(parameters), np.zeros((2, POINTS)))[0, 0, 0]) / 4.0
 
 
 @partial(jax.jit, static_argnums=0)

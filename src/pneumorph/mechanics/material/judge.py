@@ -14,8 +14,7 @@ import numpy as np
 
 from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mechanics.material.fit import Form, MeasuredPoints, TensionTest, borne, forms, points, roots
-from pneumorph.mechanics.material.homogeneous import DIRECTIONS, nominal_stress, stable_up_to, stretch_at
-from pneumorph.mechanics.material.rubber import Rubber
+from pneumorph.mechanics.material.homogeneous import DIRECTIONS, nominal_stress, shear_modulus, stable_up_to, stretch_at
 
 ACCURACY = 0.005
 """Relative error of stress that every test is assumed to have, that of a machine of class 0.5 (ISO 7500-1)."""
@@ -215,7 +214,7 @@ def judged(form: Form, parameters: np.ndarray, tests: Sequence[TensionTest]) -> 
     stress = nominal_stress(form.energy, parameters, stretch, modes)
     slopes = _slopes(form, parameters, stretch, modes)
     deviation = np.sqrt(np.maximum(np.einsum("np,pq,nq->n", slopes, covariance, slopes), 0.0))
-    shear = Rubber(form.energy, (*(float(number) for number in parameters), 0.0), 0.0).shear_modulus
+    shear = shear_modulus(form.energy, parameters)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = stress / nominal_stress(neo_hookean, np.array([shear]), stretch, modes)
     reach = max(float(test.stretch.max()) for test in tests)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
-import jax
-import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from pneumorph.mechanics.material.energies import OfInvariants, determinant, neo_hookean
+from pneumorph.mechanics.material.homogeneous import shear_modulus
 
 Energy = Callable[..., Array]
 """ψ(F, parameters) in MPa, or for elements ψ(F, π, parameters), where only mixed ones use π."""
@@ -50,7 +50,7 @@ class Rubber:
 
     @property
     def shear_modulus(self) -> float:
-        """Initial shear modulus μ in MPa: the second derivative of ψ in simple shear, undeformed."""
+        """Initial shear modulus μ in MPa, from the second derivative of ψ at rest."""
         return _initial_shear_modulus(self.isochoric, self.parameters)
 
     def beyond(self, stretch: float) -> bool:
@@ -77,15 +77,7 @@ def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
 
 @cache
 def _initial_shear_modulus(isochoric: Energy, parameters: tuple[float, ...]) -> float:
-    return float(_shear_curvature(isochoric, jnp.asarray(parameters, dtype=float)))
-
-
-# Run once, so compiled without optimisation.
-@partial(jax.jit, static_argnums=0, compiler_options={"xla_backend_optimization_level": 0})
-def _shear_curvature(isochoric: Energy, parameters: Array) -> Array:
-    """∂²ψ/∂γ² of a simple shear γ at rest."""
-    shear = jnp.zeros((3, 3)).at[0, 1].set(1.0)
-    return jax.grad(jax.grad(lambda amount: isochoric(jnp.eye(3) + amount * shear, parameters)))(0.0)
+    return shear_modulus(isochoric, np.array(parameters[:-1]))
 
 
 def neo_hookean_rubber(shear_modulus: float, bulk_modulus: float, density: float) -> Rubber:
