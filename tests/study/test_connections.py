@@ -8,7 +8,7 @@ import pytest
 
 from pneumorph.errors import ProblemError
 from pneumorph.study import cluster
-from pneumorph.study.cluster import connected
+from pneumorph.study.cluster import WORKER_MEMORY, connected, workers_for
 
 
 def test_processes_on_this_machine_listen_on_the_loopback_interface_alone_and_leave_nothing(tmp_path, monkeypatch):
@@ -43,6 +43,12 @@ def tried(monkeypatch):
 
     monkeypatch.setattr(cluster, "Client", client)
     return given
+
+
+def test_workers_follow_from_cores_and_memory():
+    assert workers_for(2, 24_000_000_000) == 2
+    assert workers_for(64, 8 * WORKER_MEMORY + 1) == 8
+    assert workers_for(4, WORKER_MEMORY // 2) == 1
 
 
 def test_files_for_tls_reach_dask(tried, tmp_path):

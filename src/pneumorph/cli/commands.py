@@ -210,7 +210,8 @@ def study(
         typer.Option(help="Address of a Dask scheduler, tcp://… or tls://…, whose workers share this disk; or slurm."),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes on this machine; by default one per core.")
+        int | None,
+        typer.Option(min=1, help="Number of processes on this machine; by default one for every core and every 2 GB."),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print only where the results are.")] = False,
     tls_ca: Annotated[

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from dask import config
+from dask.system import CPU_COUNT
 from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed
+from distributed.system import MEMORY_LIMIT
 
 from pneumorph.analysis import HistoryEntry, from_json
 from pneumorph.errors import ProblemError, short
@@ -32,6 +34,9 @@ TLS = {"--tls-ca": "tls_ca_file", "--tls-cert": "tls_client_cert", "--tls-key": 
 KILLS = 5
 """A member fails after so many killed workers; before that, another worker resumes it from its checkpoint."""
 
+WORKER_MEMORY = 2_000_000_000
+"""Bytes for a worker: an example at its own size needs 1.7 GB at most."""
+
 LOOK = 0.1
 """Seconds between looks at which members have ended."""
 
@@ -49,7 +54,8 @@ def connected(
     ----------
     address : "tcp://…", "tls://…", "slurm", or None for this machine
         For SLURM, queue, cores and memory come from Dask's own configuration (jobqueue.slurm).
-    workers : number of workers to start, by default one per core of this machine; unused with a scheduler's address.
+    workers : number of workers to start; unused with a scheduler's address.
+        By default one for every core and for every `WORKER_MEMORY` of this machine, whichever are fewer.
     tls : {option: file}
         "--tls-ca", "--tls-cert" and "--tls-key" for an address with tls; without them those of Dask's configuration.
 
@@ -60,7 +66,7 @@ def connected(
     """
     security = _security(address, {option: path for option, path in (tls or {}).items() if path is not None})
     logging.getLogger("distributed").setLevel(logging.ERROR)
-    count = workers or os.cpu_count() or 1
+    count = workers or workers_for(CPU_COUNT, MEMORY_LIMIT)
     if address == "slurm":
         with _slurm(count) as cluster, Client(cluster) as client:
             yield client
@@ -93,6 +99,11 @@ def connected(
         Client(cluster) as client,
     ):
         yield client
+
+
+def workers_for(cores: int, memory: int) -> int:
+    """The number of workers that a machine with so many cores and bytes of memory can bear, at least one."""
+    return max(1, min(cores, memory // WORKER_MEMORY))
 
 
 def _security(address: str | None, files: Mapping[str, Path]) -> Security | None:

@@ -1,0 +1,178 @@
+"""Run the benchmarks and write docs/performance.md: python benchmarks/all.py --quick|--full RUNS [--out FILE].
+
+RUNS is a folder with finished runs of the examples, by the name of their files (linear, arm_planar, …); those that are
+not there are left out of the tables. Every section is the output of one benchmark of this folder, run by itself; one
+that fails leaves its last line. `--quick` takes about a quarter of an hour on two cores, `--full` some hours.
+"""
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+PLACE = HERE.parent / "docs" / "performance.md"
+HEAD = """# Performance
+
+Written by `python benchmarks/all.py --{size} RUNS`, on {machine}. Compare figures within a table: other machines, and
+this one at other times, are faster or slower as a whole. An *equivalent* is the time of one assembly and factorisation
+of the tangent on the same mesh.
+"""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A benchmark: what it answers, its command for a quick and for a full measurement, and whether it prints Markdown.
+
+    A command that is None is left out.
+    """
+
+    title: str
+    about: str
+    quick: list[str] | None
+    full: list[str] | None
+    markdown: bool = False
+
+
+def sections(runs: Path, out: Path) -> list[Section]:
+    """All benchmarks, for a folder of finished runs and one for what they write."""
+    found = [str(path.parent) for path in sorted(runs.glob("*/result.json"))]
+    linear = str(runs / "linear")
+    return [
+        Section(
+            "A design of every example",
+            "Medians over the designs of finished runs: factorisations, equivalents, and seconds of each part.",
+            ["iteration.py", *found],
+            ["iteration.py", *found],
+        ),
+        Section(
+            "Beside the paper",
+            "Designs and time, with the values of the paper's Table II in brackets; it used sixteen cores.",
+            ["table.py", *found],
+            ["table.py", *found],
+            markdown=True,
+        ),
+        Section(
+            "The sub-problem",
+            "One step within the limits, in the middle of a run, by the density of control points.",
+            ["subproblem.py", "0.6"],
+            ["subproblem.py"],
+        ),
+        Section(
+            "The limits",
+            "Their values and gradients, the search for close pairs, and the certificate.",
+            ["limits.py"],
+            ["limits.py"],
+        ),
+        Section(
+            "Half a body",
+            "The bending actuator with one mirror plane, and as a whole.",
+            ["half.py", "3.0"],
+            ["half.py"],
+        ),
+        Section(
+            "Growth with the mesh",
+            "The best design of `linear`; each mesh begins from the state on the one before.",
+            ["growth.py", linear, "3.0", "2.0"],
+            ["growth.py", linear, "3.0", "2.0", "1.4", "1.0"],
+            markdown=True,
+        ),
+        Section(
+            "Beside other finite-element programs",
+            "One equilibrium of the same mesh and load; programs that are not installed are left out.",
+            ["solvers.py", "8000"],
+            ["solvers.py"],
+        ),
+        Section(
+            "First use",
+            "Commands with nothing compiled before, and again.",
+            ["first_use.py"],
+            ["first_use.py"],
+            markdown=True,
+        ),
+        Section(
+            "Studies",
+            "Eight members on two cores.",
+            None,
+            ["studies.py", str(out / "study")],
+            markdown=True,
+        ),
+        Section(
+            "Making",
+            "The starting bodies of the examples as split moulds.",
+            ["making.py", str(out / "making"), "linear"],
+            ["making.py", str(out / "making")],
+            markdown=True,
+        ),
+        Section(
+            "The boundary formula",
+            "The paper's gradient against the exact one, on finer and finer meshes.",
+            None,
+            ["boundary.py"],
+        ),
+        Section(
+            "Interrupts",
+            "Signals at random moments.",
+            None,
+            ["interrupts.py"],
+        ),
+        Section(
+            "Random problems",
+            "Problems that nobody chose, ten designs each.",
+            None,
+            ["yield.py", str(int(time.time())), "30", "--out", str(out / "yield"), "--threads", "1"],
+        ),
+    ]
+
+
+def machine() -> str:
+    """The machine in words."""
+    names = {
+        line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line
+    }
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1024**3
+    load = os.getloadavg()[0]
+    programs = f"Python {platform.python_version()}, JAX {version('jax')}, NumPy {version('numpy')}"
+    name = ", ".join(sorted(names)) or platform.machine()
+    return f"{os.cpu_count()} cores ({name}), {memory:.0f} GiB, {programs}; load at the start {load:.1f}"
+
+
+def measured(section: Section, command: list[str]) -> str:
+    """The page's part for a benchmark."""
+    began = time.perf_counter()
+    script, *arguments = command
+    done = subprocess.run([sys.executable, str(HERE / script), *arguments], capture_output=True, text=True)
+    said = done.stdout.rstrip()
+    if done.returncode:
+        said += f"\nended with status {done.returncode}: {(done.stderr.strip().splitlines() or ['nothing said'])[-1]}"
+    body = said if section.markdown and not done.returncode else f"```text\n{said}\n```"
+    minutes = (time.perf_counter() - began) / 60
+    print(f"{section.title}: {minutes:.1f} min", flush=True)
+    return f"\n## {section.title}\n\n{section.about} `benchmarks/{script}`, {minutes:.1f} min.\n\n{body}\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    size = parser.add_mutually_exclusive_group(required=True)
+    size.add_argument("--quick", dest="size", action="store_const", const="quick")
+    size.add_argument("--full", dest="size", action="store_const", const="full")
+    parser.add_argument("runs", type=Path)
+    parser.add_argument("--out", type=Path, default=PLACE, help="the page")
+    asked = parser.parse_args()
+    page = HEAD.format(size=asked.size, machine=machine())
+    with tempfile.TemporaryDirectory() as folder:
+        for section in sections(asked.runs, Path(folder)):
+            command = section.quick if asked.size == "quick" else section.full
+            if command is not None:
+                page += measured(section, command)
+                asked.out.write_text(page)
+
+
+if __name__ == "__main__":
+    main()
