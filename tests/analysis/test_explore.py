@@ -1,17 +1,23 @@
-"""Equilibria at any pressures: those of a simulation, from the nearest known one, on half a body where that serves."""
+"""Equilibria at any pressures: those of a simulation, from the nearest known one, on part of a body where it serves."""
 
 import numpy as np
 import pytest
+from texts import EXTEND, problem_text
 from tiny import tiny
 
 import pneumorph as pm
 from pneumorph.analysis import Explorer, Stopped, to_json
 from pneumorph.problem import loads
 
-HALF = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz"] }\n[[body.chamber]]')
+
+def mirrored(mirrors: str, **changes: str) -> str:
+    return tiny(**changes).replace("[[body.chamber]]", f"symmetry = {{ mirror = [{mirrors}] }}\n[[body.chamber]]")
 
 
-@pytest.fixture(scope="module", params=[tiny(), HALF], ids=["whole", "half"])
+PARTS = {"whole": tiny(), "half": mirrored('"xz"'), "quarter": mirrored('"xz", "yz"')}
+
+
+@pytest.fixture(scope="module", params=PARTS.values(), ids=list(PARTS))
 def start(request):
     return pm.starting_design(loads(request.param))
 
@@ -39,7 +45,7 @@ def test_the_fields_are_those_of_the_whole_body(start):
     np.testing.assert_allclose(
         found.fields.whole().stretch["extend"].max(), start.fields.stretch["extend"].max(), rtol=1e-4
     )
-    assert found.fields.whole().mesh.mirror is None
+    assert found.fields.whole().mesh.mirrors == ()
 
 
 def test_from_a_near_state_it_takes_less(start):
@@ -80,3 +86,25 @@ def test_from_what_is_stored_little_is_left_to_solve(start):
     np.testing.assert_allclose(
         found["stored"].step.translation, start.results["extend"].translation, rtol=1e-4, atol=1e-6
     )
+
+
+def test_pressures_that_break_a_mirror_unfold_what_is_stored():
+    """Of a quarter, half is enough for pressures that break one mirror; what is stored as a half stays one."""
+    chambers = (("A", 1.8, "4 mm", "0 mm"), ("B", 1.8, "-4 mm", "0 mm"))
+    symmetric = 'control_density = "0.3 /mm"\nsymmetry = { mirror = ["xz", "yz"] }'
+    rest = EXTEND.replace('A = "60 kPa"', 'A = "60 kPa", B = "60 kPa"') + '[mesh]\nsize = "6 mm"\n'
+    start = pm.starting_design(loads(problem_text(rest, chambers=chambers, body=symmetric)))
+    quarter = start._computed()
+    assert quarter.mesh.mirrors == ("xz", "yz")
+    half = quarter.unfolded(["xz"])
+    unlike = {"A": 0.05, "B": 0.04}
+    for stored, pressures, mirrors in (
+        (quarter, {"A": 0.05, "B": 0.05}, ("xz", "yz")),
+        (quarter, unlike, ("xz",)),
+        (half, {"A": 0.05, "B": 0.05}, ("xz",)),
+    ):
+        found = Explorer(start.problem, start.body, stored, start.results).at(pressures)
+        assert found.fields.mesh.mirrors == mirrors
+        assert found.step.converged and found.step.stable
+        bent = abs(found.step.rotation[1])
+        assert bent > 1e-4 if pressures == unlike else bent < 1e-9

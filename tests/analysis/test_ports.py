@@ -7,7 +7,7 @@ from netgen.occ import Cylinder, Glue, OCCGeometry, X, Z
 from pneumorph.analysis.ports import Port, compared, with_and_without, with_tubes
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import starting_body
-from pneumorph.mesh import TetMesh, keep_netgen_quiet, mesh_body, scaled_jacobian
+from pneumorph.mesh import TetMesh, keep_netgen_quiet, mesh_body, scaled_jacobian, unfold
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES
 from pneumorph.problem import load
 
@@ -70,6 +70,18 @@ def test_the_effect_is_that_of_the_exact_port(problem):
     told = shift(with_and_without(problem, starting_body(problem.body), PRESSURES, [SIDE]))
     assert np.linalg.norm(told) == pytest.approx(np.linalg.norm(real), rel=0.25)
     assert real @ told > 0.98 * np.linalg.norm(real) * np.linalg.norm(told)
+
+
+@pytest.mark.parametrize("mirrors", [("xz",), ("xz", "yz")])
+def test_ports_beyond_a_mirror_plane_are_left_to_the_images(problem, mirrors):
+    """Ports on both sides of a plane: the part has one of them, and unfolded it has both."""
+    ports = [Port(np.array([0.0, side * 3.4, HEIGHT]), np.array([0.0, side, 0.0]), RADIUS) for side in (1.0, -1.0)]
+    mesh = unfold(with_tubes(mesh_body(starting_body(problem.body), 2.5, mirrors).mesh, ports)).mesh
+    tubes = mesh.points[mesh.tets[mesh.regions["tubes"], :4]]
+    volumes = np.abs(np.linalg.det(tubes[:, 1:] - tubes[:, :1])) / 6
+    assert volumes.sum() == pytest.approx(2 * np.pi * RADIUS**2 * 4.0, rel=0.3)
+    above = tubes.mean(axis=1)[:, 1] > 0
+    assert volumes[above].sum() == pytest.approx(volumes[~above].sum(), rel=1e-12)
 
 
 def test_a_port_beside_the_mirror_plane_needs_the_whole_body(problem):

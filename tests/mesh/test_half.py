@@ -1,4 +1,4 @@
-"""Half a body: cut exactly in its mirror plane, closed, and a whole again when it is unfolded."""
+"""Halves and quarters: cut exactly in their mirror planes, closed, and a whole again when they are unfolded."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import NORMALS
 
 
-def problem(mirror: str, *centres: tuple[float, float], radius: float = 2.0, ends: str = "flat") -> Problem:
+def problem(mirrors: str, *centres: tuple[float, float], radius: float = 2.0, ends: str = "flat") -> Problem:
     chambers = [
         {
             "name": name,
@@ -31,7 +31,7 @@ def problem(mirror: str, *centres: tuple[float, float], radius: float = 2.0, end
         "pressure": {"A": "1 kPa"},
         "objective": {"kind": "maximize", "motion": "extension"},
     }
-    body = {"length": "30 mm", "radius": "9 mm", "symmetry": {"mirror": [mirror]}, "chamber": chambers}
+    body = {"length": "30 mm", "radius": "9 mm", "symmetry": {"mirror": mirrors.split()}, "chamber": chambers}
     return Problem.model_validate({"material": {"name": "Hei-Cast 8400"}, "body": body, "task": [task]})
 
 
@@ -41,6 +41,11 @@ CASES = {
     "two cut": (problem("xz", (-4, 0), (4, 0)), ["A", "B"]),
     "a pair": (problem("yz", (-4, 0), (4, 0)), ["B A"]),
     "cut and pair": (problem("xz", (0, 4.5), (-4.5, 0), (0, -4.5), (4.5, 0)), ["A C", "B", "D"]),
+    "a quarter": (problem("xz yz", (0, 0), radius=4), ["A"]),
+    "a quarter with domes": (problem("xz yz", (0, 0), radius=4, ends="pole"), ["A"]),
+    "a quarter and pairs": (problem("xz yz", (0, 4.5), (-4.5, 0), (0, -4.5), (4.5, 0)), ["A C", "D B"]),
+    "a quarter and four": (problem("xz yz", (3.5, -3.5), (3.5, 3.5), (-3.5, -3.5), (-3.5, 3.5)), ["B A D C"]),
+    "a quarter of both": (problem("xz yz", (0, 0), (0, 5.5), (0, -5.5), radius=1.5), ["A", "B C"]),
 }
 
 
@@ -49,8 +54,8 @@ def case(request: pytest.FixtureRequest):
     asked, names = request.param
     space = build_design_space(asked, starting_body(asked.body))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
-    body, mirror = space.body(phi), asked.body.symmetry.mirror[0]
-    return body, mirror, names, mesh_body(body, 4.0, mirror), space, phi
+    body, mirrors = space.body(phi), asked.body.symmetry.mirror
+    return body, mirrors, names, mesh_body(body, 4.0, mirrors), space, phi
 
 
 def solid(body: Body) -> float:
@@ -68,48 +73,65 @@ def named(mesh: TetMesh) -> set[frozenset[int]]:
     return set(map(frozenset, np.concatenate(list(mesh.faces.values()))[:, :3].tolist()))
 
 
-def test_half_a_body_is_closed_and_half_as_large(case) -> None:
-    body, mirror, names, morph, _, _ = case
+def test_a_part_is_closed_and_a_half_or_quarter_as_large(case) -> None:
+    body, mirrors, names, morph, _, _ = case
     mesh = morph.mesh
-    assert mesh.mirror == mirror
-    assert set(mesh.faces) == {"base", "tip", "exterior", f"mirror {mirror}", *(f"chamber {name}" for name in names)}
+    assert mesh.mirrors == mirrors
+    cuts = [f"mirror {plane}" for plane in mirrors]
+    assert set(mesh.faces) == {"base", "tip", "exterior", *cuts, *(f"chamber {name}" for name in names)}
     assert boundary(mesh) == named(mesh)
     assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.1
-    assert 2 * mesh.volume() == pytest.approx(solid(body), rel=5e-3)
-    across = mesh.points[:, NORMALS[mirror]]
-    assert (across[mesh.mirror_nodes] == 0).all()
-    assert np.delete(across, mesh.mirror_nodes).min() > 0
+    assert 2 ** len(mirrors) * mesh.volume() == pytest.approx(solid(body), rel=5e-3)
+    for plane in mirrors:
+        across, inside = mesh.points[:, NORMALS[plane]], mesh.mirror_nodes(plane)
+        assert (across[inside] == 0).all()
+        assert np.delete(across, inside).min() > 0
 
 
 def test_unfolded_it_is_whole(case) -> None:
-    body, _, _, morph, _, _ = case
+    body, mirrors, _, morph, _, _ = case
     image = unfold(morph.mesh)
     mesh = image.mesh
-    assert mesh.mirror is None
+    assert mesh.mirrors == ()
     assert set(mesh.faces) == {"base", "tip", "exterior", *(f"chamber {chamber.name}" for chamber in body.chambers)}
     assert boundary(mesh) == named(mesh)
     assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.1
-    assert mesh.volume() == pytest.approx(2 * morph.mesh.volume(), rel=1e-12)
+    assert mesh.volume() == pytest.approx(2 ** len(mirrors) * morph.mesh.volume(), rel=1e-12)
     middles = mesh.points[mesh.tets[:, TET_EDGES]].mean(axis=2) - mesh.points[mesh.tets[:, 4:]]
-    halves = np.split(middles, 2)
-    np.testing.assert_allclose(
-        np.sort(np.linalg.norm(halves[0], axis=-1).ravel()), np.sort(np.linalg.norm(halves[1], axis=-1).ravel())
-    )
+    first, *images = (np.sort(np.linalg.norm(part, axis=-1).ravel()) for part in np.split(middles, 2 ** len(mirrors)))
+    for other in images:
+        np.testing.assert_allclose(first, other)
     for chamber in body.chambers:
         where = mesh.points[mesh.faces[f"chamber {chamber.name}"]].mean(axis=(0, 1))
         np.testing.assert_allclose(where[:2], chamber.net.mean(axis=(0, 1))[:2], atol=0.3)
     assert unfold(mesh).mesh is mesh
 
 
+def test_planes_are_unfolded_one_by_one(case) -> None:
+    body, mirrors, _, morph, _, _ = case
+    for plane in mirrors:
+        image = unfold(morph.mesh, keep=[plane])
+        mesh = image.mesh
+        assert mesh.mirrors == (plane,)
+        assert boundary(mesh) == named(mesh)
+        assert mesh.volume() == pytest.approx(2 ** (len(mirrors) - 1) * morph.mesh.volume(), rel=1e-12)
+        np.testing.assert_allclose(image.vectors(morph.mesh.points), mesh.points, atol=1e-15)
+        whole = unfold(mesh).mesh
+        for chamber in body.chambers:
+            where = whole.points[whole.faces[f"chamber {chamber.name}"]].mean(axis=(0, 1))
+            np.testing.assert_allclose(where[:2], chamber.net.mean(axis=(0, 1))[:2], atol=0.3)
+
+
 def test_the_morph_is_affine_and_keeps_the_plane(case) -> None:
-    _, mirror, _, morph, space, phi = case
+    _, mirrors, _, morph, space, phi = case
     rng = np.random.default_rng(1)
     d, e = 0.05 * rng.normal(size=(2, space.n))
     P, dP, eP = space.control_points(phi), space.L @ d, space.L @ e
     dP, eP = dP.reshape(-1, 3), eP.reshape(-1, 3)
     moved = morph.positions(P + 2 * dP - 3 * eP)
     np.testing.assert_allclose(moved, morph.positions(P) + 2 * morph.push(dP) - 3 * morph.push(eP), atol=1e-11)
-    assert (moved[morph.mesh.mirror_nodes, NORMALS[mirror]] == 0).all()
+    for plane in mirrors:
+        assert (moved[morph.mesh.mirror_nodes(plane), NORMALS[plane]] == 0).all()
     np.testing.assert_allclose(morph.positions(P)[: morph.n_surface], morph.B @ P, atol=1e-10)
     assert needs_remesh(morph, P) is None
 

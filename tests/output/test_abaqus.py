@@ -120,19 +120,21 @@ def test_calculix_blocks_components(loaded):
     assert np.abs(u - found.u).max() < 5e-3 * np.abs(u).max()
 
 
-def test_half_a_body_is_written_whole():
-    """Its faces, loads and springs are those of the whole body, and the answer is the half's."""
-    problem = linear_actuator().with_changes({"body.symmetry.mirror": ["xz"], "end_effector.spring.axial": "0.5 N/mm"})
-    mesh = mesh_body(starting_body(problem.body), 8.0, "xz").mesh
-    half = model_of(problem, mesh)
-    at = configure(half, mesh.points, loads_of(problem, half, {"A": 0.04}))
+@pytest.mark.parametrize("mirrors", [("xz",), ("xz", "yz")])
+def test_part_of_a_body_is_written_whole(mirrors):
+    """Its faces, loads and springs are those of the whole body, and the answer is the part's."""
+    changes = {"body.symmetry.mirror": list(mirrors), "end_effector.spring.axial": "0.5 N/mm"}
+    problem = linear_actuator().with_changes(changes)
+    mesh = mesh_body(starting_body(problem.body), 8.0, mirrors).mesh
+    part = model_of(problem, mesh)
+    at = configure(part, mesh.points, loads_of(problem, part, {"A": 0.04}))
     found = blocks(abaqus_input(mesh, at))
-    whole = whole_of(half, mesh).image.mesh
-    assert len(found["*ELEMENT, TYPE=C3D10, ELSET=BODY"]) == 2 * len(mesh.tets) == len(whole.tets)
+    whole = whole_of(part, mesh).image.mesh
+    assert len(found["*ELEMENT, TYPE=C3D10, ELSET=BODY"]) == 2 ** len(mirrors) * len(mesh.tets) == len(whole.tets)
     assert len(found["*DLOAD"]) == len(whole.faces["chamber A"])
     assert float(found["*SPRING, ELSET=SPRING3"][1]) == pytest.approx(0.5)
     needs(calculix.program)
     u, plate = calculix.equilibrium(mesh, at)
-    ours = solve(at, Tangent(half))
+    ours = solve(at, Tangent(part))
     assert np.abs(plate - ours.plate).max() < 5e-3 * np.abs(plate).max()
     assert np.abs(u[: len(mesh.points)] - ours.u).max() < 5e-3 * np.abs(u).max()

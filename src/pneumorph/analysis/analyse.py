@@ -23,7 +23,7 @@ from pneumorph.mechanics import (
     displacement,
     guided_of,
     loads_of,
-    mirror_of,
+    mirrors_of,
     model_of,
     predict,
     solve,
@@ -85,8 +85,8 @@ class Analysis:
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body, or half of it where a mirror plane allows that, and build its model for analysis."""
-    return build_discretisation(problem, mesh_body(body, problem.mesh.size, mirror_of(problem)), body.control_points())
+    """Mesh a body, or half or a quarter of it where mirror planes allow that, and build its model for analysis."""
+    return build_discretisation(problem, mesh_body(body, problem.mesh.size, mirrors_of(problem)), body.control_points())
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
@@ -138,9 +138,9 @@ def analyse(
 
 
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
-    """Whether the state of each task is stable; where half the body was analysed, against all motions of the whole."""
+    """Whether the state of each task is stable; of part of a body, against all motions of the whole."""
     found = {name: equilibrium.stable for name, equilibrium in analysis.equilibria.items()}
-    if disc.model.mirror is None:
+    if not disc.model.mirrors:
         return found
     whole = whole_of(disc.model, disc.morph.mesh)
     return {

@@ -24,7 +24,7 @@ from pneumorph.mechanics import (
     extrapolated,
     guided_of,
     loads_of,
-    mirror_of,
+    mirrors_of,
     model_of,
     rest,
     restored,
@@ -55,7 +55,7 @@ class Explored:
     step : SweepStep
         The equilibrium, or the reason why none was found.
     fields : Fields or None
-        Displacements and stretches under the task of the step, of half the body where only that was solved (see
+        Displacements and stretches under the task of the step, of part of the body where only that was solved (see
         `Fields.whole`); None without an equilibrium.
     """
 
@@ -66,10 +66,11 @@ class Explored:
 class Explorer:
     """The equilibria of a body at any pressures, without blocked motions.
 
-    Pressures that are symmetric about a mirror plane are solved on half the body, others on the whole, as by
-    `simulate`. Every equilibrium is sought from the nearest known ones on the same mesh, and from rest if it is not
-    found from there. Where a body has several equilibria at the same pressures, the result depends on where the search
-    starts, as with a real body. No path is followed past a limit pressure: `simulate` does that, and takes longer.
+    Pressures that are symmetric about mirror planes are solved on half or a quarter of the body, others on the whole,
+    as by `simulate`. Every equilibrium is sought from the nearest known ones on the same mesh, and from rest if it is
+    not found from there. Where a body has several equilibria at the same pressures, the result depends on where the
+    search starts, as with a real body. No path is followed past a limit pressure: `simulate` does that, and takes
+    longer.
 
     Parameters
     ----------
@@ -98,7 +99,7 @@ class Explorer:
     ) -> None:
         self.problem, self.body = problem, body
         self._stored, self._results = stored, results or {}
-        self._meshes: dict[str | None, _Meshed] = {}
+        self._meshes: dict[tuple[str, ...], _Meshed] = {}
 
     def at(self, pressures: Mapping[str, float], stop: Callable[[], bool] = lambda: False) -> Explored:
         """The equilibrium at some pressures.
@@ -138,18 +139,18 @@ class Explorer:
         return [self._at(meshed, {name: part * value for name, value in pressures.items()}) for part in parts]
 
     def _meshed(self, pressures: dict[str, float]) -> _Meshed:
-        """The mesh for these pressures, made once for every mirror plane."""
-        plane = mirror_of(self.problem, [pressures])
-        stored = self._stored
-        if stored is not None and plane != stored.mesh.mirror:
-            plane, stored = None, stored.whole()
-        if plane not in self._meshes:
-            mesh = mesh_body(self.body, self.problem.mesh.size, plane).mesh if stored is None else stored.mesh
+        """The mesh for these pressures, made once for their mirror planes."""
+        mirrors = mirrors_of(self.problem, [pressures])
+        if self._stored is not None:
+            mirrors = tuple(plane for plane in self._stored.mesh.mirrors if plane in mirrors)
+        if mirrors not in self._meshes:
+            stored = None if self._stored is None else self._stored.unfolded(mirrors)
+            mesh = mesh_body(self.body, self.problem.mesh.size, mirrors).mesh if stored is None else stored.mesh
             model = model_of(self.problem, mesh)
-            whole = None if model.mirror is None else whole_of(model, mesh)
+            whole = whole_of(model, mesh) if model.mirrors else None
             known = [] if stored is None else self._known(model, stored)
-            self._meshes[plane] = _Meshed(mesh, model, _Stoppable(model), whole, known)
-        return self._meshes[plane]
+            self._meshes[mirrors] = _Meshed(mesh, model, _Stoppable(model), whole, known)
+        return self._meshes[mirrors]
 
     def _known(self, model: Model, stored: Fields) -> list[tuple[Loads, State]]:
         """The equilibria that are stored: of every task, and without pressure."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import jax
@@ -49,7 +49,7 @@ class Fields:
     Attributes
     ----------
     mesh : TetMesh
-        The body at rest; half of it where only that was analysed, see `whole`.
+        The body at rest; a half or a quarter where only that was analysed, see `whole`.
     u : {task: (N, 3) mm}
         Displacements of the nodes.
     stretch : {task: (N,)}
@@ -69,12 +69,16 @@ class Fields:
 
     @property
     def skin(self) -> np.ndarray:
-        """Sorted numbers (S,) of the nodes on the surfaces, to which a mirror plane does not belong."""
+        """Sorted numbers (S,) of the nodes on the surfaces, to which mirror planes do not belong."""
         return _skin(self.mesh)
 
     def whole(self) -> Fields:
         """The same fields on the whole body."""
-        image = unfold(self.mesh)
+        return self.unfolded(())
+
+    def unfolded(self, keep: Collection[str]) -> Fields:
+        """The same fields on the mesh unfolded about its mirror planes, but for those to `keep`."""
+        image = unfold(self.mesh, keep)
         skin = _skin(image.mesh)
         source, sign = np.searchsorted(self.skin, image.source[skin]), image.sign[skin].astype(np.float32)
         return Fields(
@@ -132,7 +136,7 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     if not len(corners) or all(name.startswith("mirror ") for name in names):
         raise ValueError("the mesh has no elements or no faces")
     if any(name.startswith("mirror ") and name.removeprefix("mirror ") not in MIRRORS for name in names):
-        raise ValueError("the mesh is half of a body about no known plane")
+        raise ValueError("the mesh is part of a body about no known plane")
     if np.bincount(corners.ravel(), minlength=len(places)).min() == 0:
         raise ValueError("the mesh has nodes that no element uses")
     gradients = tet_gradient(TET_RULE)

@@ -23,7 +23,7 @@ from pneumorph.mechanics import (
     configure,
     guided_of,
     loads_of,
-    mirror_of,
+    mirrors_of,
     model_of,
     neo_hookean_rubber,
     rubber_of,
@@ -76,10 +76,9 @@ def with_and_without(
     ComputationError
         If a task has no equilibrium.
     """
-    plane = mirror_of(problem, list(pressures.values()))
-    if plane is not None and not _symmetric(ports, np.array(MIRRORS[plane])):
-        plane = None
-    mesh = with_tubes(mesh_body(body, problem.mesh.size, plane).mesh, ports)
+    planes = mirrors_of(problem, list(pressures.values()))
+    mirrors = tuple(plane for plane in planes if _symmetric(ports, np.array(MIRRORS[plane])))
+    mesh = with_tubes(mesh_body(body, problem.mesh.size, mirrors).mesh, ports)
     return compared(problem, mesh, pressures)
 
 
@@ -102,7 +101,8 @@ def with_tubes(mesh: TetMesh, ports: Sequence[Port]) -> TetMesh:
     for port in ports:
         away, along, _ = _polar(samples, port)
         share = ((away <= port.radius) & (along >= 0.0)).mean(axis=1)
-        own = (share > 0.5) | (share == share.max())  # in a coarse mesh no element may be half inside
+        # In a coarse mesh no element may be half inside; in part of a body its image may be.
+        own = (share > 0.5) | ((share > 0.0) & (share == share.max()))
         inside |= own
         between = np.intersect1d(mesh.tets[own, :4], mesh.tets[~own, :4])
         between = between[~still[between]]

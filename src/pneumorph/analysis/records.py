@@ -49,7 +49,7 @@ class TaskResult:
     beyond_validity : bool
         Whether the largest stretch is beyond the range for which the rubber's parameters are valid.
     stable : bool
-        Whether the state is stable; see `RunResult` for half bodies.
+        Whether the state is stable; see `RunResult` for halves and quarters of bodies.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -135,7 +135,7 @@ class RunResult:
     objective, optimality, limits, held : as in `HistoryEntry`, of the last design.
     motions : {task: Motion}
     tasks : {task: TaskResult}
-        If the run is completed, `stable` is against all motions of the whole body, even where half was analysed.
+        If the run is completed, `stable` is against all motions of the whole body, even where a part was analysed.
     seconds : {phase: s}, over all designs.
     peak_memory : MB, or None if the system does not report it.
     versions : {package: version}

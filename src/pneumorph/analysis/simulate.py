@@ -24,7 +24,7 @@ from pneumorph.mechanics import (
     configure,
     guided_of,
     loads_of,
-    mirror_of,
+    mirrors_of,
     model_of,
     sweep,
     whole_of,
@@ -116,7 +116,7 @@ class Simulation:
     def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
-        whole = None if self.model.mirror is None else whole_of(self.model, self.mesh)
+        whole = whole_of(self.model, self.mesh) if self.model.mirrors else None
         for tasks in self._alike:
             own = self.pressures[tasks[0]]
             for path in self.paths:
@@ -148,7 +148,7 @@ def prepare_simulation(
     block: Iterable[str] = (),
     one_by_one: bool = False,
 ) -> Simulation:
-    """Mesh a body, or half of it where a mirror plane allows that, for sweeps.
+    """Mesh a body, or half or a quarter of it where mirror planes allow that, for sweeps.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def prepare_simulation(
     paths = pressure_paths(given, tuple(chamber.name for chamber in problem.body.chamber), one_by_one)
     blocked = _blocked(problem, list(block))
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
-    mesh = mesh_body(body, problem.mesh.size, mirror_of(problem, applied)).mesh
+    mesh = mesh_body(body, problem.mesh.size, mirrors_of(problem, applied)).mesh
     targets = {name: found for name, found in _targets(problem).items() if name in pressures}
     return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets)
 
@@ -193,7 +193,7 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
 def step_of(
     task: str, pressures: dict[str, float], at: Configuration, found: Equilibrium | NoEquilibrium, whole: Whole | None
 ) -> SweepStep:
-    """The record of an equilibrium, or of none; `whole` is the whole body where half of it was solved."""
+    """The record of an equilibrium, or of none; `whole` is the whole body where part of it was solved."""
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
     motion = measure_features(at.model, at.X, found.state)

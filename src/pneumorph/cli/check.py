@@ -81,7 +81,7 @@ def _description(at: AnalysedBody) -> list[str]:
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} for the shape, {free} for pressures",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
-        + mirror_note(model.mirror),
+        + mirror_note(model.mirrors),
         f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
         f"bulk modulus {rubber['bulk_modulus']}, {reach}",
         f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",

@@ -105,7 +105,7 @@ class Screen:
     def _started(self, event: Started) -> None:
         self.say(
             f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
-            + mirror_note(event.mirror)
+            + mirror_note(event.mirrors)
         )
         self._print(heading(self._columns))
         self._status = Text(f"design {event.iteration + 1} of {event.iterations}")

@@ -51,7 +51,7 @@ def simulate(
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model = simulation.model
-    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{mirror_note(model.mirror)}"
+    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{mirror_note(model.mirrors)}"
     console.print(Text(size), soft_wrap=True)
     for other, same in simulation.left_out.items():
         console.print(Text(f"task {other} is left out: its loads here are those of task {same}"), soft_wrap=True)

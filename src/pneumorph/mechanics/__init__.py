@@ -18,7 +18,7 @@ from pneumorph.mechanics.solve.equilibrium import (
     rest,
     solve,
 )
-from pneumorph.mechanics.solve.mirror import Whole, mirror_of, whole_of
+from pneumorph.mechanics.solve.mirror import Whole, mirrors_of, whole_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.restore import restored
@@ -47,7 +47,7 @@ __all__ = [
     "follow",
     "guided_of",
     "loads_of",
-    "mirror_of",
+    "mirrors_of",
     "model_of",
     "neo_hookean_rubber",
     "predict",

@@ -7,7 +7,7 @@ import numpy as np
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.cut import with_cut
+from pneumorph.mesh.cut import with_cuts
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.surface import surface_mesh
@@ -24,8 +24,8 @@ _WORST = 0.02
 """Quality (see `scaled_jacobian`) below which a mesh is rejected."""
 
 
-def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
-    """Mesh a body, or the half at y ≥ 0 or x ≥ 0 of a symmetric one, with quadratic tetrahedra.
+def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = ()) -> Morph:
+    """Mesh a body with quadratic tetrahedra, or the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz) of a symmetric one.
 
     If chords of a coarse triangulation cross, or an element is inverted when curved, finer triangulations are tried.
 
@@ -34,8 +34,8 @@ def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
     body : Body
     size : float
         Approximate edge length, mm; edges are shorter where the surfaces are strongly curved.
-    mirror : "xz" or "yz", optional
-        The plane that cuts a symmetric body in two.
+    mirrors : tuple of "xz" and "yz", in this order
+        The planes that cut a symmetric body into halves or quarters.
 
     Raises
     ------
@@ -48,11 +48,10 @@ def mesh_body(body: Body, size: float, mirror: str | None = None) -> Morph:
     reason = MeshError("no attempt was made")
     for finer in _FINER:
         stop_if_asked()
-        surface = surface_mesh(body, finer * size, finer * _TURN, mirror)
+        surface = surface_mesh(body, finer * size, finer * _TURN, mirrors)
         faces, nodes = surface.faces, surface.B @ P
         try:
-            if mirror is not None:
-                faces, nodes = with_cut(faces, nodes, mirror, finer * size)
+            faces, nodes = with_cuts(faces, nodes, mirrors, finer * size)
             straight = fill(faces, nodes, finer * size)
         except MeshError as error:
             reason = error

@@ -1,4 +1,7 @@
-"""The cut face of half a body: six-node triangles in the mirror plane, bounded by the profiles of the cut surfaces."""
+"""The cut faces of half or a quarter of a body: six-node triangles in mirror planes.
+
+They are bounded by the profiles of the cut surfaces and, where two planes cut the body, by its axis.
+"""
 
 from __future__ import annotations
 
@@ -8,39 +11,53 @@ from pneumorph.mesh.plane import triangulate
 from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.problem.symmetry import NORMALS
 
+Faces = dict[str, np.ndarray]
 
-def with_cut(
-    faces: dict[str, np.ndarray], nodes: np.ndarray, mirror: str, size: float
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Close the surfaces of half a body by a face in its mirror plane.
+
+def with_cuts(faces: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: float) -> tuple[Faces, np.ndarray]:
+    """Close the surfaces of half or a quarter of a body by faces in its mirror planes.
 
     Parameters
     ----------
     faces : dict of (nf, 6) int
-        Triangles of the surfaces, which are open in the plane.
+        Triangles of the surfaces, which are open in the planes.
     nodes : (n, 3) float
-    mirror : "xz" or "yz"
+    mirrors : tuple of "xz" and "yz"
+        None for a whole body, whose surfaces are closed.
     size : float
         Desired edge length away from the surfaces, mm.
 
     Returns
     -------
     faces : dict of (nf, 6) int
-        The given ones and ``"mirror <plane>"``, whose normals point out of the meshed half.
+        The given ones and ``"mirror <plane>"``, whose normals point out of the meshed part.
     nodes : (n + added, 3) float
-        The given ones first; those in the plane are moved into it exactly.
+        The given ones first; those in a plane are moved into it exactly.
 
     Raises
     ------
     MeshError
         If profiles cross.
     """
-    normal = NORMALS[mirror]
-    axes = [(normal + 2) % 3, (normal + 1) % 3]  # ordered so that counter-clockwise triangles face the missing half
-    rim = _open_edges(np.concatenate(list(faces.values())))
     nodes = nodes.copy()
-    nodes[np.unique(rim), normal] = 0.0
+    rims = _rims(_open_edges(faces), nodes, mirrors)
+    for plane, rim in rims.items():
+        nodes[np.unique(rim), NORMALS[plane]] = 0.0
+    if len(rims) == 2:
+        ends = np.intersect1d(rims["xz"][:, :2], rims["yz"][:, :2])
+        upwards, nodes = _axis(ends, nodes, size)
+        # Seen from outside, the quarter is left of its axis going up in yz, and going down in xz.
+        rims["yz"] = np.concatenate([rims["yz"], upwards])
+        rims["xz"] = np.concatenate([rims["xz"], upwards[:, [1, 0, 2]]])
+    for plane, rim in rims.items():
+        triangles, nodes = _filled(rim, nodes, NORMALS[plane], size)
+        faces = faces | {f"mirror {plane}": triangles}
+    return faces, nodes
 
+
+def _filled(rim: np.ndarray, nodes: np.ndarray, normal: int, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (nf, 6) between edges (n, 3) in the plane across a component, and all nodes with those added."""
+    axes = [(normal + 2) % 3, (normal + 1) % 3]  # ordered so that counter-clockwise triangles face the missing side
     vertices, edges = np.unique(rim[:, :2], return_inverse=True)
     edges = edges.reshape(-1, 2)
     flat, middles = nodes[vertices][:, axes], nodes[rim[:, 2]][:, axes]
@@ -60,11 +77,39 @@ def with_cut(
     added[:, axes] = inside
     nodes = np.concatenate([nodes, added])
     nodes = np.concatenate([nodes, nodes[inner[~on_rim]].mean(axis=1)])
-    return faces | {f"mirror {mirror}": np.hstack([corners, mids[inverse.reshape(-1, 3)]])}, nodes
+    return np.hstack([corners, mids[inverse.reshape(-1, 3)]]), nodes
 
 
-def _open_edges(triangles: np.ndarray) -> np.ndarray:
+def _open_edges(faces: Faces) -> np.ndarray:
     """Edges (n, 3) with only one triangle: ends, in the order of the missing second triangle, and mid-side node."""
+    triangles = np.concatenate(list(faces.values()))
     edges = np.concatenate([triangles[:, TRIANGLE_EDGES], triangles[:, 3:, None]], axis=2).reshape(-1, 3)
     _, first, count = np.unique(edges[:, 2], return_index=True, return_counts=True)
     return edges[first[count == 1]][:, [1, 0, 2]]
+
+
+def _rims(edges: np.ndarray, nodes: np.ndarray, mirrors: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The edges in each plane: those whose mid-side node is nearest to it."""
+    if not mirrors:
+        return {}
+    away = np.abs(nodes[edges[:, 2]][:, [NORMALS[plane] for plane in mirrors]])
+    nearest = away.argmin(axis=1)
+    return {plane: edges[nearest == number] for number, plane in enumerate(mirrors)}
+
+
+def _axis(ends: np.ndarray, nodes: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (n, 3) upwards along the axis where it is in the solid, and all nodes with those added.
+
+    `ends` are the nodes where surfaces meet the axis; there it enters and leaves the solid by turns.
+    """
+    upwards = ends[np.argsort(nodes[ends, 2])]
+    edges = []
+    for low, high in upwards.reshape(-1, 2).tolist():
+        steps = max(1, round((nodes[high, 2] - nodes[low, 2]) / size))
+        first = len(nodes)
+        places = np.linspace(nodes[low], nodes[high], 2 * steps + 1)[1:-1]
+        nodes = np.concatenate([nodes, places[1::2], places[::2]])
+        corners = np.array([low, *range(first, first + steps - 1), high])
+        middles = first + steps - 1 + np.arange(steps)
+        edges.append(np.column_stack([corners[:-1], corners[1:], middles]))
+    return np.concatenate(edges), nodes

@@ -54,7 +54,7 @@ class Morph:
     param : dict of (nf, 6, 2) float
         (q, r) of the nodes of the tubes' triangles, by surface name (see `SurfaceMesh.param`).
     extensions : tuple of (components, Extension)
-        One extension for all components; with a mirror plane, a second one for the normal component.
+        One extension for all components; the component normal to a mirror plane has its own.
     """
 
     mesh: TetMesh
@@ -103,11 +103,11 @@ class Morph:
         return everywhere
 
     def _in_plane(self, surface: np.ndarray) -> np.ndarray:
-        """Values on surface nodes, with the component normal to the mirror plane set to zero for nodes in it."""
-        if self.mesh.mirror is None:
-            return surface
-        nodes, kept = self.mesh.mirror_nodes, surface.copy()
-        kept[nodes[nodes < self.n_surface], NORMALS[self.mesh.mirror]] = 0.0
+        """Values on surface nodes, with the component normal to a mirror plane set to zero for nodes in it."""
+        kept = surface.copy()
+        for plane in self.mesh.mirrors:
+            nodes = self.mesh.mirror_nodes(plane)
+            kept[nodes[nodes < self.n_surface], NORMALS[plane]] = 0.0
         return kept
 
 
@@ -118,15 +118,13 @@ def build_morph(
     stiffness = _stiffness(straight)
     n_surface = len(B.indptr) - 1
     inner = np.arange(n_surface, len(straight.points))
-    if straight.mirror is None:
-        extensions = ((np.arange(3), _extension(stiffness, n_surface, inner)),)
-    else:
-        normal = NORMALS[straight.mirror]
-        extensions = (
-            (np.delete(np.arange(3), normal), _extension(stiffness, n_surface, inner)),
-            (np.array([normal]), _extension(stiffness, n_surface, np.setdiff1d(inner, straight.mirror_nodes))),
-        )
-    unplaced = Morph(straight, B, straight.points, size, param, extensions)
+    planes = straight.mirrors
+    along = np.delete(np.arange(3), [NORMALS[plane] for plane in planes])
+    extensions = [(along, _extension(stiffness, n_surface, inner))]
+    for plane in planes:
+        free = np.setdiff1d(inner, straight.mirror_nodes(plane))
+        extensions.append((np.array([NORMALS[plane]]), _extension(stiffness, n_surface, free)))
+    unplaced = Morph(straight, B, straight.points, size, param, tuple(extensions))
     return replace(unplaced, mesh=unplaced.at(P))
 
 

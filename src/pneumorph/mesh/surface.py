@@ -13,8 +13,9 @@ from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 _SAMPLES_PER_SPAN = 4
-_IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to the mirror plane is cut by it
-_SEAMS = {"xz": (0.0, 0.5), "yz": (0.75, 0.75)}  # q at which the kept half begins, on the exterior and on a chamber
+_IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to a mirror plane is cut by it
+_SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
+"""q at which the kept part begins, on the exterior and on a chamber, by the planes that cut the surface."""
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line
 
@@ -44,8 +45,8 @@ class SurfaceMesh:
         return np.concatenate(list(self.faces.values()))
 
 
-def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str | None = None) -> SurfaceMesh:
-    """Triangulate all surfaces of a body, or of its half at y ≥ 0 or x ≥ 0 if it has a mirror plane.
+def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirrors: tuple[str, ...] = ()) -> SurfaceMesh:
+    """Triangulate all surfaces of a body, or of its part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz).
 
     Parameters
     ----------
@@ -54,11 +55,11 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str |
         Desired edge length, mm: the geometric mean of a grid cell's side and diagonal.
     turn : float
         Largest rotation of a surface line's tangent along one edge, rad.
-    mirror : "xz" or "yz", optional
-        The mirror plane; surfaces cut by it are left open there.
+    mirrors : tuple of "xz" and "yz", in this order
+        The mirror planes; surfaces cut by them are left open there.
     """
     side = size / 2**0.25
-    patches = [_kept(surface, side, turn, mirror) for surface in body.surfaces]
+    patches = [_kept(surface, side, turn, mirrors) for surface in body.surfaces]
     n_vertices = sum(patch.n_vertices for patch in patches)
     # The vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
@@ -70,7 +71,7 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str |
         number = np.concatenate([v + np.arange(patch.n_vertices), m + np.arange(patch.n_mids)])
         base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
         if surface.cavity:
-            names = " ".join(chamber.name for chamber in _with_image(body, surface, mirror))
+            names = " ".join(chamber.name for chamber in _with_images(body, surface, mirrors))
             faces[f"chamber {names}"] = np.concatenate([tube, base, tip])
         else:
             faces |= {"base": base, "tip": tip, "exterior": tube}
@@ -80,12 +81,13 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirror: str |
     return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), faces, param)
 
 
-def _with_image(body: Body, surface: TubeSurface, mirror: str | None) -> list[TubeSurface]:
-    """The surface, and its mirror image if that is another surface."""
-    if mirror is None or abs(_middle(surface)[NORMALS[mirror]]) < _IN_PLANE:
-        return [surface]
-    image = _middle(surface) * MIRRORS[mirror]
-    return [surface, min(body.chambers, key=lambda other: float(np.abs(_middle(other) - image).max()))]
+def _with_images(body: Body, surface: TubeSurface, mirrors: tuple[str, ...]) -> list[TubeSurface]:
+    """The surface and its mirror images, as far as they are other surfaces, in the order of `TetMesh.faces`."""
+    places = [_middle(surface)]
+    for plane in mirrors:
+        if abs(places[0][NORMALS[plane]]) > _IN_PLANE:
+            places += [place * MIRRORS[plane] for place in places]
+    return [min(body.chambers, key=lambda each: float(np.abs(_middle(each) - place).max())) for place in places]
 
 
 def _middle(surface: TubeSurface) -> np.ndarray:
@@ -116,31 +118,30 @@ class _Ring:
     s: float = 1.0
 
 
-def _kept(surface: TubeSurface, size: float, turn: float, mirror: str | None) -> _Patch:
-    """The part of a surface that is meshed: all of it, the half on the kept side of the mirror plane, or nothing."""
-    if mirror is None:
-        return _patch(surface, size, turn)
-    middle = _middle(surface)[NORMALS[mirror]]
-    if middle > _IN_PLANE:
-        return _patch(surface, size, turn)
-    if middle < -_IN_PLANE:
+def _kept(surface: TubeSurface, size: float, turn: float, mirrors: tuple[str, ...]) -> _Patch:
+    """The part of a surface that is meshed: all of it, what is on the kept side of mirror planes, or nothing."""
+    across = {plane: _middle(surface)[NORMALS[plane]] for plane in mirrors}
+    if any(middle < -_IN_PLANE for middle in across.values()):
         columns = surface.net.shape[0] * surface.net.shape[1]
         nothing = np.zeros((0, 6), int)
         return _Patch(sparse.csr_array((0, columns)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)))
-    seam = _SEAMS[mirror][int(surface.cavity)]
-    whole = _patch(surface, size, turn, seam)
-    half = whole.param[:, :3, 0].mean(axis=1) < seam + 0.5
-    used, triangles = np.unique(whole.triangles[half], return_inverse=True)
+    cutting = tuple(plane for plane, middle in across.items() if middle <= _IN_PLANE)
+    if not cutting:
+        return _patch(surface, size, turn)
+    seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
+    whole = _patch(surface, size, turn, seam, parts)
+    part = whole.param[:, :3, 0].mean(axis=1) < seam + 1 / parts
+    used, triangles = np.unique(whole.triangles[part], return_inverse=True)
     n_vertices = int(np.searchsorted(used, whole.n_vertices))
-    return _Patch(whole.B[used], n_vertices, triangles.reshape(-1, 6), whole.part[half], whole.param[half])
+    return _Patch(whole.B[used], n_vertices, triangles.reshape(-1, 6), whole.part[part], whole.param[part])
 
 
-def _patch(surface: TubeSurface, size: float, turn: float, seam: float | None = None) -> _Patch:
+def _patch(surface: TubeSurface, size: float, turn: float, seam: float = 0.0, parts: int = 1) -> _Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
-    With a `seam`, q starts there, and edges lie in the mirror plane at seam and seam + ½.
+    q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
     """
-    tube = _tube_rings(surface, size, turn, seam)
+    tube = _tube_rings(surface, size, turn, seam, parts)
     base, tip = (_disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1]))
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
@@ -202,12 +203,17 @@ def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> 
     return sparse.csr_array((blocks.data, (rows, cols)), (len(q), n_r * n_q))
 
 
-def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float | None) -> list[_Ring]:
+def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float, parts: int) -> list[_Ring]:
     """Rings of the tube; towards a pole they have fewer vertices, as their circumference shrinks."""
-    q = _lines(surface, "q", size, turn, seam or 0.0)
-    if seam is not None:
+    q = _lines(surface, "q", size, turn, seam)
+    if parts > 1:
         # Symmetric about the plane, to the last digit.
         q[1:] = (q[1:] + (2 * seam + 1) - q[:0:-1]) / 2
+    if parts == 4:
+        # Reflections in two planes are together a half turn.
+        first, second = np.split(q, 2)
+        first = (first + second - 0.5) / 2
+        q = np.concatenate([first, first + 0.5])
     r = _lines(surface, "r", size, turn)
     count = np.full(len(r), len(q))
     if surface.ends == "pole":

@@ -90,9 +90,10 @@ class TetMesh:
     faces : dict of (nf, 6) int
         Corners, then mid-side nodes of the edges 01, 12, 20; normals point from solid to void. Names: ``"base"``
         (z = 0), ``"tip"``, ``"exterior"`` (the tube between them) and one ``"chamber <name>"`` per chamber, with its
-        tube and both ends. Half a body also has ``"mirror xz"`` or ``"mirror yz"``, the cut face; chambers cut by that
-        plane are open there, and a chamber whose image is in the other half is called
-        ``"chamber <name> <name of the image>"``.
+        tube and both ends. Half a body also has ``"mirror xz"`` or ``"mirror yz"``, the cut face, and a quarter has
+        both; chambers cut by a plane are open there. A chamber that also represents mirror images is called
+        ``"chamber <name> <name of the image> …"``: of four, the second is its image in xz, and the others are the
+        images of these two in yz.
     regions : dict of (m,) int
         Indices of the tetrahedra made of each rubber, without overlap; empty if the whole body is of one rubber.
     """
@@ -107,14 +108,13 @@ class TetMesh:
         return replace(self, points=points)
 
     @property
-    def mirror(self) -> str | None:
-        """The mirror plane of half a body, "xz" or "yz"; None for a whole body."""
-        return next((name.removeprefix("mirror ") for name in self.faces if name.startswith("mirror ")), None)
+    def mirrors(self) -> tuple[str, ...]:
+        """The mirror planes in which the body continues, of "xz" and "yz" in this order; none for a whole body."""
+        return tuple(sorted(name.removeprefix("mirror ") for name in self.faces if name.startswith("mirror ")))
 
-    @property
-    def mirror_nodes(self) -> np.ndarray:
-        """Sorted indices of the nodes in the mirror plane."""
-        return np.unique(self.faces.get(f"mirror {self.mirror}", np.zeros((0, 6), int)))
+    def mirror_nodes(self, plane: str) -> np.ndarray:
+        """Sorted indices of the nodes in one of its mirror planes."""
+        return np.unique(self.faces[f"mirror {plane}"])
 
     def volume(self) -> float:
         """Volume of the meshed solid in mm³."""
@@ -123,7 +123,7 @@ class TetMesh:
 
 
 def chambers_of(face: str) -> tuple[str, ...]:
-    """Names of the chambers that a face bounds: one, two if it also represents the mirror image, or none."""
+    """Names of the chambers that a face bounds: one, also the images that it represents, or none."""
     return tuple(face.split()[1:]) if face.startswith("chamber ") else ()
 
 

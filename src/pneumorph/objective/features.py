@@ -30,7 +30,7 @@ from pneumorph.objective.rotations import continued_logarithm, polar_rotation
 
 
 class Features(NamedTuple):
-    """The arguments of objectives; they describe the whole body even if the model is one half of it.
+    """The arguments of objectives; they describe the whole body even if the model is a half or a quarter of it.
 
     Attributes
     ----------
@@ -106,11 +106,11 @@ class ModelTraits(NamedTuple):
     chambers : tuple of str
         Names.
     copies : int
-        How many times the whole body contains the model: 2 for half a body.
+        How many times the whole body contains the model: 2 for half a body, 4 for a quarter.
     plate : bool
         Whether the tip carries a plate.
     even : (float, float, float)
-        0 for the component normal to a mirror plane, otherwise 1.
+        0 for components normal to a mirror plane, otherwise 1.
     """
 
     chambers: tuple[str, ...]
@@ -188,9 +188,8 @@ def features_of(traits: ModelTraits, at: ElementSums) -> Features:
 
 def _fitted(even: Array, moments: Array) -> tuple[Array, Array, Array]:
     """Means of x and X (…, 3), and rotations (…, 3, 3), the polar factors of Σ w (x − x̄) ⊗ (X − X̄)."""
-    parity = 2 * even - 1
-    # 1 for products of components that a mirror does not change, 0 for those that cancel over the whole body.
-    pairs = (1 + parity[:, None] * parity) / 2
+    # 1 for products of components that no mirror changes, 0 for those that cancel over the whole body.
+    pairs = jnp.maximum(jnp.outer(even, even), jnp.eye(3))
 
     def one(moments: Array) -> tuple[Array, Array, Array]:
         X, x, products = moments[1:4] / moments[0], moments[4:7] / moments[0], moments[7:].reshape(3, 3) / moments[0]

@@ -13,7 +13,7 @@ from pneumorph.geometry import Body
 class Started:
     """The loop begins; after design `iteration` if it was resumed.
 
-    With a `mirror` plane only half the body is analysed.
+    With one plane in `mirrors` half the body is analysed, with two a quarter.
     """
 
     iteration: int
@@ -22,7 +22,7 @@ class Started:
     elements: int
     element: str
     dofs: int
-    mirror: str | None
+    mirrors: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Finished:
     """The loop has ended; `reason` is a sentence.
 
     The last design is the best: each is better than the one before, compared on one mesh. `held` says whether it keeps
-    every limit; `stable`, by task, whether its state is stable, as a whole body even where half was analysed. `fields`
+    every limit; `stable`, by task, whether its state is stable, also where a part was analysed. `fields`
     are those of the last design, with its sag under weight alone and its inflation.
     """
 

@@ -135,7 +135,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     now = (yield from _first(loop, clock)) if state is None else _resumed(loop, state)
     model = now.disc.model
     iterations = problem.optimizer.iterations
-    yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.mirror)
+    yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.mirrors)
     if state is None:
         yield _accepted(loop, now, clock, StepRecord(now.disc.factorisations, False))
     reason = "the number of designs that was asked for is reached"
@@ -156,7 +156,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     is_stable = check_stability(now.disc, now.analysis)
     for name, equilibrium in now.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
-            reason += f"; the state of task {name} is stable only within its mirror plane, the body buckles out of it"
+            reason += f"; the state of task {name} is stable only against symmetric motions: the body buckles to a side"
     # For the report: how the last design sags and inflates.
     sag, inflation = compute_sag(problem, now.disc, now.analysis), compute_inflation(problem, now.disc, now.analysis)
     fields = collect_fields(now.disc, now.analysis, sag, inflation)

@@ -46,8 +46,8 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
 
 
 def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
-    """The mesh and configuration of the whole body from those of half of it; whole ones are returned unchanged."""
-    if mesh.mirror is None:
+    """The mesh and configuration of the whole body from those of a part of it; whole ones are returned unchanged."""
+    if not mesh.mirrors:
         return mesh, at
     whole = whole_of(at.model, mesh)
     return whole.image.mesh, whole.configuration(at)

@@ -30,7 +30,7 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
     ----------
     path : the file.
     format : one of `FORMATS`.
-    problem, fields : problem and fields of the design; for half a body the whole is written.
+    problem, fields : problem and fields of the design; for part of a body the whole is written.
     pressures : {chamber: MPa}
         Pressures of the load case in an input file ("inp").
 

@@ -104,6 +104,12 @@ def format_duration(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
 
 
-def mirror_note(mirror: str | None) -> str:
-    """A note that half the body is modelled, to be appended to the size of the model; empty for a whole body."""
-    return "" if mirror is None else f", half the body on one side of the plane {mirror}"
+def mirror_note(mirrors: tuple[str, ...]) -> str:
+    """A note that part of the body is modelled, to be appended to the size of the model; empty for a whole body."""
+    match mirrors:
+        case ():
+            return ""
+        case (plane,):
+            return f", half the body on one side of the plane {plane}"
+        case _:
+            return f", a quarter of the body between the planes {' and '.join(mirrors)}"

@@ -37,7 +37,7 @@ def version() -> str | None:
 def equilibrium(
     mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (N, 3) in mm and the motion of the plate (6,) found by CalculiX; for half a body, of the whole.
+    """Displacements (N, 3) in mm and the motion of the plate (6,) found by CalculiX; for part of a body, of the whole.
 
     `increment` is the first fraction of the load, `tolerance` the residual over the mean force for convergence.
     """

@@ -42,8 +42,8 @@ class Model:
     tets, cavities, face : Connectivity
         All tetrahedra; the chambers' triangles, whose data are their shares (C,) in the chambers' volumes; and the
         triangles of the tip.
-    mirror : str or None
-        The plane in which the other half of the body continues; its state is the image of this one's.
+    mirrors : tuple of str
+        The planes, "xz" and "yz" in this order, in which the body continues; states there are images of this one's.
     supports : (nodes, 3) bool
         Displacement components fixed at zero.
     terms : tuple of Term
@@ -67,7 +67,7 @@ class Model:
     tets: Connectivity
     cavities: Connectivity
     face: Connectivity
-    mirror: str | None
+    mirrors: tuple[str, ...]
     supports: np.ndarray
     terms: tuple[Term, ...]
     potential: Potential
@@ -101,13 +101,13 @@ class Model:
 
     @property
     def copies(self) -> int:
-        """How often the whole body contains the mesh: 2 where it is a half, else 1."""
-        return 1 if self.mirror is None else 2
+        """How often the whole body contains the mesh: 2 where it is a half, 4 where it is a quarter, else 1."""
+        return 2 ** len(self.mirrors)
 
     @property
     def odd(self) -> np.ndarray:
         """Plate components (6,) bool that are zero by mirror symmetry."""
-        return _odd(self.mirror)
+        return _odd(self.mirrors)
 
     @property
     def elements(self) -> int:
@@ -177,9 +177,9 @@ def build_model(
     if supports is None:
         supports = np.zeros((count, 3), bool)
         supports[np.unique(mesh.faces["base"])] = True
-    if mesh.mirror is not None:
-        supports = supports.copy()
-        supports[mesh.mirror_nodes, NORMALS[mesh.mirror]] = True
+    supports = supports.copy()
+    for plane in mesh.mirrors:
+        supports[mesh.mirror_nodes(plane), NORMALS[plane]] = True
     on_tip = np.zeros(count, bool)
     if plate:
         on_tip[np.unique(mesh.faces["tip"])] = True
@@ -198,7 +198,7 @@ def build_model(
         terms.append(Term(cavities, ChamberPressure()))
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
-    tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirror))
+    tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
     return Model(
         rubbers=rubbers,
         regions=regions,
@@ -209,10 +209,10 @@ def build_model(
         tets=tets,
         cavities=cavities,
         face=connect(tip.triangles),
-        mirror=mesh.mirror,
+        mirrors=mesh.mirrors,
         supports=supports,
         off_tip=np.flatnonzero(~on_tip),
-        **_assembled(terms, tip, on_tip, len(rubbers) * count if mixed else 0, supports, plate, mesh.mirror),
+        **_assembled(terms, tip, on_tip, len(rubbers) * count if mixed else 0, supports, plate, mesh.mirrors),
     )
 
 
@@ -225,18 +225,24 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
     on_tip[model.tip.nodes] = True
     hydrostatics = len(model.sparsity.rank)
     return replace(
-        model, **_assembled(terms, model.tip, on_tip, hydrostatics, model.supports, model.plate, model.mirror)
+        model, **_assembled(terms, model.tip, on_tip, hydrostatics, model.supports, model.plate, model.mirrors)
     )
 
 
 def _assembled(
-    terms: Iterable[Term], tip: Tip, on_tip: np.ndarray, hydrostatics: int, supports, plate: bool, mirror: str | None
+    terms: Iterable[Term],
+    tip: Tip,
+    on_tip: np.ndarray,
+    hydrostatics: int,
+    supports: np.ndarray,
+    plate: bool,
+    mirrors: tuple[str, ...],
 ) -> dict[str, Any]:
     """The fields of a model that follow from its terms."""
     terms = tuple(terms)
     groups = grouped(terms)
     common = build_sparsity([group.connectivity for group in groups], on_tip, hydrostatics)
-    still = _odd(mirror) if plate else np.ones(6, bool)
+    still = _odd(mirrors) if plate else np.ones(6, bool)
     fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), still])
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
     return {
@@ -262,25 +268,28 @@ def _regions(mesh: TetMesh, rubber: Rubber | Mapping[str, Rubber]) -> tuple[dict
     return dict(rubber), regions
 
 
-def _odd(mirror: str | None) -> np.ndarray:
-    # A rotation vector is axial: a mirror reverses the components that it keeps of ordinary vectors.
-    polar = np.array(MIRRORS[mirror] if mirror else (1.0, 1.0, 1.0))
-    return np.concatenate([polar, np.prod(polar) * polar]) < 0
+def _odd(mirrors: tuple[str, ...]) -> np.ndarray:
+    """Plate components (6,) bool whose sign a mirror changes."""
+    odd = np.zeros(6, bool)
+    for plane in mirrors:
+        # A rotation vector is axial: a mirror reverses the components that it keeps of ordinary vectors.
+        polar = np.array(MIRRORS[plane])
+        odd |= np.concatenate([polar, np.prod(polar) * polar]) < 0
+    return odd
 
 
-def _even(mirror: str | None) -> np.ndarray:
-    """Ones (3,), with 0 for the component across the mirror plane."""
+def _even(mirrors: tuple[str, ...]) -> np.ndarray:
+    """Ones (3,), with 0 for the components across mirror planes."""
     even = np.ones(3)
-    if mirror is not None:
-        even[NORMALS[mirror]] = 0.0
+    even[[NORMALS[plane] for plane in mirrors]] = 0.0
     return even
 
 
 def _cavities(mesh: TetMesh) -> Connectivity:
     """The chambers' triangles, with their shares in the chambers' volumes.
 
-    A share is −1 in the column of its chamber (normals point into the cavity), or −½ in those of a chamber and of its
-    image in the half that is not there; else 0.
+    A share is −1 in the column of its chamber (normals point into the cavity), or −1/k in those of k chambers that are
+    images of each other, of which the mesh has one; else 0.
     """
     triangles = [(chambers_of(face), nodes) for face, nodes in mesh.faces.items() if chambers_of(face)]
     chamber = np.concatenate([*(nodes for _, nodes in triangles), np.zeros((0, 6), int)])

@@ -27,7 +27,7 @@ class Tip(NamedTuple):
     triangles : (T, 6) int
         Triangles of the face.
     even : (3,)
-        Ones, with 0 for the component across a mirror plane, which cancels in means over the whole body.
+        Ones, with 0 for the components across mirror planes, which cancel in means over the whole body.
     """
 
     nodes: np.ndarray

@@ -41,13 +41,13 @@ class Equilibrium:
     ----------
     state : State
         The unknowns, from which the next solve starts.
-    u : (N, 3) displacements, mm; of half the body where only that is solved.
+    u : (N, 3) displacements, mm; of the part of the body that is solved.
     plate : (6,) translation (mm) and rotation vector (rad) of the plate; of a free tip its mean displacement.
     volumes : dict of chamber volumes, mm³, of the whole body.
     reaction : (6,) what the whole actuator exerts on the blocks of its plate, N and N·mm; zero for free components.
     max_stretch : largest principal stretch at the quadrature points.
     residual : residual norm over applied forces.
-    negative_pivots : of the tangent at this state; 0 means stable; for half a body, against symmetric motions only.
+    negative_pivots : of the tangent at this state; 0 means stable; for part of a body, against symmetric motions only.
     factorisations, solves : the cost.
     """
 
@@ -99,7 +99,7 @@ def build_loads(
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
-    They are given for the whole body. A half model gets its share; they must be symmetric (see `mirror.mirror_of`).
+    They are given for the whole body. A part gets its share; they must be symmetric (see `mirror.mirrors_of`).
     """
     zero = np.zeros(6)
     share = 1.0 / model.copies

@@ -1,6 +1,6 @@
-"""Mechanics of half a body: when half is enough, and the whole body it represents.
+"""Mechanics of half or a quarter of a body: when that is enough, and the whole body that it represents.
 
-A half model has symmetric motions only. Stability against all other motions follows from the tangent of the whole body,
+Such a model has symmetric motions only. Stability against all other motions follows from the tangent of the whole body,
 factorised once at the mirrored state.
 """
 
@@ -23,8 +23,8 @@ from pneumorph.problem.symmetry import MIRRORS, operations
 Pressures = Mapping[str, float]
 
 
-def mirror_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> str | None:
-    """The plane, "xz" or "yz", about which a problem is symmetric in shape, loads and objectives; None without one.
+def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> tuple[str, ...]:
+    """The planes, of "xz" and "yz" in this order, about which a problem is symmetric in shape, loads and objectives.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def mirror_of(problem: Problem, pressures: Iterable[Pressures] | None = None) ->
             for task in problem.task
         ]
     applied = list(pressures)
-    return next((plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied)), None)
+    return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied))
 
 
 def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> bool:
@@ -74,42 +74,42 @@ def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The whole body that a half model represents."""
+    """The whole body that the model of a half or a quarter, its part, represents."""
 
-    half: Model
+    part: Model
     image: Unfolded
     model: Model
     tangent: Tangent
 
     def configuration(self, at: Configuration) -> Configuration:
-        """The whole body at the nodes of the half, under the full loads."""
-        pressure = dict(zip(self.half.chambers, at.loads.pressure, strict=True))
+        """The whole body at the nodes of the part, under the full loads."""
+        pressure = dict(zip(self.part.chambers, at.loads.pressure, strict=True))
         loads = at.loads._replace(
             pressure=np.array([pressure[name] for name in self.model.chambers]),
-            spring=self.half.copies * at.loads.spring,
-            wrench=self.half.copies * at.loads.wrench,
+            spring=self.part.copies * at.loads.spring,
+            wrench=self.part.copies * at.loads.wrench,
         )
         return Configuration(self.model, self.image.vectors(at.X), loads, at.blocked)
 
-    def state(self, half: State) -> State:
-        """The symmetric state of the whole body, from the state of its half."""
-        u = self.image.vectors(half.u)
-        if not self.half.mixed:
-            return State(u, half.plate)
-        regions = len(self.half.rubbers)
-        hydrostatic = half.hydrostatic.reshape(regions, -1)[:, self.image.source]
-        return State(u, half.plate, hydrostatic.ravel())
+    def state(self, part: State) -> State:
+        """The symmetric state of the whole body, from the state of its part."""
+        u = self.image.vectors(part.u)
+        if not self.part.mixed:
+            return State(u, part.plate)
+        regions = len(self.part.rubbers)
+        hydrostatic = part.hydrostatic.reshape(regions, -1)[:, self.image.source]
+        return State(u, part.plate, hydrostatic.ravel())
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
-        """Negative pivots of the whole body at a state of the half; 0 means stable against all motions."""
+        """Negative pivots of the whole body at a state of the part; 0 means stable against all motions."""
         self.tangent.factorise(self.configuration(at), self.state(state))
         return self.tangent.negative_pivots
 
 
-def whole_of(half: Model, mesh: TetMesh) -> Whole:
-    """The whole body of a half model and its mesh."""
+def whole_of(part: Model, mesh: TetMesh) -> Whole:
+    """The whole body of the model of a part and its mesh."""
     image = unfold(mesh)
-    rubber = half.rubber if len(half.rubbers) == 1 else half.rubbers
-    weight = any(isinstance(term.energy, Weight) for term in half.terms)
-    body = build_model(image.mesh, rubber, half.plate, mixed=half.mixed, weight=weight)
-    return Whole(half, image, body, Tangent(body))
+    rubber = part.rubber if len(part.rubbers) == 1 else part.rubbers
+    weight = any(isinstance(term.energy, Weight) for term in part.terms)
+    body = build_model(image.mesh, rubber, part.plate, mixed=part.mixed, weight=weight)
+    return Whole(part, image, body, Tangent(body))
