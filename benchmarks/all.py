@@ -43,7 +43,7 @@ class Section:
 def sections(runs: Path, out: Path) -> list[Section]:
     """All benchmarks, for a folder of finished runs and one for what they write."""
     found = [str(path.parent) for path in sorted(runs.glob("*/result.json"))]
-    linear = str(runs / "linear")
+    linear, example = str(runs / "linear"), str(HERE.parent / "examples" / "linear.toml")
     return [
         Section(
             "A design of every example",
@@ -71,10 +71,10 @@ def sections(runs: Path, out: Path) -> list[Section]:
             ["limits.py"],
         ),
         Section(
-            "Half a body",
-            "The bending actuator with one mirror plane, and as a whole.",
-            ["half.py", "3.0"],
-            ["half.py"],
+            "Half and a quarter of a body",
+            "The linear actuator between two mirror planes, beside one of them, and as a whole.",
+            ["symmetry.py", example, "3.0", "xz,yz"],
+            ["symmetry.py", example, "2.0", "xz,yz"],
         ),
         Section(
             "Growth with the mesh",
