@@ -55,7 +55,9 @@ def _walls(
     """Distances from one surface to another, including the end discs of chambers."""
     (a, here), (b, there) = asking, asked
     bound = limits.spec.wall + reach
-    some, near, distance, offset = closest_within(here.x, there, bound)
+    source = _asking(limits, a, here)
+    found, near, distance, offset = closest_within(here.x[source], there, bound)
+    some = source[found]
     cell = _cell(limits, a, here, some)
     pick = worst_of_cells(-distance, cell)
     some, near, offset, cell = some[pick], near[pick], offset[pick], cell[pick]
@@ -81,12 +83,13 @@ def _folds(limits: LimitSamples, body: Body, number: int, tube: SampledSurface, 
     spec = limits.spec.fold
     # Walls farther apart than the neighbourhood are not folds.
     bound = min(spec.distance + reach, spec.neighbourhood)
-    fold = nearest_fold(tube, spec.neighbourhood, bound, np.arange(len(tube.x)))
-    some = np.flatnonzero(np.isfinite(fold.distance))
-    near, offset, facing = fold.near[some], fold.offset[some].copy(), fold.facing[some]
+    source = _asking(limits, number, tube)
+    fold = nearest_fold(tube, spec.neighbourhood, bound, source)
+    found = np.flatnonzero(np.isfinite(fold.distance))
+    some, near, offset, facing = source[found], fold.near[found], fold.offset[found].copy(), fold.facing[found]
     _, _, offset[facing] = tube.closest(tube.x[some[facing]], near[facing])
     cell = _cell(limits, number, tube, some)
-    pick = worst_of_cells(-fold.distance[some], cell)
+    pick = worst_of_cells(-fold.distance[found], cell)
     one = _Place(number, tube, some[pick], np.zeros((len(pick), 2)))
     other = _Place(number, tube, near[pick], offset[pick])
     return _between(limits, body, "fold", one, other, cell[pick], spec.distance)
@@ -188,6 +191,13 @@ def gaps_at(limits: LimitSamples, body: Body, name: str, found: Pairs) -> Iterat
         one, other = found.a[some], found.b[some]
         cell = limits.first[a] + cell_of(limits, a, one[:, 0], one[:, 1])
         yield _separation(name, points, _weights(body, a, *one.T), _weights(body, b, *other.T), cell, bound)
+
+
+def _asking(limits: LimitSamples, number: int, surface: SampledSurface) -> Ints:
+    """The samples of a surface from which distances are measured; those on an end disc go with the ones at its rim."""
+    own = limits.own_coarse[number]
+    rings = (surface.rings, surface.rings)
+    return np.flatnonzero(np.pad(own, (rings, (0, 0)), mode="edge"))
 
 
 def _cell(limits: LimitSamples, number: int, surface: SampledSurface, sample: Ints) -> Ints:

@@ -60,7 +60,7 @@ def heights_at(limits: LimitSamples, body: Body, name: str, found: Points) -> It
 def _worst(limits: LimitSamples, number: int, c: Floats, least: float) -> _At:
     """The worst coarse samples of every cell, for values c (rows, columns) above `least`."""
     samples = limits.coarse[number]
-    row, column, cell = worst_samples(c, COARSE, limits.spans[number], least)
+    row, column, cell = worst_samples(c, limits.own_coarse[number], COARSE, limits.spans[number], least)
     return _At(number, cell, samples.q[column], samples.r[row])
 
 
@@ -73,7 +73,8 @@ def _worst_at_rims(limits: LimitSamples, body: Body, number: int, reach: float) 
     z = combined(net, support, functions[None, None], samples.support_q, samples.local_q, np.zeros((1, 2), int))[0, 0]
     slope, end = _over_planes(limits, body, number, r)
     c = 1.0 + slope[:, None] * (z - surface.net[end, 0, 2][:, None])
-    row, column, cell = worst_samples(c, FINE, limits.spans[number], -reach / spec.distance)
+    own, least = limits.own_fine[number], -reach / spec.distance
+    row, column, cell = worst_samples(c, own, FINE, limits.spans[number], least)
     return _At(number, cell, samples.q[column], r[row])
 
 

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from pneumorph.constraint.sampling import Grid, grid
 from pneumorph.constraint.table import TABLE
 from pneumorph.geometry import Body
+from pneumorph.geometry.local import point_weights
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
 
 SHAPE = ("curvature", "skew", "stretch", "area")
 KINDS = (*SHAPE, *(limit.name for limit in TABLE if limit.name not in SHAPE))
@@ -32,6 +36,9 @@ CLOSE = -0.03
 
 DIGITS = 9
 """Decimals to which values are rounded before they are compared."""
+
+BESIDE, SAME = 1e-3, 1e-6
+"""Distance in r from the ends at which samples of an end are compared, and in mm within which they are the same."""
 
 _UNITS = 10.0**DIGITS
 
@@ -59,6 +66,8 @@ class LimitSamples:
         Samples of each surface, see `FINE` and `COARSE`.
     spans : tuple of (int, int)
         Knot spans of each surface in q and in r.
+    own_fine, own_coarse : tuples of (rows, columns) bool
+        Of samples that are images of each other in a symmetric body, the first: no other has a row.
     """
 
     spec: Limits
@@ -66,6 +75,8 @@ class LimitSamples:
     fine: tuple[Grid, ...]
     coarse: tuple[Grid, ...]
     spans: tuple[tuple[int, int], ...]
+    own_fine: tuple[Mask, ...]
+    own_coarse: tuple[Mask, ...]
 
     @property
     def first(self) -> Ints:
@@ -73,15 +84,40 @@ class LimitSamples:
         return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
 
 
-def sample_limits(body: Body, spec: Limits) -> LimitSamples:
-    """Build the samples for all bodies of a run, which share net shapes, starting sizes and length."""
+def sample_limits(body: Body, spec: Limits, group: Sequence[Floats] = ()) -> LimitSamples:
+    """Build the samples for all bodies of a run, which share net shapes, starting sizes, length and symmetry.
+
+    The operations (3, 3) of the symmetry group act about (0, 0, length/2).
+    """
+    fine = tuple(grid(surface, FINE) for surface in body.surfaces)
+    coarse = tuple(grid(surface, COARSE) for surface in body.surfaces)
     return LimitSamples(
         spec=spec,
         length=float(body.exterior.net[-1, 0, 2]),
-        fine=tuple(grid(surface, FINE) for surface in body.surfaces),
-        coarse=tuple(grid(surface, COARSE) for surface in body.surfaces),
+        fine=fine,
+        coarse=coarse,
         spans=tuple((surface.basis_q.spans, surface.basis_r.spans) for surface in body.surfaces),
+        own_fine=_own(body, fine, group),
+        own_coarse=_own(body, coarse, group),
     )
+
+
+def _own(body: Body, samples: Sequence[Grid], group: Sequence[Floats]) -> tuple[Mask, ...]:
+    """Of samples that the operations carry to each other, the first: a mask (rows, columns) for each surface."""
+    shapes = [(len(each.r), len(each.q)) for each in samples]
+    places = []
+    for surface, each in zip(body.surfaces, samples, strict=True):
+        # All samples of a pole are one point, so the places are those beside it.
+        r = np.clip(each.r, BESIDE, 1.0 - BESIDE)
+        numbers, weights = point_weights(surface, np.tile(each.q, len(r)), np.repeat(r, len(each.q)))
+        places.append(np.einsum("mk,mkc->mc", weights, surface.net.reshape(-1, 3)[numbers]))
+    x = np.concatenate(places)
+    centre, tree, first = np.array([0.0, 0.0, body.exterior.net[-1, 0, 2] / 2.0]), KDTree(x), np.arange(len(x))
+    for operation in group:
+        distance, image = tree.query((x - centre) @ operation.T + centre)
+        first = np.where(distance < SAME, np.minimum(first, image), first)
+    split = np.split(first == np.arange(len(x)), np.cumsum([rows * columns for rows, columns in shapes])[:-1])
+    return tuple(mask.reshape(shape) for mask, shape in zip(split, shapes, strict=True))
 
 
 def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
@@ -91,25 +127,25 @@ def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
 
 
 def worst_samples(
-    c: Floats, per_span: tuple[int, int], spans: tuple[int, int], least: float
+    c: Floats, own: Mask, per_span: tuple[int, int], spans: tuple[int, int], least: float
 ) -> tuple[Ints, Ints, Ints]:
-    """Row, column and cell of the worst samples of each cell, for values c (rows, columns) above `least`."""
+    """Row, column and cell of the worst `own` samples of each cell, for values c (rows, columns) above `least`."""
     # One of each half along r: if only one were kept, repairing it would alternately violate the other.
     found = np.full(2 * spans[0] * spans[1], -1)
-    _pick(np.ascontiguousarray(c, dtype=float), per_span, spans, float(least), found)
+    _pick(np.ascontiguousarray(c, dtype=float), own, per_span, spans, float(least), found)
     half = np.flatnonzero(found >= 0)
     row, column = np.divmod(found[half], c.shape[1])
     return row, column, half // 2
 
 
 @numba.njit(cache=True, nogil=True)
-def _pick(c, per_span, spans, least, found):
+def _pick(c, own, per_span, spans, least, found):
     """Write the worst samples above `least` to `found` (halves of cells,) by their indices; the first of equal ones."""
     best = np.empty(len(found))
     for row in range(c.shape[0]):
         first = 2 * min(row // per_span[1], spans[1] - 1) * spans[0] + 2 * row // per_span[1] % 2
         for column in range(c.shape[1]):
-            if c[row, column] > least:
+            if own[row, column] and c[row, column] > least:
                 half, value = first + 2 * (column // per_span[0]), rounded(c[row, column])
                 if found[half] < 0 or value > best[half]:
                     found[half], best[half] = row * c.shape[1] + column, value

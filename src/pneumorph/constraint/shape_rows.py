@@ -57,7 +57,8 @@ def _worst_places(
     # The worst sample, and the one with the highest expected peak: at a kink on a knot line expectations are too high.
     near = max(least, CLOSE)
     fields = [(values, least) for values in c] + [(values, near) for values in expected_peaks(c, near)]
-    picked = each(lambda field: worst_samples(field[0], FINE, limits.spans[number], field[1]), fields)
+    own, spans = limits.own_fine[number], limits.spans[number]
+    picked = each(lambda field: worst_samples(field[0], own, FINE, spans, field[1]), fields)
     kind = np.repeat(np.tile(np.arange(len(c)), 2), [len(cell) for _, _, cell in picked])
     row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
     value, q, r = c[kind, row, column], samples.q[column], samples.r[row]

@@ -49,6 +49,7 @@ from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
+from pneumorph.problem.symmetry import operations
 
 GROW, SHRINK = 2.0, 0.5
 GOOD, FAIR, POOR = 0.7, 0.4, 0.05
@@ -102,7 +103,7 @@ class _Loop:
         self.problem = problem
         self.space: DesignSpace = build_design_space(problem, body)
         self.smooth: Smoothing = build_smoothing(self.space)
-        self.limits: LimitSamples = sample_limits(body, problem.limits)
+        self.limits: LimitSamples = sample_limits(body, problem.limits, operations(problem.body.symmetry))
         self.stepper: Stepper = build_sequential_quadratic(self.space, self.smooth, self.limits)
         if problem.optimizer.method == "dfp":
             reference = problem.optimizer.step
