@@ -19,6 +19,7 @@ from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import build_smoothing
+from pneumorph.optimize.states import no_states
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import loads
@@ -47,7 +48,7 @@ def main() -> None:
             phi = space.start
             for _ in range(BEFORE + 1):
                 began = time.perf_counter()
-                step = stepper.step(phi, proxy, RADIUS)
+                step = stepper.step(phi, proxy, RADIUS, no_states(len(phi)))
                 stepped = time.perf_counter()
                 found = within(space, smooth, limits, phi + step.change)
                 ended = time.perf_counter()

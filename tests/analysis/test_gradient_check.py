@@ -58,7 +58,7 @@ def test_where_no_coarser_mesh_can_be_made_the_own_one_is_used(monkeypatch):
     problem = loads(tiny())
     at = analyse_body(problem, starting_body(problem.body))
     monkeypatch.setattr(gradient, "ENOUGH", 100)
-    monkeypatch.setattr(gradient, "mesh_body", fails)
+    monkeypatch.setattr(gradient, "mesh_of", fails)
     check = run_gradient_check(at)
     assert check.passed and check.elements == at.disc.model.elements
 

@@ -23,6 +23,7 @@ from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import build_smoothing
+from pneumorph.optimize.states import no_states
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, least_motion, within
 from pneumorph.problem import load, loads
@@ -127,7 +128,7 @@ def test_a_step_gains_and_stays_in_the_trust_region(stage, paper):
         stepper = PaperStepper(space, every, 0.2, FIRST_ITERATIONS, np.zeros(0))
     outward = body.control_points() * np.array([1.0, 1.0, 0.0])
     slope = -space.pullback(outward, {"extend": {"A": 1.0}})
-    step = stepper.step(space.start, linear(slope), 0.2)
+    step = stepper.step(space.start, linear(slope), 0.2, no_states(space.n))
     # The paper's trust region is a penalty that may be passed by some ε_t = 0.05 mm.
     assert np.abs(step.change).max() <= (0.3 if paper else 0.2 + 1e-9)
     assert slope @ step.change < 0
@@ -145,10 +146,10 @@ def test_a_step_stops_where_the_objective_bends(stage):
     problem, body, space, smooth = stage
     stepper = build_sequential_quadratic(space, smooth, sample_limits(body, problem.limits))
     slope = np.random.default_rng(0).standard_normal(space.n)
-    far = stepper.step(space.start, linear(slope), 0.2).change
+    far = stepper.step(space.start, linear(slope), 0.2, no_states(space.n)).change
     # The gradient turns round at the end of the step: the objective's minimum lies half way along it.
     memory = no_curvature(space.n).with_pair(far, -2 * slope)
-    again = stepper.step(space.start, Proxy(slope, memory.factors()), 0.2).change
+    again = stepper.step(space.start, Proxy(slope, memory.factors()), 0.2, no_states(space.n)).change
     assert 0 < -slope @ again < 0.7 * -slope @ far
 
 
@@ -231,14 +232,14 @@ def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage)
     problem, body, space, smooth = stage
     limits = sample_limits(body, problem.limits)
     inward = space.pullback(body.control_points() * [1.0, 1.0, 0.0])
-    assert optimality(space, smooth, limits, space.start, inward) == 1.0
+    assert optimality(space, smooth, limits, space.start, inward, no_states(space.n)) == 1.0
     # Walls exactly at their limit: an objective that wants them thinner everywhere has nothing to gain.
     thick = sample_limits(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
     active = linear_limits(space, thick, space.start, 0.01, -0.01)
     price = np.where(active.rows.kind == KINDS.index("wall"), 1.0, 0.0)
     resisted = -active.jacobian.T @ price
-    assert optimality(space, smooth, thick, space.start, resisted) < 0.02
-    assert optimality(space, smooth, thick, space.start, -resisted) > 0.5
+    assert optimality(space, smooth, thick, space.start, resisted, no_states(space.n)) < 0.02
+    assert optimality(space, smooth, thick, space.start, -resisted, no_states(space.n)) > 0.5
 
 
 def test_bringing_steps_within_the_limits_leaves_most_of_their_gain(stage):
@@ -250,7 +251,7 @@ def test_bringing_steps_within_the_limits_leaves_most_of_their_gain(stage):
     slope, phi = -space.pullback(wave), space.start
     stepper, left = build_sequential_quadratic(space, smooth, limits), []
     for _ in range(8):
-        step = stepper.step(phi, Proxy(slope, np.zeros((0, space.n))), 0.8)
+        step = stepper.step(phi, Proxy(slope, np.zeros((0, space.n))), 0.8, no_states(space.n))
         found = within(space, smooth, limits, phi + step.change)
         assert isinstance(found, Within)
         left.append(slope @ (found.phi - phi) / (slope @ step.change))

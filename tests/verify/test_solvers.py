@@ -7,6 +7,7 @@ import pytest
 from installed import needs
 
 from pneumorph.verify import calculix, solvers, symbolic
+from pneumorph.verify.actuator import several_rubbers
 from pneumorph.verify.solids import octant
 
 
@@ -31,6 +32,15 @@ def test_ngsolve_coefficients_and_nodal_values_are_one_to_one():
 def test_a_solver_agrees_on_a_coarse_tube(solver):
     needs({solvers.ngsolve: symbolic.ngsolve, solvers.calculix: calculix.program}[solver])
     verdicts = list(solver(solvers.start, 8.0))
+    assert len(verdicts) == 3
+    for verdict in verdicts:
+        assert verdict.passed, verdict
+
+
+@pytest.mark.parametrize("solver", [solvers.ngsolve, solvers.calculix])
+def test_a_solver_agrees_on_a_tube_of_three_rubbers(solver):
+    needs({solvers.ngsolve: symbolic.ngsolve, solvers.calculix: calculix.program}[solver])
+    verdicts = list(solver(solvers.start, 8.0, several_rubbers))
     assert len(verdicts) == 3
     for verdict in verdicts:
         assert verdict.passed, verdict

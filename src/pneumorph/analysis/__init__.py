@@ -24,7 +24,15 @@ from pneumorph.analysis.fields import (
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
 from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
-from pneumorph.analysis.slopes import Slopes, design_gradient, design_slopes
+from pneumorph.analysis.slopes import (
+    Slopes,
+    design_gradient,
+    design_slopes,
+    margin_slopes,
+    margins,
+    strain_shares,
+    strain_slopes,
+)
 from pneumorph.analysis.task_results import collect_task_results
 
 __all__ = [
@@ -58,11 +66,15 @@ __all__ = [
     "design_slopes",
     "discretise",
     "from_json",
+    "margin_slopes",
+    "margins",
     "nodal_stress",
     "nodal_stretch",
     "predict_states",
     "prepare_simulation",
     "run_gradient_check",
+    "strain_shares",
+    "strain_slopes",
     "to_json",
     "unpack_fields",
 ]

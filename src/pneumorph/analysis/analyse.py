@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body
+from pneumorph.geometry import Body, build_linings
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
@@ -29,7 +29,7 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mesh import Morph, mesh_body
+from pneumorph.mesh import Morph, TetMesh, mesh_body
 from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem
@@ -86,7 +86,12 @@ class Analysis:
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
     """Mesh a body, or half or a quarter of it where mirror planes allow that, and build its model for analysis."""
-    return build_discretisation(problem, mesh_body(body, problem.mesh.size, mirrors_of(problem)), body.control_points())
+    return build_discretisation(problem, mesh_of(problem, body, mirrors_of(problem)), body.control_points())
+
+
+def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float | None = None) -> Morph:
+    """Mesh a body of a problem with its regions, or its half or quarter; the size of elements is in mm."""
+    return mesh_body(body, size or problem.mesh.size, mirrors, build_linings(problem.body, problem.region))
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
@@ -170,7 +175,17 @@ def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Disc
         if not model.mixed:
             carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate)
             continue
-        hydrostatic = linear(mesh, np.asarray(state.hydrostatic)[: old.model.nodes])
-        moved = transfer(mesh, np.column_stack([u, hydrostatic]), new.morph.mesh.points)
-        carried[name] = State(moved[:, :3], state.plate, moved[:, 3])
+        moved = transfer(mesh, u, new.morph.mesh.points)
+        carried[name] = State(moved, state.plate, _hydrostatic(old.model, mesh, state, new))
     return carried
+
+
+def _hydrostatic(old: Model, mesh: TetMesh, state: State, new: Discretisation) -> np.ndarray:
+    """π on a new mesh: it jumps between regions, so that of each is carried over within it."""
+    points, found = new.morph.mesh.points, np.zeros((len(new.model.rubbers), new.model.nodes))
+    values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)
+    for number, (region, own) in enumerate(old.regions.items()):
+        within = replace(mesh, tets=mesh.tets[own], regions={})
+        nodes = np.unique(new.morph.mesh.tets[new.model.regions[region]])
+        found[number, nodes] = transfer(within, linear(within, values[number])[:, None], points[nodes])[:, 0]
+    return found.ravel()

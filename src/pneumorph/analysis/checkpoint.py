@@ -32,6 +32,9 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
         "mesh_B_indices": carrier.B.indices,
         "mesh_B_indptr": carrier.B.indptr,
     }
+    if carrier.mesh.regions:
+        arrays["mesh_offset"] = carrier.offset
+        arrays |= {f"region {name}": elements for name, elements in carrier.mesh.regions.items()}
     arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
     arrays |= {f"param {name}": values for name, values in carrier.param.items()}
     arrays |= {f"state {name}": disc.model.vector(found.state) for name, found in analysis.equilibria.items()}
@@ -56,6 +59,8 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
         raise ValueError('"mesh_B_indptr" does not fit the mesh')
     if (np.diff(starts.astype(np.int64)) < 0).any():
         raise ValueError('"mesh_B_indptr" falls')
+    if "mesh_offset" in state:
+        floats(state, "mesh_offset", len(starts) - 1, 3)
     for name in state:
         if name.startswith("param "):
             floats(state, name, None, 6, 2, most=1.0 + 1e-6)
@@ -91,14 +96,16 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
         )
     points = arrays["mesh_points"]
     faces = {name.removeprefix("face "): value for name, value in arrays.items() if name.startswith("face ")}
+    regions = {name.removeprefix("region "): value for name, value in arrays.items() if name.startswith("region ")}
     param = {name.removeprefix("param "): value for name, value in arrays.items() if name.startswith("param ")}
     B = sparse.csr_array(
         (arrays["mesh_B_data"], arrays["mesh_B_indices"], arrays["mesh_B_indptr"]),
         shape=(len(arrays["mesh_B_indptr"]) - 1, len(points)),
     )
-    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces)
+    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions)
+    offset = arrays.get("mesh_offset", np.zeros((len(B.indptr) - 1, 3)))
     try:
-        morph = build_morph(straight, B, points, float(arrays["mesh_size"]), param)
+        morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param)
         disc = build_discretisation(problem, morph, points)
         starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
     # It is a mesh, but not one of this problem.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.analysis.analyse import mesh_of
 from pneumorph.analysis.fields import Fields, nodal_stretch
 from pneumorph.analysis.records import SweepStep, TaskResult
 from pneumorph.analysis.simulate import step_of
@@ -31,7 +32,7 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mesh import TetMesh, mesh_body
+from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
 
 MOST_FACTORISATIONS = 40
@@ -145,7 +146,7 @@ class Explorer:
             mirrors = tuple(plane for plane in self._stored.mesh.mirrors if plane in mirrors)
         if mirrors not in self._meshes:
             stored = None if self._stored is None else self._stored.unfolded(mirrors)
-            mesh = mesh_body(self.body, self.problem.mesh.size, mirrors).mesh if stored is None else stored.mesh
+            mesh = mesh_of(self.problem, self.body, mirrors).mesh if stored is None else stored.mesh
             model = model_of(self.problem, mesh)
             whole = whole_of(model, mesh) if model.mirrors else None
             known = [] if stored is None else self._known(model, stored)

@@ -96,6 +96,7 @@ class Fields:
         """Arrays from which `unpack_fields` restores these fields."""
         arrays = {"points": self.mesh.points, "tets": self.mesh.tets}
         arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
+        arrays |= {f"region {name}": elements for name, elements in self.mesh.regions.items()}
         arrays |= {f"u {name}": u for name, u in self.u.items()}
         arrays |= {f"stretch {name}": stretch for name, stretch in self.stretch.items()}
         for name, each in self.inflation.items():
@@ -143,7 +144,11 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     jacobian = np.einsum("eai,gaj->egij", places[corners], gradients)
     if not np.linalg.det(jacobian).min() > 0.0:
         raise ValueError("the mesh has elements without volume")
-    return TetMesh(places, corners, faces)
+    regions = [key.removeprefix("region ") for key in arrays if key.startswith("region ")]
+    parts = {name: indices(arrays, f"region {name}", None, below=len(corners)) for name in regions}
+    if parts and not np.array_equal(np.sort(np.concatenate([*parts.values()])), np.arange(len(corners))):
+        raise ValueError("the regions of the mesh do not share its elements among them")
+    return TetMesh(places, corners, faces, parts)
 
 
 def collect_fields(
@@ -209,16 +214,28 @@ def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
     return _at_nodes(mesh, np.sqrt(squares[..., -1]))
 
 
-def nodal_stress(mesh: TetMesh, u: np.ndarray, rubber: Rubber) -> np.ndarray:
-    """Von Mises stress at the nodes (N,) in MPa, of the Cauchy stress; hydrostatic stress does not contribute."""
+def nodal_stress(mesh: TetMesh, u: np.ndarray, rubbers: Mapping[str, Rubber]) -> np.ndarray:
+    """Von Mises stress at the nodes (N,) in MPa, of the Cauchy stress; hydrostatic stress does not contribute.
+
+    `rubbers` are those of the mesh's regions; of a mesh without regions there is one. Where rubbers meet, it is a mean.
+    """
     F = _deformation_gradients(mesh, u)
+    regions = mesh.regions or {name: np.arange(len(mesh.tets)) for name in rubbers}
+    stress = np.empty(F.shape[:2])
+    for name, own in regions.items():
+        stress[own] = _von_mises(F[own], rubbers[name])
+    return _at_nodes(mesh, stress)
+
+
+def _von_mises(F: np.ndarray, rubber: Rubber) -> np.ndarray:
+    """Von Mises stress (..., ) in MPa at deformation gradients F (..., 3, 3)."""
     parameters = jnp.asarray(rubber.parameters, dtype=float)
     # Energies take the points as trailing axes.
     nominal = jax.grad(lambda at: jnp.sum(rubber.isochoric(at, parameters)))(jnp.moveaxis(F, (-2, -1), (0, 1)))
     stress = np.moveaxis(np.asarray(nominal), (0, 1), (-2, -1)) @ np.swapaxes(F, -1, -2)
     stress /= np.linalg.det(F)[..., None, None]
     deviator = stress - np.trace(stress, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) / 3
-    return _at_nodes(mesh, np.sqrt(1.5 * (deviator**2).sum((-2, -1))))
+    return np.sqrt(1.5 * (deviator**2).sum((-2, -1)))
 
 
 def _deformation_gradients(mesh: TetMesh, u: np.ndarray) -> np.ndarray:

@@ -14,12 +14,12 @@ from pneumorph.analysis.analyse import (
     build_discretisation,
     carry_over,
     discretise,
+    mesh_of,
 )
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry import Body, DesignSpace, build_design_space
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium, mirrors_of
-from pneumorph.mesh import mesh_body
 from pneumorph.problem import Pressure, Problem
 from pneumorph.sensitivity import TaylorTest, taylor_test
 
@@ -155,7 +155,7 @@ def _coarser(at: AnalysedBody) -> AnalysedBody:
         return at
     size = problem.mesh.size * (old.model.elements / ENOUGH) ** (1 / 3)
     try:
-        disc = build_discretisation(problem, mesh_body(body, size, mirrors_of(problem)), body.control_points())
+        disc = build_discretisation(problem, mesh_of(problem, body, mirrors_of(problem), size), body.control_points())
     except MeshError:
         return at
     if disc.model.elements >= old.model.elements:

@@ -50,6 +50,8 @@ class TaskResult:
         Whether the largest stretch is beyond the range for which the rubber's parameters are valid.
     stable : bool
         Whether the state is stable; see `RunResult` for halves and quarters of bodies.
+    region_stretches : {region: float}
+        The largest principal stretch of every region, in a body of several rubbers; else empty.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -63,6 +65,7 @@ class TaskResult:
     max_stretch: float
     beyond_validity: bool
     stable: bool
+    region_stretches: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -174,7 +177,7 @@ class SweepStep:
         Force or torque that the actuator exerts on the blocks and springs at its plate.
     volumes : {chamber: mm³}
         Volumes of the inflated chambers.
-    max_stretch, beyond_validity, stable
+    max_stretch, beyond_validity, stable, region_stretches
         As in `TaskResult`; `stable` is against all motions of the whole body.
     reason : str
         Why no equilibrium was found, as a sentence; else empty.
@@ -194,6 +197,7 @@ class SweepStep:
     converged: bool = True
     reason: str = ""
     errors: Mapping[str, float] = field(default_factory=dict)
+    region_stretches: Mapping[str, float] = field(default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -202,6 +206,8 @@ Record = TypeVar("Record", bound="DataclassInstance")
 def to_json(record: Any) -> dict[str, Any]:
     """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
+    if not content.get("region_stretches", True):
+        del content["region_stretches"]
     if isinstance(record, SweepStep):
         if record.converged:
             del content["reason"]

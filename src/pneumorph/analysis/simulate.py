@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.analysis.analyse import mesh_of
 from pneumorph.analysis.pressures import PressurePath, pressure_paths
 from pneumorph.analysis.records import SweepStep
-from pneumorph.analysis.task_results import vector
+from pneumorph.analysis.task_results import by_region, vector
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -29,7 +30,7 @@ from pneumorph.mechanics import (
     sweep,
     whole_of,
 )
-from pneumorph.mesh import TetMesh, mesh_body
+from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Custom, Maximize, Problem
 from pneumorph.problem.components import COMPONENT_OF, component_of
@@ -169,7 +170,7 @@ def prepare_simulation(
     paths = pressure_paths(given, tuple(chamber.name for chamber in problem.body.chamber), one_by_one)
     blocked = _blocked(problem, list(block))
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
-    mesh = mesh_body(body, problem.mesh.size, mirrors_of(problem, applied)).mesh
+    mesh = mesh_of(problem, body, mirrors_of(problem, applied)).mesh
     targets = {name: found for name, found in _targets(problem).items() if name in pressures}
     return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets)
 
@@ -205,8 +206,9 @@ def step_of(
         reaction=_reaction(at, found),
         volumes=found.volumes,
         max_stretch=found.max_stretch,
-        beyond_validity=at.model.rubber.beyond(found.max_stretch),
+        beyond_validity=at.model.beyond_validity(found.stretches),
         stable=found.stable and (whole is None or whole.negative_pivots(at, found.state) == 0),
+        region_stretches=by_region(found.stretches),
     )
 
 

@@ -9,8 +9,10 @@ import numpy as np
 from pneumorph.analysis.analyse import Analysis, Discretisation
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
+from pneumorph.mechanics import Tangent
+from pneumorph.objective import StrainShare
 from pneumorph.problem import Problem
-from pneumorph.sensitivity import gradient, residual_jacobian
+from pneumorph.sensitivity import find_margin, gradient, margin_slope, residual_jacobian
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +55,44 @@ def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, 
     return sum(
         (task.weight * _task_gradient(space, disc, analysis, task.name) for task in problem.task), np.zeros(space.n)
     )
+
+
+def strain_shares(disc: Discretisation, analysis: Analysis) -> dict[str, float]:
+    """The largest stretch of every task over the stated range of its rubber, see `objective.strain`."""
+    return {
+        name: StrainShare().at(disc.model, at.X, analysis.equilibria[name].state)
+        for name, at in analysis.configurations.items()
+    }
+
+
+def strain_slopes(space: DesignSpace, disc: Discretisation, analysis: Analysis) -> tuple[np.ndarray, np.ndarray]:
+    """The same for all tasks (k,), and the derivatives (k, n) with respect to Φ, by one adjoint each."""
+    values, rows = [], []
+    for name, at in analysis.configurations.items():
+        found = gradient(at, disc.tangents[name], analysis.equilibria[name], StrainShare())
+        values.append(found.value)
+        rows.append(space.pullback(disc.morph.pullback(found.X), {name: found.pressure}))
+    return np.array(values), np.array(rows)
+
+
+def margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:
+    """The pressures of the first limit point of every task over its own, see `sensitivity.margin`."""
+    # With another solver: those of the tasks keep the factorisations from which the next design starts.
+    tangent = Tangent(disc.model)
+    return {name: find_margin(at, tangent, bound).load for name, at in analysis.configurations.items()}
+
+
+def margin_slopes(
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, bound: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same for all tasks (k,), and the derivatives (k, n) with respect to Φ."""
+    values, rows, tangent = [], [], Tangent(disc.model)
+    for name, at in analysis.configurations.items():
+        found = find_margin(at, tangent, bound)
+        by_X, by_pressure = margin_slope(at, tangent, found)
+        values.append(found.load)
+        rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}))
+    return np.array(values), np.array(rows)
 
 
 def _task_gradient(space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import cast
 
 import numpy as np
@@ -27,10 +28,16 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             section_rotations=tuple(vector(rotation_vector(turn)) for turn in np.asarray(moved.section_rotation)),
             volumes=equilibrium.volumes,
             max_stretch=equilibrium.max_stretch,
-            beyond_validity=disc.model.rubber.beyond(equilibrium.max_stretch),
+            beyond_validity=disc.model.beyond_validity(equilibrium.stretches),
             stable=equilibrium.stable,
+            region_stretches=by_region(equilibrium.stretches),
         )
     return found
+
+
+def by_region(stretches: Mapping[str, float]) -> Mapping[str, float]:
+    """The largest stretch of every region of a body that has several."""
+    return stretches if len(stretches) > 1 else {}
 
 
 def vector(components) -> Vector:

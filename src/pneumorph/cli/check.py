@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
+from pneumorph.analysis import (
+    AnalysedBody,
+    analyse_body,
+    collect_task_results,
+    run_gradient_check,
+)
 from pneumorph.cli.trust import asking
 from pneumorph.constraint import certify, without_rounding
+from pneumorph.constraint.table import BY_NAME
 from pneumorph.errors import ComputationError, printable
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
+from pneumorph.mechanics import Rubber
 from pneumorph.mesh import keep_netgen_quiet
+from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, mirror_note, motion_of
 from pneumorph.problem import load
 
@@ -44,6 +54,15 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         # The certified bound holds for all points; the value seen is that of the worst sample.
         seen = without_rounding(reading.seen)
         say(f"limit     {reading}, seen {seen:.3g}", "red" if reading in limits.violated() else "")
+    states = linear_states(asked, at.space, at.disc, at.analysis)
+    for name, value in states.values().items():
+        if value is None:
+            continue
+        limit = BY_NAME[name]
+        bound = limit.read(asked.limits) or 0.0
+        kept = limit.excess(value, bound) <= limit.tolerance
+        kind = "at least" if limit.at_least else "at most"
+        say(f"limit     {name} is {value:.3g}, must be {kind} {bound:g}", "" if kept else "red")
     if quick:
         say("The problem is sound; its gradient was not tested.")
         return
@@ -61,7 +80,7 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
 def _description(at: AnalysedBody) -> list[str]:
     problem, space = at.problem, at.space
     table, model = problem.model_dump(), at.disc.model
-    body, rubber, springs = table["body"], table["material"], table["end_effector"]["spring"]
+    body, springs = table["body"], table["end_effector"]["spring"]
     chambers = "; ".join(
         f"{chamber['name']}, radius {chamber['radius']}, z from {chamber['span'][0]} to {chamber['span'][1]}"
         for chamber in body["chamber"]
@@ -70,11 +89,10 @@ def _description(at: AnalysedBody) -> list[str]:
     springs_shown = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
     pulled = [f"{key} {table['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
     gravity = table.get("gravity")
-    valid = model.rubber.valid_stretch
-    reach = "range of stretch not stated" if valid is None else f"valid up to a stretch of {valid:.3g}"
     chosen = ""
     if problem.mesh.element == "auto" and model.mixed:
-        chosen = f" (bulk modulus {model.rubber.bulk_modulus / model.rubber.shear_modulus:.3g} times the shear modulus)"
+        most = max(rubber.bulk_modulus / rubber.shear_modulus for rubber in model.rubbers.values())
+        chosen = f" (bulk modulus {most:.3g} times the shear modulus)"
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
     return [
         f"problem   {printable(problem.title) or 'without a title'}",
@@ -82,8 +100,33 @@ def _description(at: AnalysedBody) -> list[str]:
         f"variables {space.n_shape} for the shape, {free} for pressures",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + mirror_note(model.mirrors),
-        f"rubber    {rubber['name']}: {rubber['model']}, initial shear modulus {model.rubber.shear_modulus:.4g} MPa, "
-        f"bulk modulus {rubber['bulk_modulus']}, {reach}",
+        *_rubbers(table, list(model.rubbers.values())),
         f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",
         "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
     ]
+
+
+def _rubbers(table: dict[str, Any], rubbers: list[Rubber]) -> Iterator[str]:
+    """A line for the rubber of the body, and one for that of every region, with where it is."""
+    places = ["", *(f"; {_shape(region)}" for region in table["region"])]
+    materials = [table["material"], *(region["material"] for region in table["region"])]
+    words = ["rubber", *(region["name"] for region in table["region"])]
+    for word, named, rubber, where in zip(words, materials, rubbers, places, strict=True):
+        valid = rubber.valid_stretch
+        reach = "range of stretch not stated" if valid is None else f"valid up to a stretch of {valid:.3g}"
+        yield (
+            f"{word:9} {named['name']}: {named['model']}, initial shear modulus {rubber.shear_modulus:.4g} MPa, "
+            f"bulk modulus {named['bulk_modulus']}, {reach}{where}"
+        )
+
+
+def _shape(region: dict[str, Any]) -> str:
+    if sleeve := region.get("sleeve"):
+        return f"{sleeve['thickness']} around {', '.join(sleeve['chambers'])}"
+    layer = region["layer"]
+    parts = [f"{layer['thickness']} under the exterior"]
+    if layer.get("span"):
+        parts.append(f"z from {layer['span'][0]} to {layer['span'][1]}")
+    if layer.get("angles"):
+        parts.append(f"from {layer['angles'][0]} to {layer['angles'][1]}")
+    return ", ".join(parts)

@@ -14,7 +14,7 @@ from pneumorph.errors import ComputationError, NotWritten, ProblemError
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
-from pneumorph.mechanics import rubber_of
+from pneumorph.mechanics import rubbers_of
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import validity_warning
 from pneumorph.output.pictures import picture_names, run_pictures
@@ -78,9 +78,9 @@ def _conclude(run: Run, screen: Screen, console: Console) -> None:
         screen.say(f"the page could not be written: {error}")
     for part in outcome(run, history[0], result):
         console.print(part, soft_wrap=isinstance(part, Text))
-    rubber = rubber_of(run.problem.material)
+    rubbers = rubbers_of(run.problem)
     for name, found in history[-1].tasks.items():
-        if sentence := validity_warning(rubber, found.max_stretch):
+        if sentence := validity_warning(rubbers, found):
             console.print(Text(f"Task {name}: {sentence}."), soft_wrap=True)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from rich.console import RenderableType
@@ -13,7 +13,7 @@ from rich.text import Text
 from pneumorph.analysis import HistoryEntry, RunResult
 from pneumorph.cli.columns import MARK
 from pneumorph.constraint import LimitReading, without_rounding
-from pneumorph.constraint.table import BY_NAME
+from pneumorph.constraint.table import BY_NAME, Limit, in_history
 from pneumorph.geometry import Body
 from pneumorph.interface.runs import Run
 from pneumorph.output.format import format_duration, format_pressures, motion_of
@@ -25,7 +25,9 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     best = run.best
     yield Text(f"\n{how_many(run.problem.optimizer.iterations, result)}")
     yield tasks_table(run.problem, start, result)
-    yield limits_table(best.body, best.limits)
+    last = run.history[-1]
+    of_states = [(limit, last.limits[key], bound) for limit, key, bound in in_history(run.problem.limits)]
+    yield limits_table(best.body, best.limits, [each for each in of_states if not each[0].of_shape])
     number = best.iteration
     which = "the start" if number == 0 else f"design {number}, the last"
     stored = run.path / "designs" / f"{number:04d}.npz"
@@ -72,7 +74,9 @@ def place_of(body: Body, reading: LimitReading) -> Place:
     return Place(reading.surface, (float(x), float(y), float(z)))
 
 
-def limits_table(body: Body, readings: tuple[LimitReading, ...]) -> Table:
+def limits_table(
+    body: Body, readings: tuple[LimitReading, ...], of_states: Iterable[tuple[Limit, float | None, float]] = ()
+) -> Table:
     """Every limit: its worst value, what it must be, and where the worst value is; marked if it is not kept.
 
     Limits that nobody has asked for, such as that no surface folds onto itself, are shown only if they are not kept.
@@ -90,6 +94,11 @@ def limits_table(body: Body, readings: tuple[LimitReading, ...]) -> Table:
         )
         bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
         table.add_row(limit.name, worst, bound, str(place_of(body, reading)))
+    for limit, value, bound in of_states:
+        kept = value is not None and limit.excess(value, bound) <= limit.tolerance
+        shown = "–" if value is None else f"{value:.3g}"
+        worst = Text(shown if kept else f"{shown} {MARK}", style="" if kept else "red")
+        table.add_row(limit.name, worst, f"{'≥' if limit.at_least else '≤'} {bound:g}", "in the states of the tasks")
     return table
 
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from pneumorph.constraint.distance import ClosestPoints, distances, fold_closest, joined, sampled_surface, wall_closest
 from pneumorph.constraint.sampling import Grid, SampledFields, closed_positions, every_second, grid, heights, rim_share
 from pneumorph.constraint.surface import MIN_AREA, Form, measures
-from pneumorph.constraint.table import TABLE
+from pneumorph.constraint.table import OF_SHAPE
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class LimitFunctions:
 
         The barrier of a quantity h is zero at h = 0 and one at its limit, that of a distance is zero up to its limit.
         """
-        scale = {limit.name: getattr(self, limit.per) for limit in TABLE if limit.per}
+        scale = {limit.name: getattr(self, limit.per) for limit in OF_SHAPE if limit.per}
         return {
             name: value * (scale[name] / tolerance) if name in scale else jnp.maximum(value + 1.0, 0.0)
             for name, value in values.items()

@@ -18,7 +18,7 @@ from pneumorph.constraint import extent
 from pneumorph.constraint.cells import FINE, Accuracy, SpanBounds, knot_spans
 from pneumorph.constraint.enclosure import NAMES, enclosed
 from pneumorph.constraint.gaps import Gaps, gaps, nearest, nearest_uncertified, patches, without_discs
-from pneumorph.constraint.table import BY_NAME, TABLE, Limit
+from pneumorph.constraint.table import BY_NAME, OF_SHAPE, Limit
 from pneumorph.geometry import Body
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ class LimitReport:
     def values(self) -> dict[str, float | None]:
         """Certified values by their keys in the history; None for limits that the problem does not have."""
         found = {reading.limit: reading.value for reading in self.readings}
-        return {limit.key: found.get(limit.name) for limit in TABLE if limit.key is not None}
+        return {limit.key: found.get(limit.name) for limit in OF_SHAPE if limit.key is not None}
 
     def violated(self, slack: float = 1.0) -> tuple[LimitReading, ...]:
         """Limits that are not certified to hold within `slack` times their tolerances."""
@@ -207,7 +207,7 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
     """
     parts = [knot_spans(surface) for surface in body.surfaces]
     length = float(body.exterior.net[-1, 0, 2])
-    tallies = {limit.name: _Tally(limit, bound, slack) for limit in TABLE if (bound := limit.read(spec)) is not None}
+    tallies = {limit.name: _Tally(limit, bound, slack) for limit in OF_SHAPE if (bound := limit.read(spec)) is not None}
 
     tally = tallies["ends"]
     tally.points(0, extent.beyond(parts[0], length, tally.accuracy, 0.0))

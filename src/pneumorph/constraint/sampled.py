@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pneumorph.constraint.sampling import Grid, grid
-from pneumorph.constraint.table import TABLE
+from pneumorph.constraint.table import OF_SHAPE
 from pneumorph.geometry import Body
 from pneumorph.geometry.local import point_weights
 
@@ -24,7 +24,7 @@ Ints = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
 SHAPE = ("curvature", "skew", "stretch", "area")
-KINDS = (*SHAPE, *(limit.name for limit in TABLE if limit.name not in SHAPE))
+KINDS = (*SHAPE, *(limit.name for limit in OF_SHAPE if limit.name not in SHAPE))
 """Kinds of rows: the names of the limits in the table, in the order of their indices."""
 
 FINE, COARSE = (4, 8), (2, 4)

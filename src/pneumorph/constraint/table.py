@@ -40,6 +40,8 @@ class Limit:
         Returns its bound in mm, 1/mm² or 1; None if the problem has no such limit.
     per : "wall", "fold" or None
         The limit by which the optimiser's values are divided; None if they are divided by the bound.
+    of_shape : bool
+        Whether the shape alone decides; otherwise the states of the tasks do (`optimize.states`).
     """
 
     name: str
@@ -50,6 +52,7 @@ class Limit:
     key: str | None
     read: Callable[[Limits], float | None]
     per: Literal["wall", "fold"] | None = None
+    of_shape: bool = True
 
     def excess(self, value: float, bound: float) -> float:
         """Violation relative to the bound (in mm if the bound is zero); negative if the limit is held."""
@@ -84,7 +87,12 @@ TABLE = (
     Limit("area", "area", "", True, 0.01, None, lambda limits: MIN_AREA),
     Limit("ends", "ends", "mm", False, 0.005, None, lambda limits: 0.0, "wall"),
     Limit("envelope", "envelope", "mm", False, 0.005, "envelope_mm", _envelope, "wall"),
+    Limit("strain", "strain", "", False, 0.005, "strain", lambda limits: limits.strain, of_shape=False),
+    Limit("margin", "margin", "", True, 0.005, "margin", lambda limits: limits.margin, of_shape=False),
 )
+
+OF_SHAPE = tuple(limit for limit in TABLE if limit.of_shape)
+"""The limits that need no equilibrium."""
 
 BY_NAME = {limit.name: limit for limit in TABLE}
 

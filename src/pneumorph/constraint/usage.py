@@ -13,7 +13,7 @@ from pneumorph.constraint.distance import SampledSurface, closest_within, neares
 from pneumorph.constraint.measured import measured_samples
 from pneumorph.constraint.sampled import COARSE, FINE, SHAPE, LimitSamples
 from pneumorph.constraint.sampling import Grid, heights, rim_share, sampled_fields
-from pneumorph.constraint.table import BY_NAME, TABLE
+from pneumorph.constraint.table import BY_NAME, OF_SHAPE
 from pneumorph.geometry import Body
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ PER_SPAN = (2, 2)
 LEAST = 0.5
 """Distances are measured only where at least this share of their limits is used: to find farther ones takes longer."""
 
-NAMES = tuple(limit.name for limit in TABLE if limit.name != "ends")
+NAMES = tuple(limit.name for limit in OF_SHAPE if limit.name != "ends")
 """The limits that can be used up: the ends of the exterior need no distance from their planes."""
 
 

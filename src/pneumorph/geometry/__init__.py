@@ -3,6 +3,7 @@
 from pneumorph.geometry.body import Body, adjusted_columns, starting_body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
 from pneumorph.geometry.design_space import DesignSpace, FreePressure, build_design_space
+from pneumorph.geometry.lining import Lining, build_linings
 from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
 
 __all__ = [
@@ -10,9 +11,11 @@ __all__ = [
     "Body",
     "DesignSpace",
     "FreePressure",
+    "Lining",
     "TubeSurface",
     "adjusted_columns",
     "build_design_space",
+    "build_linings",
     "cap_points",
     "clamped",
     "enclosed_volume",

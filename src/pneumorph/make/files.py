@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, check_mesh, check_step
 from pneumorph.make.mould.effect import PortEffect
@@ -96,6 +97,11 @@ def make(
     report.write_text(_as_json(checks), encoding="utf-8")
     files = [step, *cores, mesh, plain]
     if problem is not None:
+        if problem.region:
+            raise ComputationError(
+                f"moulds are made for bodies of one rubber, and this one has regions ({problem.region[0].name}, …); "
+                f"the exact CAD of its surfaces is in {folder}"
+            )
         if problem.make.method == "silicone mould":
             moulded, proved = make_silicone_mould(body, problem, folder / "mould", chord, effects, sags)
         else:

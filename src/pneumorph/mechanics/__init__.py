@@ -8,7 +8,7 @@ from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
-from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of
+from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of, rubbers_of
 from pneumorph.mechanics.solve.equilibrium import (
     TOLERANCE,
     Equilibrium,
@@ -56,6 +56,7 @@ __all__ = [
     "rotation",
     "rotation_vector",
     "rubber_of",
+    "rubbers_of",
     "solve",
     "sweep",
     "whole_of",

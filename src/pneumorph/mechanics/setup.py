@@ -17,6 +17,7 @@ from pneumorph.mechanics.solve.equilibrium import build_loads
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
+from pneumorph.problem.regions import REST, materials
 
 MIXED_FROM = 50.0
 """κ/μ from which `mesh.element = "auto"` selects mixed elements.
@@ -59,12 +60,22 @@ def equibiaxial_stretch(first_invariant: float) -> float:
     return root_scalar(lambda stretch: 2 * stretch**2 + stretch**-4 - first_invariant, bracket=(1.0, rest)).root
 
 
+def rubbers_of(problem: Problem) -> dict[str, Rubber]:
+    """The rubber of every region by its name, first that of what is in none (`problem.regions.REST`)."""
+    return {name: rubber_of(material) for name, material in materials(problem).items()}
+
+
 def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | None = None) -> Model:
-    """The model of a meshed body: its rubber, clamped base, and plate or free tip; `rubbers` are those of regions."""
-    solid = rubber_of(problem.material)
-    mixed = problem.mesh.element == "mixed" or (problem.mesh.element == "auto" and asks_for_mixed(solid))
+    """The model of a meshed body: its rubbers, clamped base, and plate or free tip; `rubbers` are other ones.
+
+    Where one rubber of the problem asks for mixed elements, all have them.
+    """
+    own = rubbers_of(problem)
+    mixed = problem.mesh.element == "mixed" or (
+        problem.mesh.element == "auto" and any(asks_for_mixed(solid) for solid in own.values())
+    )
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
-    return build_model(mesh, rubbers or solid, plate=plate, mixed=mixed, weight=weight)
+    return build_model(mesh, rubbers or (own if mesh.regions else own[REST]), plate=plate, mixed=mixed, weight=weight)
 
 
 def asks_for_mixed(rubber: Rubber) -> bool:

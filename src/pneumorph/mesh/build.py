@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body
+from pneumorph.geometry import Body, Lining
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.cut import with_cuts
+from pneumorph.mesh.cut import with_cut_regions
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.surface import surface_mesh
@@ -24,7 +26,7 @@ _WORST = 0.02
 """Quality (see `scaled_jacobian`) below which a mesh is rejected."""
 
 
-def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = ()) -> Morph:
+def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = (), linings: Sequence[Lining] = ()) -> Morph:
     """Mesh a body with quadratic tetrahedra, or the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz) of a symmetric one.
 
     If chords of a coarse triangulation cross, or an element is inverted when curved, finer triangulations are tried.
@@ -36,6 +38,8 @@ def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = ()) -> Morph:
         Approximate edge length, mm; edges are shorter where the surfaces are strongly curved.
     mirrors : tuple of "xz" and "yz", in this order
         The planes that cut a symmetric body into halves or quarters.
+    linings : sequence of Lining
+        Layers of other rubbers, which become regions of the mesh; what is in none is the region `REST`.
 
     Raises
     ------
@@ -48,15 +52,15 @@ def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = ()) -> Morph:
     reason = MeshError("no attempt was made")
     for finer in _FINER:
         stop_if_asked()
-        surface = surface_mesh(body, finer * size, finer * _TURN, mirrors)
-        faces, nodes = surface.faces, surface.B @ P
         try:
-            faces, nodes = with_cuts(faces, nodes, mirrors, finer * size)
-            straight = fill(faces, nodes, finer * size)
+            surface = surface_mesh(body, finer * size, finer * _TURN, mirrors, linings)
+            nodes = surface.B @ P + surface.offset
+            faces, solids, nodes = with_cut_regions(surface.faces, surface.solids, nodes, mirrors, finer * size)
+            straight = fill(solids, faces, nodes, finer * size)
         except MeshError as error:
             reason = error
             continue
-        result = build_morph(straight, surface.B, exact, size, surface.param)
+        result = build_morph(straight, surface.B, surface.offset, exact, size, surface.param)
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:
             return result

@@ -14,6 +14,23 @@ from pneumorph.problem.symmetry import NORMALS
 Faces = dict[str, np.ndarray]
 
 
+def with_cut_regions(
+    faces: Faces, solids: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: float
+) -> tuple[Faces, Faces, np.ndarray]:
+    """Close every region, whose triangles are `solids`, and join their faces in mirror planes to those of the body.
+
+    Other parameters, results and errors are those of `with_cuts`.
+    """
+    closed: Faces = {}
+    for region, triangles in solids.items():
+        cut, nodes = with_cuts({"": triangles}, nodes, mirrors, size)
+        closed[region] = np.concatenate(list(cut.values()))
+        for name in cut.keys() - {""}:
+            faces = faces | {name: np.concatenate([faces.get(name, np.zeros((0, 6), int)), cut[name]])}
+    order = [*(name for name in faces if not name.startswith("mirror ")), *(f"mirror {plane}" for plane in mirrors)]
+    return {name: faces[name] for name in order}, closed, nodes
+
+
 def with_cuts(faces: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: float) -> tuple[Faces, np.ndarray]:
     """Close the surfaces of half or a quarter of a body by faces in its mirror planes.
 
@@ -23,7 +40,7 @@ def with_cuts(faces: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: f
         Triangles of the surfaces, which are open in the planes.
     nodes : (n, 3) float
     mirrors : tuple of "xz" and "yz"
-        None for a whole body, whose surfaces are closed.
+        None for a whole body, whose surfaces are closed. Planes that no surface touches are left out.
     size : float
         Desired edge length away from the surfaces, mm.
 
@@ -40,15 +57,16 @@ def with_cuts(faces: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: f
         If profiles cross.
     """
     nodes = nodes.copy()
-    rims = _rims(_open_edges(faces), nodes, mirrors)
+    rims = {plane: rim for plane, rim in _rims(_open_edges(faces), nodes, mirrors).items() if len(rim)}
     for plane, rim in rims.items():
         nodes[np.unique(rim), NORMALS[plane]] = 0.0
     if len(rims) == 2:
         ends = np.intersect1d(rims["xz"][:, :2], rims["yz"][:, :2])
-        upwards, nodes = _axis(ends, nodes, size)
-        # Seen from outside, the quarter is left of its axis going up in yz, and going down in xz.
-        rims["yz"] = np.concatenate([rims["yz"], upwards])
-        rims["xz"] = np.concatenate([rims["xz"], upwards[:, [1, 0, 2]]])
+        if len(ends):
+            upwards, nodes = _axis(ends, nodes, size)
+            # Seen from outside, the quarter is left of its axis going up in yz, and going down in xz.
+            rims["yz"] = np.concatenate([rims["yz"], upwards])
+            rims["xz"] = np.concatenate([rims["xz"], upwards[:, [1, 0, 2]]])
     for plane, rim in rims.items():
         triangles, nodes = _filled(rim, nodes, NORMALS[plane], size)
         faces = faces | {f"mirror {plane}": triangles}

@@ -1,4 +1,4 @@
-"""Motion of the mesh with the surfaces: X = X_ref + E (B P − S_ref), one affine map until the body is remeshed."""
+"""Motion of the mesh with the surfaces: X = X_ref + E (B P + b − S_ref), one affine map until the body is remeshed."""
 
 from __future__ import annotations
 
@@ -37,9 +37,10 @@ class Extension:
 class Morph:
     """Node positions as an affine function of the control points.
 
-    Surface nodes, including mid-side nodes, are B P and lie exactly on the surfaces. Their motion is extended into the
-    volume by a diffusion equation on the straight reference mesh with quadratic elements, stiffer where elements are
-    small. Nodes in a mirror plane do not move normal to it; within it, those that are on no surface follow the others.
+    Surface nodes, including mid-side nodes, are B P and lie exactly on the surfaces; those where two rubbers meet are
+    at a constant offset b from places on them. Their motion is extended into the volume by a diffusion equation on the
+    straight reference mesh with quadratic elements, stiffer where elements are small. Nodes in a mirror plane do not
+    move normal to it; within it, those that are on no surface follow the others.
 
     Attributes
     ----------
@@ -47,6 +48,8 @@ class Morph:
         The mesh at the control points for which it was built.
     B : (n_surface, n_points) sparse
         From control points to surface nodes, which are the first nodes of the mesh.
+    offset : (n_surface, 3) float
+        b, mm; zero on the surfaces.
     reference : (N, 3) float
         X_ref: the straight mesh, with mid-side nodes of the surface on their chords.
     size : float
@@ -59,6 +62,7 @@ class Morph:
 
     mesh: TetMesh
     B: sparse.csr_array
+    offset: np.ndarray
     reference: np.ndarray
     size: float
     param: dict[str, np.ndarray]
@@ -78,7 +82,7 @@ class Morph:
 
     def positions(self, P: np.ndarray) -> np.ndarray:
         """Positions (N, 3) in mm of all nodes for the control points P (n_points, 3)."""
-        return self.reference + self._extend(self.B @ P - self.reference[: self.n_surface])
+        return self.reference + self._extend(self.B @ P + self.offset - self.reference[: self.n_surface])
 
     def push(self, dP: np.ndarray) -> np.ndarray:
         """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points."""
@@ -112,7 +116,12 @@ class Morph:
 
 
 def build_morph(
-    straight: TetMesh, B: sparse.csr_array, P: np.ndarray, size: float, param: dict[str, np.ndarray]
+    straight: TetMesh,
+    B: sparse.csr_array,
+    offset: np.ndarray,
+    P: np.ndarray,
+    size: float,
+    param: dict[str, np.ndarray],
 ) -> Morph:
     """Build a morph by factorising the extension on a straight mesh whose first nodes are the surface nodes."""
     stiffness = _stiffness(straight)
@@ -124,7 +133,7 @@ def build_morph(
     for plane in planes:
         free = np.setdiff1d(inner, straight.mirror_nodes(plane))
         extensions.append((np.array([NORMALS[plane]]), _extension(stiffness, n_surface, free)))
-    unplaced = Morph(straight, B, straight.points, size, param, tuple(extensions))
+    unplaced = Morph(straight, B, offset, straight.points, size, param, tuple(extensions))
     return replace(unplaced, mesh=unplaced.at(P))
 
 

@@ -138,6 +138,8 @@ def _best_vertex(
         hole = {k}
         while len(hole) <= _LARGEST_HOLE:
             faces = _hull(hole, elements)
+            if not _simple(faces):
+                break
             filling = np.array([[a, c, b, vertex] for a, b, c in faces])
             filling_quality = curved.quality(places, filling)
             worst = float(filling_quality.min())
@@ -154,6 +156,12 @@ def _best_vertex(
         if best_quality >= _ENOUGH:
             break
     return best
+
+
+def _simple(faces: list[tuple[int, int, int]]) -> bool:
+    """Whether faces go once along each edge in each sense; where a hole is pinched, new elements would overlap."""
+    edges = [pair for a, b, c in faces for pair in ((a, b), (b, c), (c, a))]
+    return 0 < len(edges) == len(set(edges))
 
 
 def _hull(hole: set[int], elements: dict[int, list[int]]) -> list[tuple[int, int, int]]:

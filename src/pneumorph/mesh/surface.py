@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
 
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.errors import MeshError
+from pneumorph.geometry import Body, Lining, TubeSurface
+from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
 from pneumorph.mesh.tets import TRIANGLE_EDGES
+from pneumorph.problem.regions import REST
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 _SAMPLES_PER_SPAN = 4
@@ -17,6 +21,7 @@ _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to a mirror plane is cu
 _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
 """q at which the kept part begins, on the exterior and on a chamber, by the planes that cut the surface."""
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
+_TURNED = [0, 2, 1, 5, 4, 3]  # the nodes of a triangle seen from its other side
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line
 
 
@@ -27,17 +32,24 @@ class SurfaceMesh:
     Attributes
     ----------
     B : (n_nodes, n_points) sparse
-        Nodes are ``B @ P``; a row has at most 16 entries on a tube, and those of a whole end row on a disc.
+        Nodes are ``B @ P + offset``; a row has at most 16 entries on a tube, and those of a whole end row on a disc.
+    offset : (n_nodes, 3) float
+        Zero on the surfaces; from there to the nodes where two rubbers meet, mm.
     faces : dict of (nf, 6) int
         Triangles by name (see `TetMesh.faces`), normals from solid to void; for a chamber its tube, then its discs.
     param : dict of (nf, 6, 2) float
         (q, r) of the nodes of the tubes' triangles, by surface name ("exterior" or a chamber's), in the order of
         ``faces``; q exceeds 1 where a triangle crosses the seam.
+    solids : dict of (n, 6) int
+        The triangles that bound each region, normals outwards; those between two regions belong to both. A body of a
+        single rubber is one region "".
     """
 
     B: sparse.csr_array
+    offset: np.ndarray
     faces: dict[str, np.ndarray]
     param: dict[str, np.ndarray]
+    solids: dict[str, np.ndarray]
 
     @property
     def triangles(self) -> np.ndarray:
@@ -45,7 +57,13 @@ class SurfaceMesh:
         return np.concatenate(list(self.faces.values()))
 
 
-def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirrors: tuple[str, ...] = ()) -> SurfaceMesh:
+def surface_mesh(
+    body: Body,
+    size: float,
+    turn: float = np.pi / 4,
+    mirrors: tuple[str, ...] = (),
+    linings: Sequence[Lining] = (),
+) -> SurfaceMesh:
     """Triangulate all surfaces of a body, or of its part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz).
 
     Parameters
@@ -57,14 +75,24 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirrors: tupl
         Largest rotation of a surface line's tangent along one edge, rad.
     mirrors : tuple of "xz" and "yz", in this order
         The mirror planes; surfaces cut by them are left open there.
+    linings : sequence of Lining
+        Layers of other rubbers, whose inner sides are triangulated like the surfaces along which they lie.
+
+    Raises
+    ------
+    MeshError
+        If two edges of layers are nearer to each other than grid lines.
     """
     side = size / 2**0.25
-    patches = [_kept(surface, side, turn, mirrors) for surface in body.surfaces]
+    regions = list(dict.fromkeys([REST, *(lining.region for lining in linings)]))
+    own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
+    patches = [_kept(surface, side, turn, mirrors, lined) for surface, lined in zip(body.surfaces, own, strict=True)]
     n_vertices = sum(patch.n_vertices for patch in patches)
     # The vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
     first_mid = n_vertices + np.cumsum([0] + [patch.n_mids for patch in patches])
     faces, param = {}, {}
+    solids: dict[str, list[np.ndarray]] = {region: [] for region in regions}
     for surface, patch, v, m in zip(body.surfaces, patches, first_vertex, first_mid, strict=False):
         if not len(patch.triangles):
             continue
@@ -76,9 +104,21 @@ def surface_mesh(body: Body, size: float, turn: float = np.pi / 4, mirrors: tupl
         else:
             faces |= {"base": base, "tip": tip, "exterior": tube}
         param[surface.name] = patch.param[patch.part == 1]
+        for region, parts in solids.items():
+            parts += [number[patch.triangles[patch.behind == region]]]
+            parts += [number[patch.triangles[patch.ahead == region]][:, _TURNED]]
     corners = sparse.block_diag([patch.B[: patch.n_vertices] for patch in patches])
     mids = sparse.block_diag([patch.B[patch.n_vertices :] for patch in patches])
-    return SurfaceMesh(sparse.csr_array(sparse.vstack([corners, mids])), faces, param)
+    offset = [patch.offset[: patch.n_vertices] for patch in patches], [p.offset[p.n_vertices :] for p in patches]
+    return SurfaceMesh(
+        sparse.csr_array(sparse.vstack([corners, mids])),
+        np.concatenate([*offset[0], *offset[1]]),
+        faces,
+        param,
+        {region: np.concatenate(parts) for region, parts in solids.items()}
+        if linings
+        else {"": np.concatenate(list(faces.values()))},
+    )
 
 
 def _with_images(body: Body, surface: TubeSurface, mirrors: tuple[str, ...]) -> list[TubeSurface]:
@@ -96,13 +136,20 @@ def _middle(surface: TubeSurface) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Patch:
-    """One closed surface; ``part`` tells whether a triangle is on base disc (0), tube (1) or tip disc (2)."""
+    """One closed surface; ``part`` tells whether a triangle is on base disc (0), tube (1) or tip disc (2).
+
+    Where rubbers meet along the surface there are more triangles (`interfaces.INTERFACE`). Behind and ahead of every
+    triangle, as its normal points, is a region by name, or void: "".
+    """
 
     B: sparse.csr_array
+    offset: np.ndarray
     n_vertices: int
     triangles: np.ndarray
     part: np.ndarray
     param: np.ndarray
+    behind: np.ndarray
+    ahead: np.ndarray
 
     @property
     def n_mids(self) -> int:
@@ -111,38 +158,64 @@ class _Patch:
 
 @dataclass(frozen=True)
 class _Ring:
-    """A closed row of vertices: on the tube at r, or on a disc at the fraction s of the distance from centre to rim."""
+    """A closed row of vertices: on the tube at r, or on a disc at the fraction s of the distance from centre to rim.
+
+    Where a layer ends in the disc, rings are at the given fractions of its depth, and the disc is within its copy.
+    """
 
     q: np.ndarray
     r: float
     s: float = 1.0
+    depth: float = 0.0
 
 
-def _kept(surface: TubeSurface, size: float, turn: float, mirrors: tuple[str, ...]) -> _Patch:
+def _kept(
+    surface: TubeSurface, size: float, turn: float, mirrors: tuple[str, ...], linings: Sequence[Lining]
+) -> _Patch:
     """The part of a surface that is meshed: all of it, what is on the kept side of mirror planes, or nothing."""
     across = {plane: _middle(surface)[NORMALS[plane]] for plane in mirrors}
     if any(middle < -_IN_PLANE for middle in across.values()):
         columns = surface.net.shape[0] * surface.net.shape[1]
-        nothing = np.zeros((0, 6), int)
-        return _Patch(sparse.csr_array((0, columns)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)))
+        nothing, none = np.zeros((0, 6), int), np.zeros(0, "<U1")
+        B = sparse.csr_array((0, columns))
+        return _Patch(B, np.zeros((0, 3)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)), none, none)
     cutting = tuple(plane for plane, middle in across.items() if middle <= _IN_PLANE)
     if not cutting:
-        return _patch(surface, size, turn)
+        return _patch(surface, size, turn, linings)
     seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
-    whole = _patch(surface, size, turn, seam, parts)
+    whole = _patch(surface, size, turn, linings, seam, parts)
     part = whole.param[:, :3, 0].mean(axis=1) < seam + 1 / parts
     used, triangles = np.unique(whole.triangles[part], return_inverse=True)
     n_vertices = int(np.searchsorted(used, whole.n_vertices))
-    return _Patch(whole.B[used], n_vertices, triangles.reshape(-1, 6), whole.part[part], whole.param[part])
+    return replace(
+        whole,
+        B=whole.B[used],
+        offset=whole.offset[used],
+        n_vertices=n_vertices,
+        triangles=triangles.reshape(-1, 6),
+        **{name: getattr(whole, name)[part] for name in ("part", "param", "behind", "ahead")},
+    )
 
 
-def _patch(surface: TubeSurface, size: float, turn: float, seam: float = 0.0, parts: int = 1) -> _Patch:
+def _patch(
+    surface: TubeSurface,
+    size: float,
+    turn: float,
+    linings: Sequence[Lining] = (),
+    seam: float = 0.0,
+    parts: int = 1,
+) -> _Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
     q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
     """
-    tube = _tube_rings(surface, size, turn, seam, parts)
-    base, tip = (_disc_rings(surface, ring, size) if surface.ends == "flat" else [] for ring in (tube[0], tube[-1]))
+    tube = _tube_rings(surface, size, turn, seam, parts, linings)
+    # At most one layer ends in each disc.
+    ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
+    base, tip = (
+        _disc_rings(surface, ring, size, lining) if surface.ends == "flat" else []
+        for ring, lining in zip((tube[0], tube[-1]), ending, strict=True)
+    )
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
 
@@ -162,6 +235,30 @@ def _patch(surface: TubeSurface, size: float, turn: float, seam: float = 0.0, pa
     single = count[ring] == 1
     q = np.where(single, np.where(single, 0.0, q).sum(axis=1, keepdims=True) / 2, q)
 
+    row_r, row_s, depth = (np.repeat([getattr(ring, name) for ring in rings], count) for name in ("r", "s", "depth"))
+    in_layer = np.full(len(vertex_q), -1)
+    for lining, discs in zip(
+        ending, (slice(0, start[len(base)]), slice(start[len(rings) - len(tip)], None)), strict=True
+    ):
+        in_layer[discs] = -1 if lining is None else linings.index(lining)
+    rest, void = np.full(len(vertex), REST, object), np.full(len(vertex), "", object)
+    sheet = Sheet(vertex_q, row_r, row_s, depth, in_layer, vertex, q, r, part, single, rest, void)
+    for number, lining in enumerate(linings):
+        chains = np.full((len(sheet.q), steps_through(lining, size) + 1), -1)
+        if not lining.ends:
+            # In the discs, the way through the layer goes along the rings next to the rim.
+            for end, inwards, rim in ((0, -1, len(base)), (1, 1, len(base) + len(tube) - 1)):
+                if ending[end] is lining:
+                    first = start[rim + inwards * np.arange(chains.shape[1])]
+                    chains[start[rim] + np.arange(count[rim])] = first + np.arange(count[rim])[:, None]
+        sheet = with_interface(sheet, lining, number, chains)
+    return _curved(surface, sheet, linings)
+
+
+def _curved(surface: TubeSurface, sheet: Sheet, linings: Sequence[Lining]) -> _Patch:
+    """The patch of a sheet: rows of B and offsets of its vertices, then those of the mid-side nodes of its edges."""
+    vertex, q, r, single = sheet.vertex, sheet.corner_q, sheet.corner_r, sheet.single
+    vertex_q, row_r, row_s = sheet.q, sheet.r, sheet.s
     # A mid-side node is shared by two triangles: number the edges, and take the parameters from one of the triangles.
     ends = vertex[:, TRIANGLE_EDGES]
     ends = np.sort(ends.reshape(-1, 2), axis=1)
@@ -173,8 +270,6 @@ def _patch(surface: TubeSurface, size: float, turn: float, seam: float = 0.0, pa
     mid_q, mid_r = edge_q.mean(-1), edge_r.mean(-1)
     param = np.stack([np.hstack([q, mid_q]), np.hstack([r, mid_r])], axis=-1)
 
-    row_r = np.repeat([ring.r for ring in rings], count)
-    row_s = np.repeat([ring.s for ring in rings], count)
     vertices = _rows(surface, vertex_q, row_r, row_s)
     on_tube = (row_s[edges] == 1.0).all(axis=1)
     curved = _rows(surface, mid_q.ravel()[first], mid_r.ravel()[first], np.ones(len(edges)))
@@ -187,7 +282,24 @@ def _patch(surface: TubeSurface, size: float, turn: float, seam: float = 0.0, pa
     triangles = np.hstack([vertex, len(vertex_q) + inverse.reshape(-1, 3)])
     B = sparse.csr_array(sparse.vstack([vertices, mids]))
     B.eliminate_zeros()
-    return _Patch(B, len(vertex_q), triangles, part, param)
+    offset = np.zeros((len(vertex_q), 3))
+    mid_offset = np.zeros((len(edges), 3))
+    for number, lining in enumerate(linings):
+        moved = lining.offset.reshape(-1, 3)
+        depth = np.where(sheet.lining == number, sheet.depth, 0.0)
+        offset += depth[:, None] * (vertices @ moved)
+        mid_offset += depth[edges].mean(axis=1)[:, None] * (curved @ moved)
+    mid_offset = np.where(on_tube[:, None], mid_offset, offset[edges].mean(axis=1))
+    return _Patch(
+        B,
+        np.concatenate([offset, mid_offset]),
+        len(vertex_q),
+        triangles,
+        sheet.part,
+        param,
+        sheet.behind,
+        sheet.ahead,
+    )
 
 
 def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> sparse.csr_array:
@@ -203,8 +315,13 @@ def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> 
     return sparse.csr_array((blocks.data, (rows, cols)), (len(q), n_r * n_q))
 
 
-def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float, parts: int) -> list[_Ring]:
-    """Rings of the tube; towards a pole they have fewer vertices, as their circumference shrinks."""
+def _tube_rings(
+    surface: TubeSurface, size: float, turn: float, seam: float, parts: int, linings: Sequence[Lining]
+) -> list[_Ring]:
+    """Rings of the tube; towards a pole they have fewer vertices, as their circumference shrinks.
+
+    Where a layer begins or ends there is a line.
+    """
     q = _lines(surface, "q", size, turn, seam)
     if parts > 1:
         # Symmetric about the plane, to the last digit.
@@ -215,6 +332,14 @@ def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float, par
         first = (first + second - 0.5) / 2
         q = np.concatenate([first, first + 0.5])
     r = _lines(surface, "r", size, turn)
+    half, around = len(q) // 2, np.array([seam + (end - seam) % 1.0 for lining in linings for end in lining.q or ()])
+    if parts == 1:
+        q = _through(np.append(q, seam + 1.0), around)[:-1]
+    elif len(around):
+        # Symmetric about one plane: no part of a tube is so about two.
+        q[: half + 1] = _through(q[: half + 1], around[around < seam + 0.5])
+        q[half + 1 :] = 2 * seam + 1 - q[1:half][::-1]
+    r = _through(r, np.array([end for lining in linings for end in lining.r if 0.0 < end < 1.0]))
     count = np.full(len(r), len(q))
     if surface.ends == "pole":
         closed = surface.sample(np.linspace(0, 1, 4 * len(q) + 1), r)
@@ -229,8 +354,24 @@ def _tube_rings(surface: TubeSurface, size: float, turn: float, seam: float, par
     return [_Ring(_thinned(q, n), float(rj)) for n, rj in zip(count, r, strict=True)]
 
 
-def _disc_rings(surface: TubeSurface, rim: _Ring, size: float) -> list[_Ring]:
-    """Rings of an end disc, from the one next to the rim to the centre."""
+def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Parameters of lines, moved so that one is at each of the places, while the first and the last stay."""
+    places = np.unique(places)
+    nearest = 1 + np.abs(lines[1:-1] - places[:, None]).argmin(axis=1)
+    if not len(places):
+        return lines
+    if (np.diff(nearest) < 1).any():
+        raise MeshError("edges of regions are nearer to each other than the elements are long")
+    return np.interp(np.arange(len(lines)), [0, *nearest, len(lines) - 1], [lines[0], *places, lines[-1]])
+
+
+def _disc_rings(surface: TubeSurface, rim: _Ring, size: float, lining: Lining | None = None) -> list[_Ring]:
+    """Rings of an end disc, from the one next to the rim to the centre; a layer that ends in it has its own."""
+    if lining is not None:
+        steps = steps_through(lining, size)
+        through = [replace(rim, depth=k / steps) for k in range(1, steps + 1)]
+        within = replace(surface, net=surface.net + lining.offset)
+        return [*through, *(replace(ring, depth=1.0) for ring in _disc_rings(within, rim, size))]
     points = surface.points(np.append(rim.q, rim.q[0]), np.full(len(rim.q) + 1, rim.r))
     girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     steps = max(1, round(girth / (2 * np.pi * size)))

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -28,13 +29,18 @@ on one sphere, as on regular surfaces, Netgen took 150 s and made four times as 
 _LONGEST = 1.8  # inner edges longer than this, relative to the size, are bisected
 
 
-def fill(faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMesh:
-    """Fill the space between the surfaces with quadratic tetrahedra with straight edges.
+def fill(solids: dict[str, np.ndarray], faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMesh:
+    """Fill regions with quadratic tetrahedra with straight edges.
+
+    Each is filled on its own; since triangles between two regions are kept, their meshes fit together.
 
     Parameters
     ----------
+    solids : dict of (nt, 6) int
+        Triangles that bound each region and are closed together, normals outwards. A single region "" has no name in
+        the mesh.
     faces : dict of (nf, 6) int
-        Triangles that together form closed surfaces, see `TetMesh.faces`.
+        Those that bound the body, see `TetMesh.faces`.
     nodes : (n_nodes, 3) float
         Their nodes, including mid-side nodes. They become the first nodes of the mesh, with mid-side nodes moved to the
         chords.
@@ -46,8 +52,21 @@ def fill(faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMes
     MeshError
         If Netgen fails, for example because the triangles of two walls cross.
     """
-    n_surface = len(nodes)
-    triangles = np.concatenate(list(faces.values()))
+    points, tets = nodes.copy(), []
+    for triangles in solids.values():
+        points[triangles[:, 3:]] = nodes[triangles[:, TRIANGLE_EDGES]].mean(axis=2)
+    for triangles in solids.values():
+        added, filling = _filled(triangles, nodes, size, len(points))
+        points = np.concatenate([points, added])
+        tets.append(filling)
+    starts = np.cumsum([0, *map(len, tets)])
+    numbers = [np.arange(first, last) for first, last in pairwise(starts)]
+    regions = {} if set(solids) == {""} else dict(zip(solids, numbers, strict=True))
+    return TetMesh(points, np.concatenate(tets), faces, regions)
+
+
+def _filled(triangles: np.ndarray, nodes: np.ndarray, size: float, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """The inner nodes of a solid (n, 3), which are numbered from `first`, and its tetrahedra (m, 10)."""
     # Netgen gets only the corners, which are renumbered for it.
     vertices, corners = np.unique(triangles[:, :3], return_inverse=True)
     n_vertices = len(vertices)
@@ -62,21 +81,18 @@ def fill(faces: dict[str, np.ndarray], nodes: np.ndarray, size: float) -> TetMes
     ends = np.sort(tets[:, TET_EDGES].reshape(-1, 2), axis=1)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)
     n_interior = len(points) - n_vertices
-    mids = n_surface + n_interior + np.arange(len(edges))
+    mids = np.empty(len(edges), int)
     # Edges of surface triangles have their mid-side nodes already.
-    surface_edges, first = np.unique(
+    surface_edges, chosen = np.unique(
         np.sort(triangles[:, TRIANGLE_EDGES].reshape(-1, 2), axis=1), axis=0, return_index=True
     )
     rank = _key(edges, len(points)).searchsorted(_key(surface_edges, len(points)))
-    mids[rank] = triangles[:, 3:].ravel()[first]
+    mids[rank] = triangles[:, 3:].ravel()[chosen]
     inner = np.setdiff1d(np.arange(len(edges)), rank)
-    mids[inner] = n_surface + n_interior + np.arange(len(inner))
-
-    number = np.concatenate([vertices, n_surface + np.arange(n_interior)])
-    all_points = np.empty((n_surface + n_interior + len(inner), 3))
-    all_points[number] = points
-    all_points[mids] = points[edges].mean(axis=1)
-    return TetMesh(all_points, np.hstack([number[tets], mids[inverse.reshape(-1, 6)]]), faces)
+    mids[inner] = first + n_interior + np.arange(len(inner))
+    number = np.concatenate([vertices, first + np.arange(n_interior)])
+    added = np.concatenate([points[n_vertices:], points[edges[inner]].mean(axis=1)])
+    return added, np.hstack([number[tets], mids[inverse.reshape(-1, 6)]])
 
 
 def _key(edges: np.ndarray, n: int) -> np.ndarray:

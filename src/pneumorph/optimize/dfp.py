@@ -17,6 +17,7 @@ import numpy as np
 from pneumorph.constraint import LimitFunctions
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step
 
 ORDER = 5
@@ -46,7 +47,7 @@ class PaperStepper:
     iterations: float
     last_slope: np.ndarray
 
-    def step(self, phi: np.ndarray, proxy: Proxy, radius: float) -> Step:
+    def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
         """See `Stepper.step`; the paper's proxy (31) is linear."""
         space, limits, slope = self.space, self.limits, proxy.slope
         scale = proxy_scale(slope, self.reference)
@@ -60,6 +61,9 @@ class PaperStepper:
             beyond = np.maximum(0.0, (np.abs(psi) - radius) / TOLERANCE)
             value += float(np.sum(beyond**ORDER))
             change = change + ORDER * beyond ** (ORDER - 1) / TOLERANCE * np.sign(psi)
+            over = np.maximum(0.0, (states.excess + states.jacobian @ psi) / TOLERANCE)
+            value += float(np.sum(over**ORDER))
+            change = change + (ORDER * over ** (ORDER - 1) / TOLERANCE) @ states.jacobian
             return value, change
 
         counted = _Counted(merit)

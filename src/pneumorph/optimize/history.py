@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from pneumorph.analysis import Analysis, Discretisation, HistoryEntry, collect_task_results
 from pneumorph.constraint import LimitReport
+from pneumorph.optimize.states import StateLimits
 
 PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
 
@@ -58,6 +59,7 @@ def history_entry(
     analysis: Analysis,
     disc: Discretisation,
     limits: LimitReport,
+    states: StateLimits,
     optimality: float,
     clock: Clock,
     record: StepRecord,
@@ -70,8 +72,8 @@ def history_entry(
         objective=analysis.value,
         optimality=optimality,
         tasks=collect_task_results(disc, analysis),
-        limits=limits.values(),
-        held=limits.satisfied(),
+        limits=limits.values() | states.values(),
+        held=limits.satisfied() and not states.broken,
         elements=disc.model.elements,
         dofs=disc.model.size,
         factorisations=record.factorisations,

@@ -44,6 +44,7 @@ from pneumorph.optimize.history import Clock, StepRecord, history_entry
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing
+from pneumorph.optimize.states import TOLERANCE, StateLimits, linear_states, worst_state
 from pneumorph.optimize.step import Step, Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.trial import analyse_trial
@@ -81,11 +82,16 @@ next one promises less than its share of that."""
 
 @dataclass(frozen=True, eq=False)
 class _Standing:
-    """State of the loop after an accepted design; `values` are the objectives so far."""
+    """State of the loop after an accepted design.
+
+    `values` are the objectives so far, of designs whose states keep their limits; `bend` is the curvature of the limits
+    on states along the last step, 1/mm².
+    """
 
     iteration: int
     analysis: Analysis
     slopes: Slopes
+    states: StateLimits
     optimality: float
     report: LimitReport
     disc: Discretisation
@@ -93,6 +99,7 @@ class _Standing:
     memory: Curvature
     radius: float
     values: tuple[float, ...]
+    bend: float
 
 
 class _Loop:
@@ -113,14 +120,15 @@ class _Loop:
     def within(self, phi: np.ndarray) -> Within | LimitReport:
         return within(self.space, self.smooth, self.limits, phi)
 
-    def optimality(self, phi: np.ndarray, slope: np.ndarray) -> float:
-        return optimality(self.space, self.smooth, self.limits, phi, slope)
+    def optimality(self, phi: np.ndarray, slope: np.ndarray, states: StateLimits) -> float:
+        return optimality(self.space, self.smooth, self.limits, phi, slope, states)
 
 
 def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Event]:
     """Design a body for a problem; yields events, among them every accepted design.
 
-    Every accepted design keeps every limit and is better than the one before.
+    Every accepted design keeps every limit and is better than the one before. Only where the state of the start breaks
+    a limit, which no motion of surfaces alone can mend, designs first come nearer to it, each than the one before.
 
     Parameters
     ----------
@@ -141,7 +149,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         yield _accepted(loop, now, clock, StepRecord(now.disc.factorisations, False))
     reason = "the number of designs that was asked for is reached"
     while now.iteration < iterations:
-        if now.optimality <= OPTIMAL:
+        if now.optimality <= OPTIMAL and not now.states.broken:
             reason = f"the design is optimal: its limits leave {100 * now.optimality:.1f} % of the objective's gradient"
             break
         if _stalled(now.values):
@@ -154,6 +162,9 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         now = following
     if now.optimality > OPTIMAL:
         reason += f"; the limits leave {100 * now.optimality:.0f} % of the objective's gradient"
+    if now.states.broken:
+        worst = int(now.states.value.argmax())
+        reason += f"; it is {100 * now.states.worst():.1f} % beyond limits.{now.states.limits[worst].name}"
     is_stable = check_stability(now.disc, now.analysis)
     for name, equilibrium in now.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
@@ -161,7 +172,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     # For the report: how the last design sags and inflates.
     sag, inflation = compute_sag(problem, now.disc, now.analysis), compute_inflation(problem, now.disc, now.analysis)
     fields = collect_fields(now.disc, now.analysis, sag, inflation)
-    yield Finished(now.iteration, reason, now.report.satisfied(), is_stable, fields)
+    yield Finished(now.iteration, reason, now.report.satisfied() and not now.states.broken, is_stable, fields)
 
 
 def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
@@ -223,14 +234,17 @@ def _standing(
     memory: Curvature,
     radius: float,
     values: tuple[float, ...],
+    bend: float = 0.0,
 ) -> _Standing:
     """Evaluate the derivatives of an accepted design."""
     with clock.phase("gradient"):
         slopes = design_slopes(loop.problem, loop.space, disc, analysis)
+        states = linear_states(loop.problem, loop.space, disc, analysis)
     with clock.phase("subproblem"):
-        left = loop.optimality(analysis.phi, slopes.total)
-    values = (*values, analysis.value)
-    return _Standing(iteration, analysis, slopes, left, kept, disc, stepper, memory, radius, values)
+        left = loop.optimality(analysis.phi, slopes.total, states)
+    # Designs are compared by their objective from the first one on that keeps the limits on states.
+    values = () if states.broken else (*values, analysis.value)
+    return _Standing(iteration, analysis, slopes, states, left, kept, disc, stepper, memory, radius, values, bend)
 
 
 def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str]:
@@ -238,25 +252,27 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     reference = loop.problem.optimizer.step
     clock, radius, spent = Clock(), max(now.radius, AFRESH), 0
     memory = now.memory.seen(now.analysis.phi, now.slopes.rest)
+    mending, bend = now.states.broken, now.bend
     gained = False
     while radius >= SMALLEST:
+        states = now.states.bent(bend, radius * reference)
         proxy = Proxy(now.slopes.total, np.concatenate([now.slopes.factors, memory.factors()]))
         with clock.phase("subproblem"):
-            step, candidate, radius = _proposal(loop, now, proxy, radius)
+            step, candidate, radius = _proposal(loop, now, proxy, states, radius)
         if not isinstance(candidate, Within):
             radius *= SHRINK
             broken = "; ".join(map(str, candidate.violated()))
             yield DesignRejected(now.iteration + 1, f"limits could not be kept: {broken}", radius * reference)
             continue
         change = candidate.phi - now.analysis.phi
-        expected = -proxy.change(change)[0]
+        expected = _promise(now, proxy, change)
         if not expected > 0:
             radius *= SHRINK
             continue
         share = expected / max(abs(now.analysis.value), 1e-300)
-        if radius >= AFRESH and share < PROGRESS / PATIENCE:
+        if radius >= AFRESH and share < PROGRESS / PATIENCE and not mending:
             return f"a step of {radius * reference:.2g} mm promises no more than {100 * share:.1g} % of the objective"
-        kept = expected / max(-proxy.change(step.change)[0], expected)
+        kept = expected / max(_promise(now, proxy, step.change), expected)
         filled = step.length >= 2.0 * INSIDE * radius * reference
         gained = True
         trial = yield from analyse_trial(
@@ -267,7 +283,15 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             radius *= SHRINK
             yield DesignRejected(now.iteration + 1, trial.reason, radius * reference)
             continue
-        ratio = (trial.before - trial.analysis.value) / expected
+        worst, name = worst_state(loop.problem, trial.disc, trial.analysis)
+        if worst > TOLERANCE and not mending:
+            radius *= SHRINK
+            reason = f"it would be {100 * worst:.1f} % beyond limits.{name}"
+            yield DesignRejected(now.iteration + 1, reason, radius * reference)
+            bend = now.states.curvature(worst, change)
+            continue
+        gain = states.worst() - max(worst, 0.0) if mending else trial.before - trial.analysis.value
+        ratio = gain / expected
         if ratio < POOR:
             radius *= SHRINK
             reason = f"the gain was {ratio:.2f} of the predicted one"
@@ -291,6 +315,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             memory,
             min(radius, LARGEST),
             now.values,
+            now.states.curvature(worst, change),
         )
         record = StepRecord(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
         yield _accepted(loop, following, clock, record)
@@ -300,18 +325,27 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     return "the trust region has shrunk to nothing: no step that was tried improved the design"
 
 
-def _proposal(loop: _Loop, now: _Standing, proxy: Proxy, radius: float) -> tuple[Step, Within | LimitReport, float]:
+def _promise(now: _Standing, proxy: Proxy, step: np.ndarray) -> float:
+    """The predicted gain of a step: of the objective, or of the limits on states while these are broken."""
+    if now.states.broken:
+        return now.states.worst() - max(now.states.worst(step), 0.0)
+    return -proxy.change(step)[0]
+
+
+def _proposal(
+    loop: _Loop, now: _Standing, proxy: Proxy, states: StateLimits, radius: float
+) -> tuple[Step, Within | LimitReport, float]:
     """The step within the limits that promises most, in trust regions from `radius` down to one that it fills.
 
     A region is also too large if the promise would end the run.
     """
     reference, phi = loop.problem.optimizer.step, now.analysis.phi
-    worthwhile = PROGRESS / PATIENCE * abs(now.analysis.value)
+    worthwhile = 0.0 if now.states.broken else PROGRESS / PATIENCE * abs(now.analysis.value)
     best, most = None, -np.inf
     while True:
-        step = now.stepper.step(phi, proxy, radius * reference)
+        step = now.stepper.step(phi, proxy, radius * reference, states)
         candidate = loop.within(phi + step.change)
-        promised = -proxy.change(candidate.phi - phi)[0] if isinstance(candidate, Within) else -np.inf
+        promised = _promise(now, proxy, candidate.phi - phi) if isinstance(candidate, Within) else -np.inf
         if best is None or promised > most:
             best, most = (step, candidate, radius), promised
         fits = step.length >= INSIDE * radius * reference and not -np.inf < promised < worthwhile
@@ -327,7 +361,7 @@ def _stalled(values: tuple[float, ...]) -> bool:
 
 
 def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> DesignAccepted:
-    entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.optimality, clock, record)
+    entry = history_entry(now.iteration, now.analysis, now.disc, now.report, now.states, now.optimality, clock, record)
     # The sag under weight alone is shown for the first and the last design.
     sag = compute_sag(loop.problem, now.disc, now.analysis) if now.iteration == 0 else None
     state = {

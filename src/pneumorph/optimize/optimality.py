@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 
 from pneumorph.constraint.sampled import LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.smoothing import Smoothing
+from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.within import least_motion
 
 ACTIVE = 0.01
@@ -15,7 +17,12 @@ ACTIVE = 0.01
 
 
 def optimality(
-    space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray, slope: np.ndarray
+    space: DesignSpace,
+    smooth: Smoothing,
+    limits: LimitSamples,
+    phi: np.ndarray,
+    slope: np.ndarray,
+    states: StateLimits,
 ) -> float:
     """‖Sᵀ(∂J/∂Φ + Jᵀλ)‖₁ over ‖Sᵀ ∂J/∂Φ‖₁ with the multipliers λ ≥ 0 of the active limits that balance most of it.
 
@@ -29,7 +36,10 @@ def optimality(
     if whole == 0.0:
         return 0.0
     active = linear_limits(space, limits, phi, ACTIVE * limits.spec.wall, -ACTIVE)
-    if not len(active.rows.value):
+    near = states.jacobian[states.value > -ACTIVE]
+    jacobian = sparse.csr_array(sparse.vstack([active.jacobian, near])) if len(near) else active.jacobian
+    count = len(active.rows.value) + len(near)
+    if not count:
         return 1.0
-    left = least_motion(smooth, active.jacobian, np.zeros(len(active.rows.value)), slope / whole)
+    left = least_motion(smooth, jacobian, np.zeros(count), slope / whole)
     return min(float(np.abs(left.raw).sum()), 1.0)

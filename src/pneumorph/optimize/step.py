@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.states import StateLimits
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class Step:
 class Stepper(Protocol):
     """Finds steps. It is immutable: what it learns is returned as a new stepper."""
 
-    def step(self, phi: np.ndarray, proxy: Proxy, radius: float) -> Step:
+    def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
         """The best step from Φ of at most `radius` (mm); it may break limits a little."""
         ...
 

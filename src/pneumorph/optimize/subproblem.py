@@ -22,6 +22,7 @@ from pneumorph.optimize.accelerated import Map, minimise, tightened
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import Smoothing
+from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step
 
 PROGRAMS, ROUNDS, MOST_ITERATIONS = 5, 6, 40
@@ -61,30 +62,37 @@ class SequentialQuadratic:
     limits: LimitSamples
     prices: np.ndarray
 
-    def step(self, phi: np.ndarray, proxy: Proxy, radius: float) -> Step:
+    def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
         """See `Stepper.step`."""
         space = self.space
         unit = max(float(np.abs(proxy.slope).mean()), 1e-300)
         scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
         bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
         z, prices, places = np.zeros(space.n), self.prices.copy(), None
+        # Exceeded by one per cent, a limit on states pushes as hard as the mean derivative of the objective.
+        weight = 1.0 / np.sqrt(np.maximum(np.abs(states.jacobian).mean(axis=1), 1e-12))
+        of_states, known, on_states = weight[:, None] * states.jacobian, weight * states.excess, np.zeros(len(weight))
         for number in range(PROGRAMS):
             room = NARROWING**number * radius
             change = self.smooth.apply(z)
             # Both walls of a gap may move by the whole radius.
             linear = linear_limits(space, self.limits, phi + change, 2.2 * room, LEAST, places)
             rows, jacobian, places = linear.rows, linear.jacobian, linear.rows.places
-            program = _Program(scaled, self.smooth, jacobian, linear.excess() - jacobian @ change, PROXIMITY / radius)
+            both = sparse.csr_array(sparse.vstack([jacobian, of_states])) if len(known) else jacobian
+            excess = np.concatenate([linear.excess() - jacobian @ change, known])
+            program = _Program(scaled, self.smooth, both, excess, PROXIMITY / radius)
             # The rows of a kind in a cell share its price.
             sharing = np.zeros_like(prices)
             np.add.at(sharing, (rows.kind, rows.cell), 1.0)
             price, scale = (prices / np.maximum(sharing, 1.0))[rows.kind, rows.cell], program.scale()
+            price = np.concatenate([price, on_states])
             lower, upper = np.maximum(bounds[0], z - room), np.minimum(bounds[1], z + room)
             for _ in range(ROUNDS):
                 z = minimise(program.slope(price), z, lower, upper, scale, MOST_ITERATIONS, ACCURACY * radius)
                 price = program.price(price, self.smooth.apply(z))
             prices = np.zeros_like(prices)
-            np.add.at(prices, (rows.kind, rows.cell), price)
+            np.add.at(prices, (rows.kind, rows.cell), price[: len(rows.kind)])
+            on_states = price[len(rows.kind) :]
         return Step(self.smooth.apply(z), PROGRAMS, prices)
 
     def after(self, step: Step) -> SequentialQuadratic:

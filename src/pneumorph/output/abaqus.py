@@ -39,10 +39,10 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     Raises
     ------
     ProblemError
-        If the rubber is not neo-Hookean.
+        If a rubber is not neo-Hookean.
     """
     mesh, at = as_whole(mesh, at)
-    return "\n".join([*_mesh(mesh, at), *_rubber(at), *_step(mesh, at, increment, tolerance), ""])
+    return "\n".join([*_mesh(mesh, at), *_rubbers(mesh, at), *_step(mesh, at, increment, tolerance), ""])
 
 
 def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
@@ -60,6 +60,10 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
     yield from (f"{k}, {x:.12e}, {y:.12e}, {z:.12e}" for k, (x, y, z) in enumerate(mesh.points, 1))
     yield "*ELEMENT, TYPE=C3D10, ELSET=BODY"
     yield from (", ".join(map(str, [k, *(tet + 1)])) for k, tet in enumerate(mesh.tets, 1))
+    for number, (name, elements) in enumerate(mesh.regions.items(), 1):
+        yield f"** the region {name}"
+        yield f"*ELSET, ELSET={_part(mesh, number)}"
+        yield from _rows(np.sort(elements) + 1)
     yield "*NSET, NSET=BASE"
     yield from _rows(np.unique(mesh.faces["base"]) + 1)
     if "tip" in mesh.faces:
@@ -85,20 +89,27 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
         yield f"{(centre, turn)[component // 3]}, {component % 3 + 1}, {component % 3 + 1}"
 
 
-def _rubber(at: Configuration) -> Iterator[str]:
-    rubber = at.model.rubber
-    if rubber.isochoric is not neo_hookean:
+def _rubbers(mesh: TetMesh, at: Configuration) -> Iterator[str]:
+    rubbers = at.model.rubbers
+    if any(rubber.isochoric is not neo_hookean for rubber in rubbers.values()):
         raise ProblemError(
             "input files for Abaqus and CalculiX can be written for neo-Hookean rubbers only; export vtu instead"
         )
-    shear, bulk = rubber.parameters
-    # Abaqus' energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
-    yield "*MATERIAL, NAME=RUBBER"
-    yield "*HYPERELASTIC, NEO HOOKE"
-    yield f"{shear / 2:.12e}, {2 / bulk:.12e}"
-    yield "*DENSITY"
-    yield f"{rubber.density:.12e}"
-    yield "*SOLID SECTION, ELSET=BODY, MATERIAL=RUBBER"
+    for number, name in enumerate(mesh.regions or rubbers, 1):
+        shear, bulk = rubbers[name].parameters
+        material = f"RUBBER{number if mesh.regions else ''}"
+        # Abaqus' energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
+        yield f"*MATERIAL, NAME={material}"
+        yield "*HYPERELASTIC, NEO HOOKE"
+        yield f"{shear / 2:.12e}, {2 / bulk:.12e}"
+        yield "*DENSITY"
+        yield f"{rubbers[name].density:.12e}"
+        yield f"*SOLID SECTION, ELSET={_part(mesh, number)}, MATERIAL={material}"
+
+
+def _part(mesh: TetMesh, number: int) -> str:
+    """The name of the set of elements of a region, numbered from 1; a body of one rubber is one."""
+    return f"REGION{number}" if mesh.regions else "BODY"
 
 
 def _step(mesh: TetMesh, at: Configuration, increment: float, tolerance: float) -> Iterator[str]:

@@ -7,12 +7,13 @@ from pathlib import Path
 
 from pneumorph.analysis import Fields
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics import configure, guided_of, loads_of, model_of, rubber_of
+from pneumorph.mechanics import configure, guided_of, loads_of, model_of, rubbers_of
 from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.output.abaqus import abaqus_input
 from pneumorph.output.grid import grid
 from pneumorph.problem import Problem
+from pneumorph.problem.regions import materials
 
 FORMATS = ("vtu", "inp")
 """ParaView and VTK; CalculiX and Abaqus."""
@@ -39,10 +40,11 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
     ProblemError
         If the format does not support the rubber, or the file cannot be written.
     """
-    had = formats_of(rubber_of(problem.material))
-    if format not in had:
+    rubbers = rubbers_of(problem)
+    if wrong := [name for name, rubber in rubbers.items() if format not in formats_of(rubber)]:
+        had, model = formats_of(rubbers[wrong[0]]), materials(problem)[wrong[0]].model
         raise ProblemError(
-            f'format: "{format}" cannot hold this rubber (material.model is "{problem.material.model}"): input files '
+            f'format: "{format}" cannot hold the rubber of {wrong[0]} (its model is "{model}"): input files '
             f"can be written for neo-Hookean rubbers only; export {', '.join(had)} instead, or step, 3mf and stl by "
             "pneumorph make"
         )

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumorph.analysis import TaskResult
+from pneumorph.analysis import SweepStep, TaskResult
 from pneumorph.mechanics import Rubber
 from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, TargetMotion, Task
+from pneumorph.problem.regions import REST
 
 WORDS = {
     "shift_x": "shift along x",
@@ -84,14 +85,16 @@ def format_pressures(by_chamber: Mapping[str, float]) -> str:
     return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in sorted(by_chamber.items())) + " kPa"
 
 
-def validity_warning(rubber: Rubber, max_stretch: float) -> str:
-    """A warning if a stretch is beyond the range of the rubber's parameters; else empty."""
-    if not rubber.beyond(max_stretch):
-        return ""
-    return (
-        f"the rubber is stretched to {max_stretch:.2f}, but its parameters are valid up to {rubber.valid_stretch:.3g} "
-        "only: the motion is extrapolated"
-    )
+def validity_warning(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> str:
+    """A warning if a stretch is beyond the range of the parameters of its rubber; else empty."""
+    stretches = found.region_stretches or dict.fromkeys([REST], found.max_stretch)
+    beyond = [
+        (f"the rubber of {name}" if name != REST else "the rubber")
+        + f" is stretched to {stretch:.2f}, but its parameters are valid up to {rubbers[name].valid_stretch:.3g} only"
+        for name, stretch in stretches.items()
+        if name in rubbers and rubbers[name].beyond(stretch)
+    ]
+    return ": ".join([", and ".join(beyond), "the motion is extrapolated"]) if beyond else ""
 
 
 def format_duration(seconds: float) -> str:

@@ -6,22 +6,29 @@ import numpy as np
 import pyvista as pv
 
 from pneumorph.analysis import Fields, nodal_stress
-from pneumorph.mechanics import rubber_of
+from pneumorph.mechanics import rubbers_of
 from pneumorph.problem import Problem
+from pneumorph.problem.regions import REST
 
 
 def grid(problem: Problem, fields: Fields) -> pv.UnstructuredGrid:
     """The body at rest (mm), with point data for every task.
 
     They are "<task> displacement" (mm), "<task> stretch" (largest principal stretch) and "<task> stress" (von Mises,
-    MPa).
+    MPa). A body of several rubbers has cell data, the number of the "region": 0 is `REST`, then as in the file.
     """
-    mesh, rubber = fields.mesh, rubber_of(problem.material)
+    mesh = fields.mesh
+    rubbers = rubbers_of(problem) if fields.mesh.regions else {REST: rubbers_of(problem)[REST]}
     found = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TETRA: mesh.tets}, np.array(mesh.points))
+    if mesh.regions:
+        region = np.zeros(len(mesh.tets), int)
+        for number, name in enumerate(rubbers):
+            region[mesh.regions[name]] = number
+        found.cell_data["region"] = region
     for task, u in fields.u.items():
         found.point_data[f"{task} displacement"] = u
         found.point_data[f"{task} stretch"] = fields.stretch[task]
-        found.point_data[f"{task} stress"] = nodal_stress(mesh, u, rubber)
+        found.point_data[f"{task} stress"] = nodal_stress(mesh, u, rubbers)
     return found
 
 

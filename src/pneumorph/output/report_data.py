@@ -13,7 +13,7 @@ import numpy as np
 import pneumorph
 from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.constraint.table import in_history
-from pneumorph.mechanics import rotation, rubber_of
+from pneumorph.mechanics import rotation, rubbers_of
 from pneumorph.output.cuts import view_of
 from pneumorph.output.format import format_duration, format_pressures, motion_of, validity_warning
 from pneumorph.output.shape import target_centre_line
@@ -91,9 +91,9 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
 
 def _warnings(problem: Problem, last: HistoryEntry) -> list[str]:
     """Sentences that say where the results of the last design cannot be trusted."""
-    rubber, found = rubber_of(problem.material), []
+    rubbers, found = rubbers_of(problem), []
     for name, task in last.tasks.items():
-        if sentence := validity_warning(rubber, task.max_stretch):
+        if sentence := validity_warning(rubbers, task):
             found.append(f"Task {name}: {sentence}.")
         if not task.stable:
             found.append(f"Task {name}: its state is not stable.")
@@ -105,8 +105,16 @@ def _text(path: Path) -> str:
 
 
 def _material(path: Path) -> list[tuple[str, str]]:
-    """The table [material] as in the file, where quantities have their units."""
-    return [(key.replace("_", " "), _words(value)) for key, value in tomllib.loads(_text(path))["material"].items()]
+    """The table [material] and those of regions as in the file, where quantities have their units."""
+    table = tomllib.loads(_text(path))
+    found = [(key.replace("_", " "), _words(value)) for key, value in table["material"].items()]
+    for region in table.get("region", []):
+        shape = next({key: region[key]} for key in ("layer", "sleeve") if key in region)
+        found.append((f"region {region['name']}", _words(shape)))
+        found += [
+            (f"{region['name']}: {key.replace('_', ' ')}", _words(value)) for key, value in region["material"].items()
+        ]
+    return found
 
 
 def _words(value: Any) -> str:

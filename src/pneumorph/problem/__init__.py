@@ -21,6 +21,7 @@ from pneumorph.problem.models import (
     Task,
 )
 from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach, TargetMotion
+from pneumorph.problem.regions import Layer, Region, Sleeve
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
 
@@ -33,6 +34,7 @@ __all__ = [
     "Envelope",
     "Fold",
     "Gravity",
+    "Layer",
     "Limits",
     "MakeSpec",
     "MatchCurve",
@@ -45,7 +47,9 @@ __all__ = [
     "Pressure",
     "Problem",
     "Reach",
+    "Region",
     "Ripple",
+    "Sleeve",
     "Spring",
     "Stretch",
     "Symmetry",

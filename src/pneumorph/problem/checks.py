@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumorph.problem import regions
 from pneumorph.problem.images import WITHIN, image, place, placed
+from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
 from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach, TargetMotion
 from pneumorph.problem.symmetry import operations
@@ -30,8 +32,8 @@ def faults(problem: Problem) -> list[Fault]:
     Checks that rely on others are left out if these have found something.
     """
     found = [*_names(problem), *_chambers_in_body(problem)]
-    relying = () if found else (_symmetry, _walls)
-    for check in (*relying, _tasks, _limits, _resolution):
+    relying = () if found else (_symmetry, _walls, regions.faults)
+    for check in (*relying, _tasks, _ranges, _limits, _resolution):
         found += check(problem)
     return found
 
@@ -219,6 +221,18 @@ def _walls(problem: Problem) -> Iterator[Fault]:
 
 _BEYOND = 3.0
 """Largest ratio of the starting curvature to its limit; from below it the design loop can reach the limit."""
+
+
+def _ranges(problem: Problem) -> Iterator[Fault]:
+    """A limit on strain is relative to the stated range of every rubber; two models state it by their limits."""
+    for name, material in regions.materials(problem).items():
+        stated = material.valid_stretch is not None or isinstance(material, (ArrudaBoyce, Gent))
+        if problem.limits.strain is not None and not stated:
+            where = "material" if name == regions.REST else f'the material of region "{name}"'
+            yield (
+                "limits.strain",
+                f"needs the stretch up to which {where} is valid; give it as valid_stretch, or leave the limit out",
+            )
 
 
 def _limits(problem: Problem) -> Iterator[Fault]:

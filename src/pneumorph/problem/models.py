@@ -311,6 +311,10 @@ class Limits(Table):
     """Largest squared relative change of the spacing of parameter lines per length."""
     envelope: Envelope | None = None
     """Cylinder in which the exterior stays."""
+    strain: Annotated[Number, Field(gt=0)] | None = None
+    """Largest stretch in every task, over the stated range of the rubber (`valid_stretch`); usually 1."""
+    margin: Annotated[Number, Field(gt=1)] | None = None
+    """Least pressure at which a chamber balloons (a limit point) over the working pressure, in every task; e.g. 1.3."""
 
 
 class MeshSpec(Table):

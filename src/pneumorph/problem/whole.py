@@ -25,6 +25,7 @@ from pneumorph.problem.models import (
     Task,
 )
 from pneumorph.problem.reasons import faults_of, refusal
+from pneumorph.problem.regions import MOST_REGIONS, Region
 from pneumorph.problem.table import Example, Table
 
 
@@ -61,6 +62,8 @@ class Problem(Table):
     """The rubber: a name of the library alone, or a model with its parameters."""
     body: Annotated[BodySpec, Example("[body] with its length, radius and chambers")]
     """The starting body with its chambers."""
+    region: tuple[Region, ...] = Field(default=(), max_length=MOST_REGIONS)
+    """Parts of another rubber, each a table [[region]]."""
     end_effector: EndEffector = EndEffector()
     """What the tip carries."""
     gravity: Gravity | None = None

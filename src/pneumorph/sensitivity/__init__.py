@@ -2,14 +2,18 @@
 
 from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian
 from pneumorph.sensitivity.boundary import boundary_gradient
+from pneumorph.sensitivity.margin import Margin, find_margin, margin_slope
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
 
 __all__ = [
+    "Margin",
     "NodalGradient",
     "NodalJacobian",
     "TaylorTest",
     "boundary_gradient",
+    "find_margin",
     "gradient",
+    "margin_slope",
     "residual_jacobian",
     "taylor_test",
 ]

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, Tangent
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.model import Model
 from pneumorph.objective import Objective
+
+
+class Sloped(Protocol):
+    """A function of a state with its derivatives, such as an `Objective` or a `StrainShare`."""
+
+    def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
+        """Value, and derivatives with respect to X (N, 3) and the unknowns."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -52,8 +62,8 @@ class NodalJacobian:
     pressure: np.ndarray
 
 
-def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective) -> NodalGradient:
-    """Gradient of `objective` with respect to every node and every chamber pressure, by one adjoint solve.
+def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Sloped) -> NodalGradient:
+    """Gradient of an objective, or another function of the state, by every node and pressure: one adjoint solve.
 
     `tangent` is factorised at the equilibrium if its last factorisation is of another state (see `Tangent.solve_at`).
     """

@@ -12,7 +12,7 @@ from typing import Any
 from pneumorph.analysis import Explored, Explorer, Stopped, to_json
 from pneumorph.errors import PneumorphError
 from pneumorph.interface.runs import open_run
-from pneumorph.mechanics import rubber_of
+from pneumorph.mechanics import rubbers_of
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import validity_warning
 from pneumorph.output.packed import pack
@@ -97,7 +97,7 @@ def _warnings(problem: Problem, found: Explored) -> list[str]:
     step = found.step
     if not step.converged:
         return []
-    beyond = validity_warning(rubber_of(problem.material), step.max_stretch)
+    beyond = validity_warning(rubbers_of(problem), step)
     return [
         *([f"{beyond[0].upper()}{beyond[1:]}."] if beyond else []),
         *([] if step.stable else ["This state is not stable: the body buckles out of it."]),

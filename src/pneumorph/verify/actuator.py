@@ -39,6 +39,24 @@ def linear_actuator() -> Problem:
     return Problem.model_validate(LINEAR)
 
 
+def several_rubbers() -> Problem:
+    """The same tube with a stiff layer along one side, so that it bends, and a softer sleeve around the chamber."""
+    layer = {"thickness": "1 mm", "span": ["10 mm", "80 mm"], "angles": ["-70 deg", "70 deg"]}
+    regions = [
+        {"name": "spine", "material": _rubber("2 MPa", "16 MPa"), "layer": layer},
+        {
+            "name": "liner",
+            "material": _rubber("0.3 MPa", "3 MPa"),
+            "sleeve": {"thickness": "0.8 mm", "chambers": ["A"]},
+        },
+    ]
+    return Problem.model_validate(LINEAR | {"region": regions})
+
+
+def _rubber(shear: str, bulk: str) -> dict[str, str]:
+    return {"model": "neo-hookean", "shear_modulus": shear, "bulk_modulus": bulk, "density": "1.1 g/cm^3"}
+
+
 def bellows() -> Body:
     """Its optimised body after 40 designs: a bellows that extends by 28 mm at 60 kPa, with a stretch up to 1.5."""
     with resources.files("pneumorph.verify").joinpath("bellows.npz").open("rb") as file, np.load(file) as stored:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, starting_body
+from pneumorph.geometry import Body, build_linings, starting_body
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -21,6 +21,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TetMesh
+from pneumorph.problem import Problem
 from pneumorph.verify import calculix as ccx
 from pneumorph.verify import symbolic
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
@@ -30,22 +31,24 @@ SIZE = 4.0
 """Edge length of the meshes, mm. It need not be fine, since all solvers use the same mesh."""
 
 
-def ngsolve(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
+Make = Callable[[], Problem]
+
+
+def ngsolve(body: Callable[[], Body], size: float = SIZE, problem: Make = linear_actuator) -> Iterator[Verdict]:
     """Compare a body at 60 kPa, with a rigid plate, with NGSolve's symbolic forms."""
     symbolic.ngsolve()
-    mesh, at, found = inflated(body, size)
-    shear, bulk = at.model.rubber.parameters
+    mesh, at, found = inflated(body, size, problem)
+    own = [at.model.rubbers[name] for name in mesh.regions or at.model.rubbers]
+    energies = [partial(symbolic.neo_hookean, shear=rubber.parameters[0], bulk=rubber.bulk_modulus) for rubber in own]
     # Newton's method starts 1 % away from our solution, so that it has to find its own.
-    u, plate = symbolic.equilibrium(
-        mesh, lambda F: symbolic.neo_hookean(F, shear, bulk), {"A": PRESSURE}, 0.99 * found.u, 0.99 * found.plate
-    )
+    u, plate = symbolic.equilibrium(mesh, energies, {"A": PRESSURE}, 0.99 * found.u, 0.99 * found.plate)
     yield from compared(found, u, plate, 1e-6)
 
 
-def calculix(body: Callable[[], Body], size: float = SIZE) -> Iterator[Verdict]:
+def calculix(body: Callable[[], Body], size: float = SIZE, problem: Make = linear_actuator) -> Iterator[Verdict]:
     """Compare a body at 60 kPa, with a rigid plate, with CalculiX, which starts from rest."""
     ccx.program()
-    mesh, at, found = inflated(body, size)
+    mesh, at, found = inflated(body, size, problem)
     yield from compared(found, *ccx.equilibrium(mesh, at), 5e-3)
 
 
@@ -64,12 +67,14 @@ def start() -> Body:
 
 
 @cache
-def inflated(body: Callable[[], Body], size: float) -> tuple[TetMesh, Configuration, Equilibrium]:
-    """Mesh a body of the linear actuator's problem with edges of `size` mm, and find its equilibrium at 60 kPa."""
-    problem = linear_actuator()
-    mesh = mesh_body(body(), size).mesh
-    built = model_of(problem, mesh)
-    at = configure(built, mesh.points, loads_of(problem, built, {"A": PRESSURE}))
+def inflated(
+    body: Callable[[], Body], size: float, problem: Make = linear_actuator
+) -> tuple[TetMesh, Configuration, Equilibrium]:
+    """Mesh a body of a problem with edges of `size` mm, and find its equilibrium at 60 kPa."""
+    asked = problem()
+    mesh = mesh_body(body(), size, (), build_linings(asked.body, asked.region)).mesh
+    built = model_of(asked, mesh)
+    at = configure(built, mesh.points, loads_of(asked, built, {"A": PRESSURE}))
     found = solve(at, Tangent(built))
     if isinstance(found, NoEquilibrium):
         raise ComputationError(found.reason)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from pneumorph.verify import beams, element, homogeneous, inflation, solvers, work
-from pneumorph.verify.actuator import bellows
+from pneumorph.verify.actuator import bellows, linear_actuator, several_rubbers
 from pneumorph.verify.verdict import Case
 
 _RADIAL = "radial boundary-value problem, by SciPy's collocation to 1e-10 (verify/radial.py)"
@@ -32,8 +32,12 @@ def cases() -> tuple[Case, ...]:
         Case("energy balance", work.energy_balance, "first law: ∫p dV by Gauss quadrature with six points"),
         Case("blocked force and springs", work.blocked_force, "first law: ∫d dF by Gauss quadrature with six points"),
         *(
-            Case(f"{solver}, {word}", partial(compare, body), source)
-            for word, body in (("starting tube", solvers.start), ("bellows", bellows))
+            Case(f"{solver}, {word}", partial(compare, body, problem=problem), source)
+            for word, body, problem in (
+                ("starting tube", solvers.start, linear_actuator),
+                ("bellows", bellows, linear_actuator),
+                ("tube of three rubbers", solvers.start, several_rubbers),
+            )
             for solver, compare, source in (
                 ("NGSolve", solvers.ngsolve, "NGSolve's symbolic forms on the same curved elements and points"),
                 ("CalculiX", solvers.calculix, "CalculiX's C3D10 on the same nodes, with its own quadrature"),

@@ -7,7 +7,7 @@ coefficients. Pressure is a follower traction on the wall of the chamber, where 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -64,8 +64,13 @@ def ngsolve_mesh(mesh: TetMesh) -> NGSolveMesh:
     number[corners] = np.arange(len(corners))
     straight = netgen.Mesh(dim=3)
     points = [straight.Add(netgen.MeshPoint(netgen.Pnt(*place))) for place in mesh.points[corners]]
-    for tet in tets.reshape(-1, 4):
-        straight.Add(netgen.Element3D(1, [points[node] for node in tet]))
+    region = np.ones(len(mesh.tets), int)
+    for index, elements in enumerate(mesh.regions.values(), 1):
+        region[elements] = index
+    for index, tet in zip(region.tolist(), tets.reshape(-1, 4), strict=True):
+        straight.Add(netgen.Element3D(index, [points[node] for node in tet]))
+    for index in range(1, region.max() + 1):
+        straight.SetMaterial(index, f"region{index}")
     for side, (name, triangles) in enumerate(mesh.faces.items()):
         straight.Add(netgen.FaceDescriptor(surfnr=side + 1, domin=1, domout=0, bc=side + 1))
         straight.SetBCName(side, name)
@@ -123,15 +128,17 @@ def neo_hookean(F: Any, shear: float, bulk: float) -> Any:
     return shear / 2 * (J ** (-2 / 3) * ng.InnerProduct(F, F) - 3) + bulk / 2 * (J - 1) ** 2
 
 
-def forms(body: NGSolveMesh, energy: Callable[[Any], Any], pressures: dict[str, float]) -> Any:
-    """Virtual work of the rubber and of follower pressures (MPa, by chamber), with our quadrature points."""
+def forms(body: NGSolveMesh, energies: Sequence[Callable[[Any], Any]], pressures: dict[str, float]) -> Any:
+    """Virtual work of the rubbers, region by region, and of follower pressures (MPa), with our quadrature points."""
     ng = ngsolve()
     u, v = body.space.TnT()
     in_tets = {ng.TET: ng.IntegrationRule([tuple(map(float, point)) for point in TET_RULE], [1 / 24] * 4)}
     places, weights = TRIANGLE_RULE
     on_walls = {ng.TRIG: ng.IntegrationRule([tuple(map(float, point)) for point in places], list(map(float, weights)))}
     work = ng.BilinearForm(body.space)
-    work += ng.Variation(energy(ng.Id(3) + ng.Grad(u)) * ng.dx(intrules=in_tets))
+    for index, energy in enumerate(energies, 1):
+        where = ng.dx(definedon=body.mesh.Materials(f"region{index}"), intrules=in_tets)
+        work += ng.Variation(energy(ng.Id(3) + ng.Grad(u)) * where)
     normal = ng.specialcf.normal(3)
     for name, pressure in pressures.items():
         # On a surface only the tangential part of the gradient is known; the area vector needs no more.
@@ -141,15 +148,19 @@ def forms(body: NGSolveMesh, energy: Callable[[Any], Any], pressures: dict[str, 
 
 
 def equilibrium(
-    mesh: TetMesh, energy: Callable[[Any], Any], pressures: dict[str, float], u: np.ndarray, plate: np.ndarray
+    mesh: TetMesh,
+    energies: Sequence[Callable[[Any], Any]],
+    pressures: dict[str, float],
+    u: np.ndarray,
+    plate: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (N, 3) and plate motion (6,) at which NGSolve's residual vanishes, by Newton's method.
 
-    It starts from `u` and `plate`. The base is clamped, the tip is bonded to a rigid plate. Residual and tangent are
-    NGSolve's.
+    `energies` are those of the rubbers of the mesh's regions. It starts from `u` and `plate`. The base is clamped, the
+    tip is bonded to a rigid plate. Residual and tangent are NGSolve's.
     """
     body = ngsolve_mesh(mesh)
-    work = forms(body, energy, pressures)
+    work = forms(body, energies, pressures)
     base, tip = np.unique(mesh.faces["base"]), np.unique(mesh.faces["tip"])
     free = np.setdiff1d(np.arange(len(u)), np.union1d(base, tip))
     state = ngsolve().GridFunction(body.space)

@@ -90,6 +90,10 @@ class Model:
         (only,) = self.rubbers.values()
         return only
 
+    def beyond_validity(self, stretches: Mapping[str, float]) -> bool:
+        """Whether a stretch is beyond the valid range of the rubber of its region."""
+        return any(self.rubbers[name].beyond(stretch) for name, stretch in stretches.items())
+
     @property
     def tip(self) -> Tip:
         return self.potential.tip

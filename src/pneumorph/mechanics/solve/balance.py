@@ -81,6 +81,12 @@ def largest_stretch(at: Configuration, state: State) -> float:
     return float(kinematics.largest_stretch(_deformation_gradients(at, state)).max())
 
 
+def largest_stretches(at: Configuration, state: State) -> dict[str, float]:
+    """The largest principal stretch at the quadrature points of every region."""
+    stretch = kinematics.largest_stretch(_deformation_gradients(at, state))
+    return {name: float(stretch[:, own].max()) for name, own in at.model.regions.items()}
+
+
 def _deformation_gradients(at: Configuration, state: State) -> np.ndarray:
     stop_if_asked()
     tets = at.model.tets.nodes[: at.model.elements]

@@ -21,7 +21,7 @@ from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
-from pneumorph.mechanics.solve.balance import applied_force, evaluate, largest_stretch, scaled
+from pneumorph.mechanics.solve.balance import applied_force, evaluate, largest_stretches, scaled
 from pneumorph.mechanics.solve.descent import minimise
 from pneumorph.mechanics.solve.saddle import find_stable
 
@@ -45,7 +45,7 @@ class Equilibrium:
     plate : (6,) translation (mm) and rotation vector (rad) of the plate; of a free tip its mean displacement.
     volumes : dict of chamber volumes, mm³, of the whole body.
     reaction : (6,) what the whole actuator exerts on the blocks of its plate, N and N·mm; zero for free components.
-    max_stretch : largest principal stretch at the quadrature points.
+    stretches : dict of largest principal stretches at the quadrature points of each region.
     residual : residual norm over applied forces.
     negative_pivots : of the tangent at this state; 0 means stable; for part of a body, against symmetric motions only.
     factorisations, solves : the cost.
@@ -56,7 +56,7 @@ class Equilibrium:
     plate: np.ndarray
     volumes: dict[str, float]
     reaction: np.ndarray
-    max_stretch: float
+    stretches: dict[str, float]
     residual: float
     negative_pivots: int
     factorisations: int
@@ -65,6 +65,11 @@ class Equilibrium:
     @property
     def stable(self) -> bool:
         return self.negative_pivots == 0
+
+    @property
+    def max_stretch(self) -> float:
+        """Largest principal stretch at the quadrature points."""
+        return max(self.stretches.values())
 
 
 @dataclass(frozen=True)
@@ -228,7 +233,7 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
         plate=plate,
         volumes=dict(zip(model.chambers, map(float, volumes), strict=True)),
         reaction=np.where(at.blocked & ~model.odd, -model.copies * forces[-6:], 0.0),
-        max_stretch=largest_stretch(at, state),
+        stretches=largest_stretches(at, state),
         residual=residual,
         negative_pivots=negative,
         factorisations=tangent.factorisations - before[0],

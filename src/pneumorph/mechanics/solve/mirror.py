@@ -18,6 +18,7 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfold
 from pneumorph.problem import Problem
+from pneumorph.problem.regions import keeps
 from pneumorph.problem.symmetry import MIRRORS, operations
 
 Pressures = Mapping[str, float]
@@ -49,6 +50,7 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> boo
     weight = np.zeros(3) if gravity is None else gravity.acceleration * np.array(gravity.direction)
     return (
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
+        and keeps(problem, plane)
         and not np.any(weight[mirror < 0])
         and not np.any(np.array(effector.force)[mirror < 0])
         and not np.any(np.array(effector.moment)[axial < 0])

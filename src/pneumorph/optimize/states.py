@@ -1,0 +1,116 @@
+"""Limits on the states of the tasks: known once a design is solved, linearised for the next sub-problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pneumorph.analysis import (
+    Analysis,
+    Discretisation,
+    margin_slopes,
+    margins,
+    strain_shares,
+    strain_slopes,
+)
+from pneumorph.constraint.table import TABLE, Limit
+from pneumorph.geometry import DesignSpace
+from pneumorph.problem import Problem
+
+OF_STATES = tuple(limit for limit in TABLE if not limit.of_shape)
+
+TOLERANCE = min(limit.tolerance for limit in OF_STATES)
+"""Allowed violation of such a limit relative to its bound."""
+
+
+@dataclass(frozen=True, eq=False)
+class StateLimits:
+    """c + J Ψ ≤ 0 near a design, for every limit of this kind and task; empty without such limits.
+
+    Attributes
+    ----------
+    value : (k,) c relative to the bound, 0.01 is one per cent beyond it.
+    jacobian : (k, n) J, by the design variables.
+    limits : (k,) the limits, and `bounds` theirs.
+    curved : what c is expected to be beyond its linearisation at the end of the next step.
+    """
+
+    value: np.ndarray
+    jacobian: np.ndarray
+    limits: tuple[Limit, ...]
+    bounds: tuple[float, ...]
+    curved: float = 0.0
+
+    def worst(self, step: np.ndarray | None = None) -> float:
+        """The largest c, as predicted after a step (n,); −∞ without a limit."""
+        value = self.value if step is None else self.value + self.jacobian @ step
+        return float(value.max(initial=-np.inf))
+
+    @property
+    def broken(self) -> bool:
+        """Whether one is beyond its bound and tolerance."""
+        return self.worst() > TOLERANCE
+
+    def values(self) -> dict[str, float | None]:
+        """The worst value of every limit by its key in the history; None for those that the problem does not have."""
+        found: dict[str, float | None] = {limit.key: None for limit in OF_STATES if limit.key}
+        for limit, bound in dict(zip(self.limits, self.bounds, strict=True)).items():
+            worst = max(c for c, own in zip(self.value, self.limits, strict=True) if own is limit)
+            found[limit.key or limit.name] = bound * (1.0 + (-worst if limit.at_least else worst))
+        return found
+
+    @property
+    def excess(self) -> np.ndarray:
+        """c (k,) for the next step: what a design has of its tolerance it may keep, for giving it back would cost."""
+        return self.value if self.broken else self.value - np.clip(self.value, 0.0, TOLERANCE) + self.curved
+
+    def bent(self, curvature: float, length: float) -> StateLimits:
+        """The same for steps of a length (mm), at the end of which c is larger by the curvature (1/mm²) times ½ℓ²."""
+        return replace(self, curved=0.5 * curvature * length**2)
+
+    def curvature(self, worst: float, step: np.ndarray) -> float:
+        """The curvature with which a step (n,) led to c = `worst`; 0 without a limit."""
+        if not self.limits:
+            return 0.0
+        return 2.0 * max(worst - self.worst(step), 0.0) / max(float(np.abs(step).max()), 1e-9) ** 2
+
+
+def no_states(variables: int) -> StateLimits:
+    """Those of a problem without such limits."""
+    return StateLimits(np.zeros(0), np.zeros((0, variables)), (), ())
+
+
+def linear_states(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> StateLimits:
+    """The limits on the states of an analysed design, linearised by one adjoint for each task."""
+    found = no_states(space.n)
+    for limit in OF_STATES:
+        bound = limit.read(problem.limits)
+        if bound is None:
+            continue
+        if limit.name == "strain":
+            value, slope = strain_slopes(space, disc, analysis)
+        else:
+            value, slope = margin_slopes(space, disc, analysis, bound)
+        sign = -1.0 if limit.at_least else 1.0
+        found = StateLimits(
+            np.concatenate([found.value, sign * (value / bound - 1.0)]),
+            np.concatenate([found.jacobian, sign * slope / bound]),
+            (*found.limits, *[limit] * len(value)),
+            (*found.bounds, *[bound] * len(value)),
+        )
+    return found
+
+
+def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> tuple[float, str]:
+    """The largest c of an analysed design, −∞ without a limit, and the name of that limit."""
+    worst, name = -np.inf, ""
+    for limit in OF_STATES:
+        bound = limit.read(problem.limits)
+        if bound is None:
+            continue
+        found = strain_shares(disc, analysis) if limit.name == "strain" else margins(disc, analysis, bound)
+        excess = max(limit.excess(value, bound) for value in found.values())
+        if excess > worst:
+            worst, name = excess, limit.name
+    return worst, name

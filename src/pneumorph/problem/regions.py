@@ -1,0 +1,190 @@
+"""The tables [[region]]: parts of the body that are made of another rubber, each with its material and its shape."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pneumorph import units
+from pneumorph.problem.images import image
+from pneumorph.problem.material import Material
+from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, PositiveLength
+from pneumorph.problem.symmetry import MIRRORS, NORMALS
+from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+
+if TYPE_CHECKING:
+    from pneumorph.problem.whole import Problem
+
+REST = "body"
+"""The name of what is in no region, and made of [material]."""
+
+MOST_REGIONS = 20
+
+Angle = Annotated[float, Quantity(units.ANGLE)]
+
+_EPS = 1e-9
+
+
+class Layer(Table):
+    """A layer under the exterior: all around and along it, or its part between two heights and two angles.
+
+    It is bounded inside by the exterior moved inwards by the thickness. Heights and angles are those of the starting
+    body; whatever the design does, the layer moves with the exterior.
+    """
+
+    thickness: PositiveLength
+    """How deep it reaches, less than limits.wall."""
+    span: tuple[Length, Length] | None = None
+    """From where to where it reaches along z; without it along the whole body."""
+    angles: tuple[Angle, Angle] | None = None
+    """From where to where it reaches around the axis, counted from x towards y; without it all around."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Layer:
+        if self.span is not None and self.span[0] >= self.span[1]:
+            raise InvalidKey("span", "does not rise; put the lower end first")
+        if self.angles is not None and not 0.0 < self.angles[1] - self.angles[0] < 2.0 * math.pi - _EPS:
+            raise InvalidKey("angles", 'must rise, by less than 360 deg; write e.g. angles = ["-60 deg", "60 deg"]')
+        return self
+
+
+class Sleeve(Table):
+    """A layer of solid all around chambers, their ends included."""
+
+    thickness: PositiveLength
+    """How far it reaches from the chamber, less than limits.wall."""
+    chambers: Annotated[tuple[Name, ...], Example('chambers = ["A"]')] = Field(min_length=1, max_length=MOST_CHAMBERS)
+    """Around which chambers."""
+
+
+class Region(Table):
+    """A part of the body that is made of another rubber than [material]: a layer of the exterior or sleeves."""
+
+    name: Annotated[Name, Example('e.g. name = "skin"')]
+    """By which results name it."""
+    material: Annotated[Material, Example('material = { name = "Hei-Cast 8400" }')]
+    """Its rubber, like the table [material]."""
+    layer: Layer | None = None
+    """Under the exterior."""
+    sleeve: Sleeve | None = None
+    """Around chambers."""
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Region:
+        if (self.layer is None) == (self.sleeve is None):
+            raise InvalidKey("layer", "and sleeve are the shapes of a region; give one of them")
+        return self
+
+    @property
+    def thickness(self) -> float:
+        """Its thickness, mm."""
+        shape = self.layer or self.sleeve
+        assert shape is not None, "a region has a shape"
+        return shape.thickness
+
+
+def faults(problem: Problem) -> Iterator[tuple[str, str]]:
+    """Key and reason of everything that is wrong with the regions of a problem whose chambers are in order."""
+    chambers = [chamber.name for chamber in problem.body.chamber]
+    lined: set[str] = set()
+    for index, region in enumerate(problem.region):
+        key, wall = f"region[{index}]", problem.limits.wall
+        if region.name == REST or region.name in [other.name for other in problem.region[:index]]:
+            yield f"{key}.name", f'"{region.name}" is taken; give the region another name'
+        shape = "layer" if region.layer else "sleeve"
+        if region.thickness >= wall:
+            yield (
+                f"{key}.{shape}.thickness",
+                f"{region.thickness:g} mm is not less than limits.wall = {wall:g} mm, which keeps the layer apart from "
+                "other surfaces; make the layer thinner or raise the limit",
+            )
+        if region.layer is not None:
+            yield from _layer(problem, f"{key}.layer", region.layer)
+        for name in region.sleeve.chambers if region.sleeve else ():
+            if name not in chambers:
+                yield f"{key}.sleeve.chambers", f'there is no chamber "{name}"; the chambers are {", ".join(chambers)}'
+            elif name in lined:
+                yield f"{key}.sleeve.chambers", f'"{name}" has a sleeve already; name each chamber once'
+            lined.add(name)
+    yield from _together(problem)
+
+
+def _layer(problem: Problem, key: str, layer: Layer) -> Iterator[tuple[str, str]]:
+    length, size = problem.body.length, problem.mesh.size
+    if layer.span is not None:
+        start, end = layer.span
+        if start < -_EPS or end > length + _EPS:
+            yield f"{key}.span", f"reaches beyond the body (0 to {length:g} mm); make it shorter"
+        elif any(_EPS < part < size for part in (start, length - end, end - start)):
+            yield (
+                f"{key}.span",
+                f"leaves less than mesh.size = {size:g} mm to an end of the body, or is shorter than that; move it or "
+                "use a finer mesh",
+            )
+    if layer.angles is not None:
+        width = layer.angles[1] - layer.angles[0]
+        if min(width, 2.0 * math.pi - width) * problem.body.radius < size:
+            yield f"{key}.angles", f"leave or cover less than mesh.size = {size:g} mm; change them or use a finer mesh"
+
+
+def _together(problem: Problem) -> Iterator[tuple[str, str]]:
+    """Faults of two regions together: layers that touch, and layers and sleeves that might meet inside a wall."""
+    wall = problem.limits.wall
+    for j, other in enumerate(problem.region):
+        shape = "layer" if other.layer else "sleeve"
+        before = [*problem.region[:j], *([other] if other.sleeve and len(other.sleeve.chambers) > 1 else [])]
+        for one in before:
+            if one.layer and other.layer:
+                if not _apart(one.layer, other.layer, problem):
+                    yield (
+                        f"region[{j}].layer",
+                        f'is nearer to that of "{one.name}" than mesh.size, or shares an end of the body with it; move '
+                        "them apart, or make one region of them",
+                    )
+            elif one.thickness + other.thickness >= wall:
+                yield (
+                    f"region[{j}].{shape}.thickness",
+                    f'and that of "{one.name}" are together {one.thickness + other.thickness:g} mm, but walls may be '
+                    f"as thin as limits.wall = {wall:g} mm; make the layers thinner or raise the limit",
+                )
+
+
+def _apart(one: Layer, other: Layer, problem: Problem) -> bool:
+    """Whether two layers share no end of the body and are at least an element apart, along the body or around it."""
+    length, size = problem.body.length, problem.mesh.size
+    (a, b), (c, d) = (layer.span or (0.0, length) for layer in (one, other))
+    if max(a, c) - min(b, d) >= size:
+        return True
+    if one.angles is None or other.angles is None or max(a, c) <= _EPS or min(b, d) >= length - _EPS:
+        return False
+    (a, b), (c, d) = one.angles, other.angles
+    gaps = (c - b) % (2.0 * math.pi), (a - d) % (2.0 * math.pi)
+    disjoint = abs(sum(gaps) + (b - a) + (d - c) - 2.0 * math.pi) < _EPS
+    return disjoint and min(gaps) * problem.body.radius >= size
+
+
+def keeps(problem: Problem, plane: str) -> bool:
+    """Whether the mirror plane "xz" or "yz" maps every region to itself."""
+    matrix = np.diag(np.array(MIRRORS[plane], float))
+    chambers, length = problem.body.chamber, problem.body.length
+    names = [chamber.name for chamber in chambers]
+    for region in problem.region:
+        if region.layer is not None and region.layer.angles is not None:
+            middle = sum(region.layer.angles) / 2.0
+            # The middle of the layer lies in the plane.
+            if abs((math.cos, math.sin)[NORMALS[plane]](middle)) > 1e-6:
+                return False
+        lined = region.sleeve.chambers if region.sleeve else ()
+        images = [image(chambers, names.index(name), matrix, length) for name in lined]
+        if any(number is None or names[number] not in lined for number in images):
+            return False
+    return True
+
+
+def materials(problem: Problem) -> Mapping[str, Material]:
+    """The material of every region by its name, first that of what is in none (`REST`)."""
+    return {REST: problem.material} | {region.name: region.material for region in problem.region}

@@ -1,0 +1,64 @@
+"""The pressure at the first limit point of a path over the working pressure, and its exact derivatives.
+
+At a limit point the tangent K has a null vector w, which is also its left one. Along a change of shape or pressures the
+limit point stays on the path of equilibria, so wᵀ(∂R/∂X dX + ∂R/∂λ dλ) = 0: the derivatives of λ need no further solve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pneumorph.mechanics import Configuration, NoEquilibrium, State, Tangent, follow
+from pneumorph.mechanics.assembly import potential as kernels
+
+BEYOND = 1.25
+"""Multiple of the bound up to which a path is followed; a body without a limit point up to there is far from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Margin:
+    """The first limit point of a path.
+
+    Attributes
+    ----------
+    load : float
+        λ, its pressures over the working ones; where the path was followed without one, the last λ.
+    state : State or None
+        Its state; None where there is none, and the derivatives are zero.
+    """
+
+    load: float
+    state: State | None
+
+
+def find_margin(at: Configuration, tangent: Tangent, bound: float) -> Margin:
+    """Follow the path to its first limit point, or up to `BEYOND` times the bound; the tangent is left there."""
+    found = follow(at, tangent, load=BEYOND * bound, first_limit=True)
+    if isinstance(found, NoEquilibrium):
+        # Without pressure there is no limit.
+        return Margin(BEYOND * bound, None)
+    if not found.limits:
+        return Margin(min(found.points[-1].load, BEYOND * bound), None)
+    return Margin(found.limits[0].load, found.limits[0].equilibrium.state)
+
+
+def margin_slope(at: Configuration, tangent: Tangent, margin: Margin) -> tuple[np.ndarray, dict[str, float]]:
+    """dλ/dX (N, 3) and dλ/dp by chamber, for the working pressures p (1/MPa)."""
+    model, working = at.model, np.asarray(at.loads.pressure)
+    if margin.state is None:
+        return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0)
+    there = replace(at, loads=at.loads._replace(pressure=margin.load * working))
+    tangent.factorise(there, margin.state)
+    # Inverse iterations: the eigenvalue is tiny, so each adds many digits.
+    vector = np.where(at.constrained, 0.0, np.random.default_rng(0).normal(size=model.size))
+    for _ in range(3):
+        vector = np.where(at.constrained, 0.0, tangent.precondition(vector))
+        vector /= np.linalg.norm(vector)
+    w = model.state(vector)
+    ((shape, acting),) = kernels.pullback(model.potential, at.X, margin.state, there.loads, [w])
+    by_pressure = np.asarray(acting.pressure)
+    rise = float(by_pressure @ working)
+    pressures = dict(zip(model.chambers, -margin.load * by_pressure / rise, strict=True))
+    return -shape / rise, {name: float(value) for name, value in pressures.items()}

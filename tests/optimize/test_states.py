@@ -1,0 +1,90 @@
+"""Limits on the states of tasks: kept by accepted designs, and mended where the start breaks them."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from tiny import tiny
+
+from pneumorph.constraint.table import BY_NAME
+from pneumorph.errors import ProblemError
+from pneumorph.optimize import design
+from pneumorph.optimize.events import DesignAccepted, Finished
+from pneumorph.optimize.states import TOLERANCE, StateLimits
+from pneumorph.problem import Problem, loads
+
+
+def problem(valid: float, iterations: int, method: str = "sqp") -> Problem:
+    table = loads(tiny(iterations=str(iterations))).model_dump(mode="json", exclude_none=True)
+    table["material"]["valid_stretch"] = valid
+    table["limits"]["strain"] = 1.0
+    table["optimizer"]["method"] = method
+    return Problem.model_validate(table)
+
+
+def entries(asked: Problem):
+    events = list(design(asked))
+    (end,) = [event for event in events if isinstance(event, Finished)]
+    return [event.entry for event in events if isinstance(event, DesignAccepted)], end
+
+
+def test_designs_keep_the_limit_and_still_gain():
+    """Without the limit the fifth design is stretched to 1.193."""
+    found, end = entries(problem(1.15, 5))
+    assert [entry.held for entry in found] == [True] * len(found)
+    for entry in found:
+        strain, stretch = entry.limits["strain"], entry.tasks["extend"].max_stretch
+        assert strain is not None
+        assert stretch / 1.15 <= strain <= 1.0 + TOLERANCE
+    assert all(after.objective < before.objective for before, after in pairwise(found))
+    assert found[-1].limits["strain"] > 0.97
+    assert end.held
+
+
+def test_a_start_beyond_the_limit_is_mended():
+    found, end = entries(problem(1.08, 5))
+    strains = [entry.limits["strain"] for entry in found]
+    assert strains[0] > 1.01 and not found[0].held
+    first = next(k for k, entry in enumerate(found) if entry.held)
+    assert strains[: first + 1] == sorted(strains[: first + 1], reverse=True)
+    assert all(entry.held for entry in found[first:])
+    assert end.held
+
+
+def test_a_soft_body_keeps_away_from_ballooning():
+    """Without the limit it takes five designs to where no equilibrium is found any more, at 84 % of stretch."""
+    table = loads(tiny(iterations="3")).model_dump(mode="json", exclude_none=True)
+    table["material"] = {"model": "neo-hookean", "shear_modulus": "0.25 MPa", "bulk_modulus": "2 MPa"}
+    table["material"]["density"] = "1 g/cm^3"
+    table["body"]["chamber"][0]["radius"] = "5.5 mm"
+    table["limits"]["margin"] = 1.5
+    found, end = entries(Problem.model_validate(table))
+    margins = [entry.limits["margin"] for entry in found]
+    assert margins[0] < 1.4 and not found[0].held
+    assert all(margin >= 1.5 * (1.0 - TOLERANCE) for margin in margins[1:])
+    assert found[-1].objective < found[1].objective
+    assert end.held
+
+
+def test_the_steps_of_the_paper_keep_it_too():
+    found, _ = entries(problem(1.105, 2, "dfp"))
+    assert all(entry.held for entry in found) and len(found) > 1
+
+
+def test_a_range_must_be_stated():
+    with pytest.raises(ProblemError, match=r"limits\.strain.*valid_stretch"):
+        loads(tiny()).with_changes({"limits.strain": 1.0})
+
+
+def test_what_is_expected_of_the_next_step():
+    two = (BY_NAME["strain"], BY_NAME["margin"])
+    states = StateLimits(np.array([-0.1, 0.002]), np.array([[1.0, 0.0], [0.0, 1.0]]), two, (1.0, 1.5))
+    assert states.values() == pytest.approx({"strain": 0.9, "margin": 1.497})
+    step = np.array([0.2, 0.0])
+    assert not states.broken and states.worst() == 0.002
+    assert states.worst(step) == pytest.approx(0.1)
+    # The step led to 0.15 instead of 0.1: half of the curvature times 0.04 mm².
+    curvature = states.curvature(0.15, step)
+    bent = states.bent(curvature, 0.2)
+    assert bent.excess == pytest.approx([-0.05, 0.05])
+    assert states.bent(curvature, 0.1).excess == pytest.approx([-0.0875, 0.0125])

@@ -1,0 +1,51 @@
+"""The pressure at which a body balloons: of a sphere in closed form elsewhere; here its exact derivatives."""
+
+import numpy as np
+import pytest
+from tiny import tiny
+
+from pneumorph.analysis import analyse, discretise, margin_slopes, margins
+from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.mechanics import TOLERANCE
+from pneumorph.problem import Problem, loads
+from pneumorph.sensitivity import taylor_test
+from pneumorph.sensitivity.margin import BEYOND
+
+PRESSURE = '{ A = { start = "60 kPa", min = "0 kPa", max = "100 kPa" } }'
+
+
+def soft(shear: str) -> Problem:
+    """A thin tube of a soft rubber, which balloons not far above its working pressure."""
+    table = loads(tiny(pressure=PRESSURE)).model_dump(mode="json", exclude_none=True)
+    table["material"] = {"model": "neo-hookean", "shear_modulus": shear, "bulk_modulus": "2 MPa", "density": "1 g/cm^3"}
+    table["body"]["chamber"][0]["radius"] = "5.5 mm"
+    return Problem.model_validate(table)
+
+
+def analysed(asked: Problem):
+    body = starting_body(asked.body)
+    space, disc = build_design_space(asked, body), discretise(asked, body)
+    return space, disc, analyse(asked, space, disc, space.start, tolerance=TOLERANCE)
+
+
+def test_derivatives_by_shape_and_pressure():
+    asked = soft("0.25 MPa")
+    space, disc, found = analysed(asked)
+    values, slopes = margin_slopes(space, disc, found, 2.0)
+    assert 1.05 < values[0] < 2.0 * BEYOND - 0.05
+    states = {name: each.state for name, each in found.equilibria.items()}
+
+    def value(phi):
+        return margins(disc, analyse(asked, space, disc, phi, states, tolerance=TOLERANCE), 2.0)["extend"]
+
+    rng = np.random.default_rng(1)
+    of_shape = np.arange(space.n) < space.n_shape
+    for direction in (np.where(of_shape, rng.uniform(-0.2, 0.2, space.n), 0.0), np.where(of_shape, 0.0, 0.3)):
+        test = taylor_test(value, space.start, slopes[0], direction, 0.2, count=3, start=values[0])
+        assert test.passed, test
+
+
+def test_a_stiff_body_is_far_from_its_limit():
+    space, disc, found = analysed(soft("4 MPa"))
+    values, slopes = margin_slopes(space, disc, found, 1.2)
+    assert values[0] == pytest.approx(1.2 * BEYOND) and not slopes.any()
