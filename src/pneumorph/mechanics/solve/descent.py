@@ -13,9 +13,12 @@ from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
+    INTERPENETRATION,
     RUNAWAY_STRETCH,
     applied_force,
+    apart,
     evaluate,
+    free_share,
     largest_stretch,
     smallest_ratio,
     supported,
@@ -36,6 +39,8 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
     """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed."""
     model = at.model
     vector = supported(at, model.vector(start))
+    if not apart(at, vector):
+        return INTERPENETRATION
     energy, residual = evaluate(at, model.state(vector))
     if not np.isfinite(energy) or not np.isfinite(residual).all():
         return "the starting state is not finite"
@@ -54,6 +59,8 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
         if size <= tolerance:
             if smallest_ratio(at, vector) <= SMALLEST_RATIO:
                 return "an element is turned inside out"
+            if not apart(at, vector):
+                return INTERPENETRATION
             return model.state(vector), size
         state = model.state(vector)
         relaxing = relaxations > 0
@@ -101,7 +108,7 @@ def _line_search(at: Configuration, vector, energy, residual, direction, scale):
         return None
     # Near the minimum Π changes by less than its rounding error; there the residual decides.
     rounding = 1e-12 * (abs(energy) + abs(slope))
-    step = 1.0
+    step = free_share(at, vector, direction)
     for _ in range(12):
         trial = vector + step * direction
         value, gradient = evaluate(at, at.model.state(trial))
