@@ -12,10 +12,10 @@ from scipy import sparse
 
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.contact import Contact, Pairs, RigidMesh
+from pneumorph.mechanics.assembly.contact import Contact, Pairs
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, Sphere, surface_of
+from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, Sphere, surface_of
 from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
 from pneumorph.verify.solids import tube
@@ -76,9 +76,8 @@ SHAPES = {
 }
 
 
-def touching(*shapes, pairs=()) -> Contact:
-    obstacles = {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in shapes}
-    return Contact(SURFACE, obstacles, tuple(pairs))
+def touching(*shapes, own=None, **guards) -> Contact:
+    return Contact(SURFACE, {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in shapes}, guards, own)
 
 
 def crowded(*rigid, own=True) -> Pairs:
@@ -103,14 +102,14 @@ CASES = {
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
     "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching(*SHAPES)),
-    "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(pairs=[crowded()])),
-    "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(pairs=[crowded(WEDGE, own=False)])),
+    "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
+    "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
     "everything": partial(
         built,
         NEARLY_INCOMPRESSIBLE,
         True,
         more=[bonds([[0, 40], [7, 90]])],
-        contact=touching("plane", pairs=[crowded(WEDGE)]),
+        contact=touching("plane", own=crowded(), wedge=crowded(WEDGE, own=False)),
     ),
 }
 

@@ -22,6 +22,7 @@ from pneumorph.mechanics import (
     Tangent,
     Whole,
     configure,
+    contact_forces,
     guided_of,
     loads_of,
     mirrors_of,
@@ -197,6 +198,7 @@ def step_of(
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
     motion = measure_features(at.model, at.X, found.state)
+    touched = contact_forces(at, found.state)
     return SweepStep(
         task=task,
         pressures=pressures,
@@ -207,6 +209,9 @@ def step_of(
         max_stretch=found.max_stretch,
         beyond_validity=at.model.rubber.beyond(found.max_stretch),
         stable=found.stable and (whole is None or whole.negative_pivots(at, found.state) == 0),
+        contact={name: vector(force) for name, force in touched.on.items()},
+        contact_area=touched.area,
+        self_contact=touched.own,
     )
 
 

@@ -1,5 +1,6 @@
 """The design problem: body, material, tasks and limits, read from a file or built in Python, and validated."""
 
+from pneumorph.problem.contact import BoxSpec, ContactSpec, CylinderSpec, ObstacleSpec, PlaneSpec, SphereSpec
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
@@ -26,9 +27,12 @@ from pneumorph.problem.whole import Problem
 
 __all__ = [
     "BodySpec",
+    "BoxSpec",
     "ChamberSpec",
     "Code",
+    "ContactSpec",
     "Custom",
+    "CylinderSpec",
     "EndEffector",
     "Envelope",
     "Fold",
@@ -41,11 +45,14 @@ __all__ = [
     "Maximize",
     "MeshSpec",
     "ObjectiveSpec",
+    "ObstacleSpec",
     "OptimizerSpec",
+    "PlaneSpec",
     "Pressure",
     "Problem",
     "Reach",
     "Ripple",
+    "SphereSpec",
     "Spring",
     "Stretch",
     "Symmetry",

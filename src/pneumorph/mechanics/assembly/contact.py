@@ -17,7 +17,7 @@ import ipctk
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mechanics.assembly.obstacles import Obstacle, distances, free_share, sample_places
+from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
 from pneumorph.mechanics.assembly.terms import Connectivity
 
 FLAT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
@@ -28,14 +28,6 @@ PER_PAIR = 1 / 20
 """Between two parallel surfaces a point has that many near parts: with this factor κ means the same as for obstacles,
 a pressure of about 1.2 κ at half the activation distance. (ipctk's sets with fewer pairs are not continuous: their
 energies jump by up to 0.1 %.)"""
-
-
-@dataclass(frozen=True)
-class RigidMesh:
-    """A rigid obstacle made of flat triangles (T, 3) with corners (V, 3) in mm."""
-
-    points: np.ndarray
-    triangles: np.ndarray
 
 
 class Pairs:
@@ -139,7 +131,7 @@ class Touch:
 
     @cached_property
     def slope(self) -> np.ndarray:
-        """Derivatives (N, 3) of the energy by the places of all nodes, N: the forces that keep surfaces apart, reversed."""
+        """Derivatives (N, 3) of the energy by the places of all nodes, N: what they press with."""
         by = np.zeros((self._count, 3))
         if not self.nothing:
             own = self._pairs.nodes
@@ -174,13 +166,21 @@ class Contact:
         Its faces; the data are areas at their sample points.
     obstacles : dict of Obstacle by name
         Rigid bodies with known distances, each a term of the potential.
-    pairs : tuple of Pairs
-        Contact that is found by ipctk.
+    guards : dict of Pairs by name of an obstacle
+        The body's surface and triangles around the obstacle, for what reaches in between the sample points.
+    own : Pairs or None
+        The body's surface and itself, if it may touch itself.
     """
 
     surface: Connectivity
     obstacles: Mapping[str, Obstacle]
-    pairs: tuple[Pairs, ...]
+    guards: Mapping[str, Pairs]
+    own: Pairs | None
+
+    @property
+    def pairs(self) -> tuple[Pairs, ...]:
+        """All contact whose connectivity changes with the state."""
+        return (*self.guards.values(), *([] if self.own is None else [self.own]))
 
     def apart(self, x: np.ndarray) -> bool:
         """Whether nothing interpenetrates with nodes at x (N, 3)."""

@@ -2,10 +2,10 @@
 
     E = Σ_faces Σ_q w_q b(d(x_q)),   b(d) = −κ d̂ (d/d̂ − 1)² ln(d/d̂) for d < d̂, else 0
 
-is that of incremental potential contact (Li et al. 2020, ACM Trans. Graph. 39(4) 49): it has two continuous derivatives,
-is zero from the activation distance d̂ on, and infinite where surfaces meet. b′ is a contact pressure in MPa. Distances
-are exact, so obstacles have no facets. The weights w_q are areas of the mesh as it was made, constants like its
-connectivity: so E depends on places x = X + u alone.
+is that of incremental potential contact (Li et al. 2020, ACM Trans. Graph. 39(4) 49): it has two continuous
+derivatives, is zero from the activation distance d̂ on, and infinite where surfaces meet. −b′ is a contact pressure in
+MPa. Distances are exact, so obstacles have no facets. The weights w_q are areas of the mesh as it was made, constants
+like its connectivity: so E depends on places x = X + u alone.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
+from scipy.spatial import ConvexHull
 
 from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Local, Values, connect
 from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape
@@ -37,11 +38,23 @@ def surface_of(mesh: TetMesh) -> Connectivity:
     return connect(faces, data=SAMPLE_WEIGHTS * np.linalg.norm(np.cross(along, across), axis=-1))
 
 
+@dataclass(frozen=True)
+class RigidMesh:
+    """The surface of a rigid body as flat triangles (T, 3) with corners (V, 3) in mm."""
+
+    points: np.ndarray
+    triangles: np.ndarray
+
+
 class Shape(Protocol):
     """A rigid body by its distance; registered with JAX."""
 
     def distance(self, x: Values) -> Array:
         """Distances (...) of places x (..., 3) from its surface in mm, negative inside."""
+        ...
+
+    def mesh(self, sag: float) -> RigidMesh | None:
+        """Triangles around it, nowhere farther away than about `sag` in mm; None if it has no end."""
         ...
 
 
@@ -56,6 +69,9 @@ class Plane:
     def distance(self, x: Values) -> Array:
         return (x - self.point) @ self.normal
 
+    def mesh(self, sag: float) -> None:
+        return None
+
 
 @partial(register_dataclass, data_fields=["center", "radius"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
@@ -67,6 +83,13 @@ class Sphere:
 
     def distance(self, x: Values) -> Array:
         return _length(x - self.center) - self.radius
+
+    def mesh(self, sag: float) -> RigidMesh:
+        # Points on a spiral; a hull of n of them has triangles of area 2πR²/n.
+        count = max(32, int(np.ceil(8.0 * self.radius / sag)))
+        height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+        angle, away = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count), np.sqrt(1.0 - height**2)
+        return _around(self.center, self.radius, np.column_stack([away * np.cos(angle), away * np.sin(angle), height]))
 
 
 @partial(register_dataclass, data_fields=["center", "axis", "radius", "half"], meta_fields=[])
@@ -84,6 +107,14 @@ class Cylinder:
         away = _length(x - self.center - along[..., None] * self.axis)
         return _outside(jnp.stack([away - self.radius, jnp.abs(along) - self.half], axis=-1))
 
+    def mesh(self, sag: float) -> RigidMesh:
+        count = max(12, int(np.ceil(np.pi / np.arccos(1.0 / (1.0 + sag / self.radius)))))
+        angle = 2.0 * np.pi * np.arange(count) / count
+        across = np.linalg.svd(np.asarray(self.axis, dtype=float)[None])[2][1:]
+        ring = self.radius / np.cos(np.pi / count) * np.column_stack([np.cos(angle), np.sin(angle)]) @ across
+        ends = self.half * np.asarray(self.axis)
+        return _hull(self.center + np.concatenate([ring - ends, ring + ends]))
+
 
 @partial(register_dataclass, data_fields=["center", "half"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
@@ -95,6 +126,24 @@ class Box:
 
     def distance(self, x: Values) -> Array:
         return _outside(jnp.abs(x - self.center) - self.half)
+
+    def mesh(self, sag: float) -> RigidMesh:
+        corners = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+        return _hull(self.center + self.half * corners)
+
+
+def _around(center: np.ndarray, radius: float, directions: np.ndarray) -> RigidMesh:
+    """The hull of points in these directions (n, 3) from a centre that touches the sphere from outside."""
+    nearest = -ConvexHull(directions).equations[:, 3].max()
+    return _hull(center + radius / nearest * directions)
+
+
+def _hull(points: np.ndarray) -> RigidMesh:
+    """The triangles of the hull of points that are all corners of it, seen counter-clockwise from outside."""
+    found = ConvexHull(points)
+    a, b, c = np.moveaxis(points[found.simplices], 1, 0)
+    outward = np.einsum("ti,ti->t", np.cross(b - a, c - a), found.equations[:, :3]) > 0.0
+    return RigidMesh(points, np.where(outward[:, None], found.simplices, found.simplices[:, ::-1]))
 
 
 def _length(vector: Values) -> Array:

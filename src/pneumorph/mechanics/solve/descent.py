@@ -15,8 +15,8 @@ from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
     INTERPENETRATION,
     RUNAWAY_STRETCH,
-    applied_force,
     apart,
+    applied_force,
     evaluate,
     free_share,
     largest_stretch,
