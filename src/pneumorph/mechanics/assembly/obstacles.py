@@ -180,6 +180,12 @@ def barrier(distance: Values, activation: Values, stiffness: Values) -> Array:
     return jnp.where(share > 0.0, value, jnp.nan)
 
 
+def pressure(distance: np.ndarray, obstacle: Obstacle) -> np.ndarray:
+    """−b′(d) in MPa."""
+    slope = jax.grad(lambda each: jnp.sum(barrier(each, obstacle.activation, obstacle.stiffness)))
+    return -np.asarray(slope(jnp.asarray(distance)))
+
+
 def sample_places(surface: Connectivity, x: np.ndarray) -> np.ndarray:
     """The sample points (F, 7, 3) of the faces of a surface, with nodes at x (N, 3)."""
     return np.einsum("qa,fai->fqi", SAMPLE_N, x[surface.nodes])
