@@ -105,7 +105,10 @@ class Pairs:
 
     def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
         """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets."""
-        return float(ipctk.compute_collision_free_stepsize(self._mesh, self._places(start), self._places(end)))
+        ends = self._places(start), self._places(end)
+        return float(
+            ipctk.compute_collision_free_stepsize(self._mesh, *ends, narrow_phase_ccd=ipctk.AdditiveCCD())
+        )
 
     def apart(self, x: np.ndarray) -> bool:
         """Whether no surface goes through another with nodes at x (N, 3)."""

@@ -73,9 +73,10 @@ class Pattern:
 
     def joined(self, more: np.ndarray) -> Pattern:
         """The pattern with more entries, by their keys."""
-        keys, size = np.union1d(self.keys, more), len(self.indptr) - 1
+        new, size = np.sort(more[~np.isin(more, self.keys, assume_unique=True, kind="sort")]), len(self.indptr) - 1
+        keys = np.insert(self.keys, np.searchsorted(self.keys, new), new)
         indptr = np.searchsorted(keys, size * np.arange(size + 1, dtype=np.int64)).astype(np.int32)
-        return Pattern(indptr, (keys % size).astype(np.int32), np.searchsorted(keys, self.keys))
+        return Pattern(indptr, (keys % size).astype(np.int32), np.searchsorted(keys, self.keys)[self.base])
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +184,7 @@ class Tangent:
             base = Pattern(self._model.sparsity.indptr, self._model.sparsity.indices)
             # Pairs come and go: those that have gone stay, so that they may come again, until they are too many.
             few = len(self._pattern.keys) - len(base.keys) <= MOST_KEPT * len(keys)
-            self._pattern = base.joined(np.union1d(keys, self._pattern.keys) if few else keys)
+            self._pattern = (self._pattern if few else base).joined(keys)
             self.origin = None
             self._factor = build_factorisation(self._pattern.indptr, self._pattern.indices)
         values = np.zeros(len(self._pattern.keys))

@@ -18,6 +18,10 @@ RUNAWAY_STRETCH = 8.0
 
 INTERPENETRATION = "surfaces go through each other or through an obstacle"
 
+LARGEST_MOVE = 0.05
+"""Largest motion of a node in a step with contact, relative to the body's diagonal: to look for what meets on a long way
+takes long."""
+
 MOST_SHORTENINGS = 20
 """How often a step is shortened until no surfaces meet on its way."""
 
@@ -109,6 +113,9 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
     if contact is None:
         return share
     start = places(at, vector)
+    far = np.linalg.norm(places(at, vector + step) - start, axis=1).max()
+    reach = LARGEST_MOVE * np.linalg.norm(np.ptp(at.X, axis=0))
+    share = min(share, float(reach / max(far, 1e-300)))
     for _ in range(MOST_SHORTENINGS):
         found = contact.free_share(start, places(at, vector + share * step))
         if found == 1.0:

@@ -182,9 +182,11 @@ def _raise(
         part = whole if fraction == 1.0 else replace(whole, loads=_between(earlier, whole.loads, fraction))
         start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
         # From far away, `find_stable` needs fewer factorisations than descent, and fails sooner where nothing is found.
-        found = find_stable(part, tangent, start, tolerance)
+        # A barrier bends so sharply that Newton's method alone hardly finds a step that leads nearer.
+        search = find_stable if part.model.contact is None else _find
+        found = search(part, tangent, start, tolerance)
         if isinstance(found, str) and last is not None:
-            found = find_stable(part, tangent, state, tolerance)
+            found = search(part, tangent, state, tolerance)
         if isinstance(found, str) and step < SMALLEST_FRACTION and not part.model.mixed:
             found = minimise(part, tangent, state, tolerance)
         if isinstance(found, str):
