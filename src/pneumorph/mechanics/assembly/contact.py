@@ -12,13 +12,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import ipctk
 import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
 from pneumorph.mechanics.assembly.terms import Connectivity
+
+if TYPE_CHECKING:
+    import ipctk
 
 FLAT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """The flat triangles of a six-node triangle, with its orientation."""
@@ -56,6 +59,9 @@ class Pairs:
         activation: float,
         stiffness: float,
     ):
+        # Imported here because most bodies touch nothing.
+        import ipctk
+
         faces = surface.nodes[: surface.count][:, FLAT].reshape(-1, 3)
         self.nodes, corners = np.unique(faces, return_inverse=True)
         starts = len(self.nodes) + np.cumsum([0, *(len(each.points) for each in rigid)])
@@ -80,6 +86,8 @@ class Pairs:
         return np.asfortranarray(np.concatenate([x[self.nodes], self._rigid]))
 
     def _near(self, places: np.ndarray) -> ipctk.NormalCollisions:
+        import ipctk
+
         found = ipctk.NormalCollisions()
         found.use_area_weighting = True
         found.build(self._mesh, places, self._activation)
@@ -105,13 +113,15 @@ class Pairs:
 
     def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
         """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets."""
+        import ipctk
+
         ends = self._places(start), self._places(end)
-        return float(
-            ipctk.compute_collision_free_stepsize(self._mesh, *ends, narrow_phase_ccd=ipctk.AdditiveCCD())
-        )
+        return float(ipctk.compute_collision_free_stepsize(self._mesh, *ends, narrow_phase_ccd=ipctk.AdditiveCCD()))
 
     def apart(self, x: np.ndarray) -> bool:
         """Whether no surface goes through another with nodes at x (N, 3)."""
+        import ipctk
+
         return not ipctk.has_intersections(self._mesh, self._places(x))
 
 

@@ -19,8 +19,8 @@ RUNAWAY_STRETCH = 8.0
 INTERPENETRATION = "surfaces go through each other or through an obstacle"
 
 LARGEST_MOVE = 0.05
-"""Largest motion of a node in a step with contact, relative to the body's diagonal: to look for what meets on a long way
-takes long."""
+"""Largest motion of a node in a step with contact, relative to the diagonal of the body: what meets on a long way
+takes long to find."""
 
 MOST_SHORTENINGS = 20
 """How often a step is shortened until no surfaces meet on its way."""

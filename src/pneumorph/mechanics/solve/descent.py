@@ -25,7 +25,7 @@ from pneumorph.mechanics.solve.balance import (
     unloaded,
 )
 
-MOST_NEWTON_STEPS = 40
+MOST_NEWTON_STEPS, MOST_WITH_CONTACT = 40, 100
 MOST_PRODUCTS = 6
 """Conjugate-gradient steps with an old factorisation; a new one costs about as much as five."""
 
@@ -55,7 +55,8 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
     elif not tangent.ready:
         relaxations = 0
     exact = False
-    for _ in range(MOST_NEWTON_STEPS):
+    most = MOST_NEWTON_STEPS if model.contact is None else MOST_WITH_CONTACT
+    for _ in range(most):
         if size <= tolerance:
             if smallest_ratio(at, vector) <= SMALLEST_RATIO:
                 return "an element is turned inside out"
@@ -82,7 +83,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
             relaxations = relaxations - 1 if size < RELAXED * previous and size > SMOOTH else 0
         if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-    return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+    return f"Newton's method did not converge in {most} steps (relative residual {size:.1e})"
 
 
 def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):
