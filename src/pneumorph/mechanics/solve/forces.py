@@ -47,6 +47,7 @@ def contact_forces(at: Configuration, state: State) -> ContactForces:
         if name in contact.guards:
             on[name] = on[name] + contact.guards[name].touch(X + u).slope.sum(axis=0)
         near = distances(obstacle.shape, seen, places) < obstacle.activation
-        area[name] = float(np.sum(seen.weight[:, None] * near * seen.data))
+        # Faces that end in the rim of what touches do not: their centres, the last sample points, are not near.
+        area[name] = float(np.sum(seen.weight[:, None] * (near & near[:, -1:]) * seen.data))
     pressed = 0.0 if contact.own is None else np.linalg.norm(contact.own.touch(X + u).slope, axis=1).sum() / 2
     return ContactForces(on, area, float(pressed))
