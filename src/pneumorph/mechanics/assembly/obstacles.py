@@ -201,6 +201,23 @@ def _distances(shape: Shape, places: Values) -> Array:
     return shape.distance(places)
 
 
+def normals(surface: Connectivity, x: np.ndarray) -> np.ndarray:
+    """Unit normals (F, 7, 3) out of the solid at the sample points of a surface, with nodes at x (N, 3)."""
+    along, across = np.einsum("fai,qak->kfqi", x[surface.nodes], SAMPLE_DN)
+    normal = np.cross(along, across)
+    return normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+
+
+def away_from(shape: Shape, surface: Connectivity, places: np.ndarray) -> np.ndarray:
+    """Unit vectors (F, 7, 3) away from a shape at the sample points (F, 7, 3) of a surface."""
+    return np.concatenate([np.asarray(_away_from(shape, places[chunk])) for chunk in surface.chunks()])
+
+
+@jax.jit
+def _away_from(shape: Shape, places: Values) -> Array:
+    return jax.grad(lambda x: jnp.sum(shape.distance(x)))(places)
+
+
 KEPT, CLOSE, MOST_ADVANCES = 0.1, 1e-3, 200
 """Every place keeps this share of its distance in a step; the share of the step to which that is found."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from pneumorph.mechanics.assembly import derivatives
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.obstacles import distances, sample_places
+from pneumorph.mechanics.assembly.obstacles import away_from, distances, normals, sample_places
 from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration
 
@@ -22,7 +22,7 @@ class ContactForces:
     on : {obstacle: (3,)}
         Force of the body on every obstacle, N.
     area : {obstacle: float}
-        Area of the body's surface, at rest, that is within the activation distance of it, mm².
+        Area of the body's surface, at rest, that is within the activation distance of it and faces it, mm².
     own : float
         Sum of the forces with which the body's surface presses on itself, N; each counts once.
     """
@@ -47,7 +47,8 @@ def contact_forces(at: Configuration, state: State) -> ContactForces:
         if name in contact.guards:
             on[name] = on[name] + contact.guards[name].touch(X + u).slope.sum(axis=0)
         near = distances(obstacle.shape, seen, places) < obstacle.activation
-        # Faces that end in the rim of what touches do not: their centres, the last sample points, are not near.
-        area[name] = float(np.sum(seen.weight[:, None] * (near & near[:, -1:]) * seen.data))
+        # Faces that stand on the obstacle, beside what touches, are near it too.
+        facing = np.maximum(-np.sum(normals(seen, X + u) * away_from(obstacle.shape, seen, places), axis=-1), 0.0)
+        area[name] = float(np.sum(seen.weight[:, None] * near * facing * seen.data))
     pressed = 0.0 if contact.own is None else np.linalg.norm(contact.own.touch(X + u).slope, axis=1).sum() / 2
     return ContactForces(on, area, float(pressed))
