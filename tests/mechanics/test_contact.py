@@ -253,3 +253,11 @@ def test_triangles_around_a_shape(name):
     volume = np.einsum("ti,ti->", a, np.cross(b, c)) / 6
     exact = {"sphere": 4 / 3 * np.pi * 64, "cylinder": np.pi * 4 * 12, "box": 4 * 2 * 10}[name]
     assert volume == pytest.approx(exact, rel=0.05) and volume > exact - 1e-9
+
+
+def test_nothing_presses_on_itself_at_rest():
+    """An activation distance beyond that of neighbours in the mesh is made shorter."""
+    pairs = Pairs(SURFACE, MESH.points, True, [], 2.0, 0.3)
+    assert pairs.touch(MESH.points).nothing
+    nearer = MESH.points * [1.0, 0.02, 1.0]
+    assert not pairs.touch(nearer).nothing and pairs.touch(nearer).energy > 0.0

@@ -41,8 +41,8 @@ class Pairs:
     surface : Connectivity
         The faces of the body.
     X : (N, 3) array
-        Nodes of the mesh as it was made. Pairs that are within the activation distance there are neighbours, as at
-        the two sides of a sharp edge; they do not count.
+        Nodes of the mesh as it was made. Where parts of its surface are nearer to each other than the activation
+        distance, that is made half as long as the least such distance: nothing presses on itself at rest.
     own : bool
         Whether the body's surface may touch itself.
     rigid : sequence of RigidMesh
@@ -70,7 +70,6 @@ class Pairs:
         )
         self._rigid = np.concatenate([np.zeros((0, 3)), *(each.points for each in rigid)])
         self._activation = activation
-        self._potential = ipctk.BarrierPotential(activation, PER_PAIR * stiffness, True)
         edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
         self._mesh = ipctk.CollisionMesh(self._places(X), edges.astype(np.int32), triangles.astype(np.int32))
         moving = len(self.nodes)
@@ -78,8 +77,9 @@ class Pairs:
         self._mesh.can_collide = ipctk.make_static_obstacle_filter(moving) if own else only_others
         neighbours = self._near(self._places(X))
         if own and not neighbours.empty():
-            together = self._stencils(neighbours)
-            self._mesh.can_collide = self._mesh.can_collide & ipctk.make_sparse_filter(together, True)
+            # ipctk gives the square of the distance.
+            self._activation = 0.5 * neighbours.compute_minimum_distance(self._mesh, self._places(X)) ** 0.5
+        self._potential = ipctk.BarrierPotential(self._activation, PER_PAIR * stiffness, True)
         self._last: list[tuple[np.ndarray, Touch]] = []
 
     def _places(self, x: np.ndarray) -> np.ndarray:
@@ -92,15 +92,6 @@ class Pairs:
         found.use_area_weighting = True
         found.build(self._mesh, places, self._activation)
         return found
-
-    def _stencils(self, collisions: ipctk.NormalCollisions) -> dict[tuple[int, int], bool]:
-        """All pairs of the body's vertices that belong to different sides of a collision, as not to collide."""
-        apart: dict[tuple[int, int], bool] = {}
-        edges, faces = self._mesh.edges, self._mesh.faces
-        for number in range(len(collisions)):
-            ids = [v for v in collisions[number].vertex_ids(edges, faces) if 0 <= v < len(self.nodes)]
-            apart |= {(min(a, b), max(a, b)): False for a in ids for b in ids if a != b}
-        return apart
 
     def touch(self, x: np.ndarray) -> Touch:
         """The contact with nodes at x (N, 3)."""
