@@ -76,5 +76,7 @@ def test_one_row_stands_for_its_images(symmetry, chambers, order):
     for kind, name in enumerate(KINDS):
         there = all_.value[all_.kind == kind]
         if len(there):
-            assert some.value[some.kind == kind].max() == pytest.approx(there.max(), abs=5e-3 if name == "fold" else 1e-9), name
+            assert some.value[some.kind == kind].max() == pytest.approx(
+                there.max(), abs=5e-3 if name == "fold" else 1e-9
+            ), name
     assert len(some.value) <= len(all_.value) * (1 / order + 0.15)

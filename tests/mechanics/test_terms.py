@@ -12,8 +12,10 @@ from scipy import sparse
 
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
+from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, Sphere, surface_of
 from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
 from pneumorph.verify.solids import tube
@@ -55,12 +57,38 @@ MESH = layered()
 FREE = np.zeros(MESH.points.shape, bool)
 
 
-def built(rubbers, mixed=False, kinds=(Solid, Weight, ChamberPressure, Plate), more=(), plate=True) -> Model:
+KINDS = (Solid, Weight, ChamberPressure, Plate, Obstacle)
+
+
+def built(rubbers, mixed=False, kinds=KINDS, more=(), plate=True, contact=None) -> Model:
     """A tube without supports whose potential has terms of these kinds alone, and more."""
-    whole = build_model(MESH, rubbers, supports=FREE, mixed=mixed, plate=plate)
+    whole = build_model(MESH, rubbers, supports=FREE, mixed=mixed, plate=plate, contact=contact)
     chosen = [term for term in whole.terms if isinstance(term.energy, kinds)]
     return with_terms(whole, [*chosen, *more])
 
+
+SURFACE = surface_of(MESH)
+SHAPES = {
+    "plane": Plane(np.array([9.0, 0, 0]), np.array([-1.0, 0, 0])),
+    "sphere": Sphere(np.array([0.0, 1.0, 13.0]), 4.0),
+    "cylinder": Cylinder(np.array([11.0, 0, 5.0]), np.array([0.0, 0.6, 0.8]), 1.5, 3.0),
+    "box": Box(np.array([9.0, 9.0, 4.0]), np.array([3.0, 2.5, 3.0])),
+}
+
+
+def touching(*shapes, own=None, **guards) -> Contact:
+    return Contact(SURFACE, {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in shapes}, guards, own)
+
+
+def crowded(*rigid, own=True) -> Pairs:
+    """Contact whose activation distance is long enough for neighbours to touch; the mesh was made much larger."""
+    return Pairs(SURFACE, 5.0 * MESH.points, own, rigid, 0.9, 0.3)
+
+
+WEDGE = RigidMesh(
+    np.array([[8.6, -9, 3], [8.6, 9, 4], [15.0, 0, 30], [2.0, -20, 8.3], [2.0, 20, 8.5], [-9.0, 0, 30]]),
+    np.array([[0, 1, 2], [3, 4, 5]]),
+)
 
 TWO = {"inner": SOFT, "outer": STIFF}
 CASES = {
@@ -73,7 +101,16 @@ CASES = {
     "pressure": partial(built, SOFT, kinds=ChamberPressure),
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
-    "everything": partial(built, NEARLY_INCOMPRESSIBLE, True, more=[bonds([[0, 40], [7, 90]])]),
+    "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching(*SHAPES)),
+    "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
+    "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
+    "everything": partial(
+        built,
+        NEARLY_INCOMPRESSIBLE,
+        True,
+        more=[bonds([[0, 40], [7, 90]])],
+        contact=touching("plane", own=crowded(), wedge=crowded(WEDGE, own=False)),
+    ),
 }
 
 
@@ -93,6 +130,8 @@ class Place:
         self.at = configure(of, MESH.points, self.loads)
         self.vector = 0.05 * random.standard_normal(of.size)
         self.change, self.adjoint = random.standard_normal((2, of.size))
+        # The tangent of contact in pairs jumps where the nearest parts of surfaces are others.
+        self.step = 5e-5 if of.potential.pairs else 2e-3
         self.dX = random.standard_normal(MESH.points.shape)
         self.dloads = jax.tree.map(lambda load: random.standard_normal(load.shape), self.loads)
 
@@ -111,10 +150,11 @@ class Place:
         of, common = self.model, self.model.sparsity
         data = tangent(of, self.at.X, of.state(self.vector), self.loads, np.zeros(6, bool))
         upper = sparse.csr_array((data, common.indices, common.indptr), shape=(of.size, of.size))
+        upper = upper + sparse.csr_array(contact_in_pairs(of, self.at.X, of.state(self.vector), of.fixed))
         return upper + sparse.triu(upper, 1).T
 
 
-def falls_with_the_square(function, slope, step=2e-3):
+def falls_with_the_square(function, slope, step):
     """Whether function(h) − function(0) − h·slope falls as h², by Taylor remainders; or is none at all."""
     start = function(0.0)
     steps = step * 0.5 ** np.arange(4)
@@ -133,12 +173,12 @@ def place(request):
 def test_the_residual_is_the_slope_of_the_energy(place):
     slope = float(place.evaluate()[1] @ place.change)
     assert slope != 0
-    assert falls_with_the_square(lambda h: place.evaluate(h)[0], slope)
+    assert falls_with_the_square(lambda h: place.evaluate(h)[0], slope, place.step)
 
 
 def test_the_assembled_tangent_is_the_slope_of_the_residual(place):
     slope = place.assembled() @ place.change
-    assert falls_with_the_square(lambda h: place.evaluate(h)[1], slope)
+    assert falls_with_the_square(lambda h: place.evaluate(h)[1], slope, place.step)
     product = kernels.tangent_product(*place.arguments(), place.model.state(place.change))
     assert np.abs(slope - place.model.vector(product)).max() <= 1e-11 * np.abs(slope).max()
 
@@ -147,12 +187,12 @@ def test_shape_and_load_derivatives_are_those_of_the_residual(place):
     w = place.adjoint
     ((by_nodes, by_loads),) = kernels.pullback(*place.arguments(), [place.model.state(w)])
     slope = float(np.sum(np.asarray(by_nodes) * place.dX))
-    assert falls_with_the_square(lambda h: w @ place.evaluate(X=h)[1], slope)
+    assert falls_with_the_square(lambda h: w @ place.evaluate(X=h)[1], slope, place.step)
     pushed = place.model.vector(kernels.shape_product(*place.arguments(), place.dX))
     assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
 
     slope = sum(float(np.sum(a * b)) for a, b in zip(by_loads, place.dloads, strict=True))
-    assert falls_with_the_square(lambda h: w @ place.evaluate(acting=h)[1], slope)
+    assert falls_with_the_square(lambda h: w @ place.evaluate(acting=h)[1], slope, place.step)
     pushed = place.model.vector(kernels.load_product(*place.arguments(), place.dloads))
     assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
 

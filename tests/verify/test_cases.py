@@ -5,7 +5,7 @@ import pytest
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import neo_hookean_rubber
-from pneumorph.verify import beams, cases, element, homogeneous, inflation, radial, work
+from pneumorph.verify import beams, cases, contact, element, homogeneous, inflation, radial, work
 from pneumorph.verify.verdict import absolute, at_least, relative
 
 
@@ -24,6 +24,9 @@ from pneumorph.verify.verdict import absolute, at_least, relative
         beams.elastica_reference,
         lambda: work.energy_balance(8.0),
         lambda: work.blocked_force(8.0),
+        contact.patch_test,
+        lambda: contact.hertz((4, 3), 0.05),
+        lambda: contact.energy_balance(8.0),
     ],
 )
 def test_a_case_passes(case):

@@ -183,6 +183,12 @@ class SweepStep:
         Why no equilibrium was found, as a sentence; else empty.
     errors : {name: float}
         Distance from the task's target, as in `TaskResult`; empty for tasks without one.
+    contact : {obstacle: (3,) N}
+        Force of the body on every obstacle.
+    contact_area : {obstacle: mm²}
+        Area of the body's surface, at rest, that touches it.
+    self_contact : float
+        Sum of the forces with which the body's surface presses on itself.
     """
 
     task: str
@@ -198,6 +204,9 @@ class SweepStep:
     reason: str = ""
     errors: Mapping[str, float] = field(default_factory=dict)
     region_stretches: Mapping[str, float] = field(default_factory=dict)
+    contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
+    contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
+    self_contact: float = field(metadata={"key": "self_contact_N"}, default=0.0)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")

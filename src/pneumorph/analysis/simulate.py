@@ -23,6 +23,7 @@ from pneumorph.mechanics import (
     Tangent,
     Whole,
     configure,
+    contact_forces,
     guided_of,
     loads_of,
     mirrors_of,
@@ -198,6 +199,7 @@ def step_of(
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
     motion = measure_features(at.model, at.X, found.state)
+    touched = contact_forces(at, found.state)
     return SweepStep(
         task=task,
         pressures=pressures,
@@ -209,6 +211,9 @@ def step_of(
         beyond_validity=at.model.beyond_validity(found.stretches),
         stable=found.stable and (whole is None or whole.negative_pivots(at, found.state) == 0),
         region_stretches=by_region(found.stretches),
+        contact={name: vector(force) for name, force in touched.on.items()},
+        contact_area=touched.area,
+        self_contact=touched.own,
     )
 
 

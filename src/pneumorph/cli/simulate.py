@@ -130,6 +130,11 @@ def _row(step: SweepStep, task: Task) -> Text:
         turns = name in COMPONENTS[3:]
         shown = 0.0 if abs(value) < (10 * LEAST if turns else LEAST) else value
         parts.append(f"{name} {shown:.4g} {'N·mm' if turns else 'N'}")
+    for name, force in step.contact.items():
+        if max(map(abs, force)) >= LEAST:
+            parts.append(f"presses on {name} with {_vector(force, 4)} N over {step.contact_area[name]:.3g} mm²")
+    if step.self_contact >= LEAST:
+        parts.append(f"on itself with {step.self_contact:.4g} N")
     beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""
     parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
     if not step.stable:

@@ -18,6 +18,7 @@ from pneumorph.mechanics.solve.equilibrium import (
     rest,
     solve,
 )
+from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.mirror import Whole, mirrors_of, whole_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
@@ -28,6 +29,7 @@ __all__ = [
     "COMPONENTS",
     "TOLERANCE",
     "Configuration",
+    "ContactForces",
     "Equilibrium",
     "Loads",
     "Model",
@@ -41,6 +43,7 @@ __all__ = [
     "build_loads",
     "build_model",
     "configure",
+    "contact_forces",
     "diagnose",
     "displacement",
     "extrapolated",

@@ -8,14 +8,17 @@ from math import inf, sqrt
 import numpy as np
 from scipy.optimize import root_scalar
 
+from pneumorph.errors import ComputationError
+from pneumorph.mechanics.assembly.contact import Contact, Pairs
 from pneumorph.mechanics.assembly.model import Model, build_model
+from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, Shape, Sphere, surface_of
 from pneumorph.mechanics.assembly.plate import COMPONENTS
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import build_loads
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.problem import Problem
+from pneumorph.problem import BoxSpec, CylinderSpec, ObstacleSpec, PlaneSpec, Problem, SphereSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from pneumorph.problem.regions import REST, materials
 
@@ -75,7 +78,57 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
         problem.mesh.element == "auto" and any(asks_for_mixed(solid) for solid in own.values())
     )
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
-    return build_model(mesh, rubbers or (own if mesh.regions else own[REST]), plate=plate, mixed=mixed, weight=weight)
+    rubber = rubbers or (own if mesh.regions else own[REST])
+    contact = contact_of(problem, mesh, own[REST])
+    return build_model(mesh, rubber, plate=plate, mixed=mixed, weight=weight, contact=contact)
+
+
+ACTIVATION = 1 / 20
+"""The default of `contact.distance`, as a fraction of mesh.size."""
+
+GUARD = 1 / 4
+"""Part of the activation distance in which flat faces are kept from a body that reaches in between their nodes."""
+
+
+def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | None:
+    """What the body of a problem may touch; its surfaces are as stiff as the rubber.
+
+    Raises
+    ------
+    ComputationError
+        If an obstacle touches the body at rest.
+    """
+    if problem.contact is None and not problem.obstacle:
+        return None
+    own = problem.contact is not None and problem.contact.self
+    given = problem.contact and problem.contact.distance
+    activation, stiffness = given or ACTIVATION * problem.mesh.size, rubber.shear_modulus
+    surface, shapes = surface_of(mesh), {spec.name: shape_of(spec) for spec in problem.obstacle}
+    obstacles = {name: Obstacle(shape, activation, stiffness) for name, shape in shapes.items()}
+    for name, obstacle in obstacles.items():
+        if not Contact(surface, {name: obstacle}, {}, None).apart(mesh.points):
+            raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
+    guard, around = GUARD * activation, {name: shape.mesh(GUARD * activation) for name, shape in shapes.items()}
+    guards = {
+        name: Pairs(surface, mesh.points, False, [found], guard, stiffness)
+        for name, found in around.items()
+        if found is not None
+    }
+    itself = Pairs(surface, mesh.points, True, [], activation, stiffness) if own else None
+    return Contact(surface, obstacles, guards, itself)
+
+
+def shape_of(spec: ObstacleSpec) -> Shape:
+    """The shape of an obstacle."""
+    match spec:
+        case PlaneSpec():
+            return Plane(np.array(spec.point), np.array(spec.normal))
+        case SphereSpec():
+            return Sphere(np.array(spec.center), spec.radius)
+        case CylinderSpec():
+            return Cylinder(np.array(spec.center), np.array(spec.axis), spec.radius, spec.length / 2)
+        case BoxSpec():
+            return Box(np.array(spec.center), np.array(spec.size) / 2)
 
 
 def asks_for_mixed(rubber: Rubber) -> bool:

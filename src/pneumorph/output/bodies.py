@@ -118,7 +118,10 @@ def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: 
 
 def job_of(scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS) -> Job:
     """The pictures of scenes, with `dots` dots per inch."""
-    panels = [Panel(scene.shape, scene.view, extent) for scene, extent in zip(scenes, layout.extents, strict=True)]
+    panels = [
+        Panel(scene.shape, scene.view, extent, scene.obstacles)
+        for scene, extent in zip(scenes, layout.extents, strict=True)
+    ]
     return Job(panels, stretch, dots * layout.scale)
 
 

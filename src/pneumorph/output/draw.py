@@ -12,7 +12,7 @@ import numpy as np
 import pyvista as pv
 
 from pneumorph.output.section import Opened, cut_alike
-from pneumorph.output.view import COLOURS, CUT, JOBS, RIM, Job, Panel, Shape, View, colour_map, drawn_name
+from pneumorph.output.view import COLOURS, CUT, JOBS, OBSTACLE, RIM, Job, Panel, Shape, View, colour_map, drawn_name
 
 
 def main() -> None:
@@ -66,6 +66,12 @@ def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
         )
         # Slightly towards the camera, or the surfaces that meet in the line would hide half of it.
         plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
+    for obstacle in panel.obstacles:
+        seen = pv.PolyData.from_regular_faces(obstacle.points, obstacle.triangles)
+        if view.offset is not None:
+            seen = seen.clip(normal=view.normal, origin=view.offset * view.normal, invert=False)
+        if seen.n_points:
+            plotter.add_mesh(seen, color=OBSTACLE, opacity=0.45, smooth_shading=False, ambient=0.4, diffuse=0.6)
     _light(plotter, view)
     focus = (left + right) / 2 * across + (bottom + top) / 2 * up
     plotter.camera_position = [tuple(focus + 1e3 * camera), tuple(focus), tuple(up)]

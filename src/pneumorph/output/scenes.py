@@ -11,6 +11,7 @@ from pneumorph.analysis import Fields, TaskResult
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.format import format_pressures, motion_of
 from pneumorph.output.marks import Marks, clamp_of, loads_at, task_marks
+from pneumorph.output.obstacles import obstacles_of
 from pneumorph.output.view import Shape, Shell, View
 from pneumorph.problem import Problem
 
@@ -18,15 +19,20 @@ MOST = 0.998
 """Quantile of the stretch at which the colour scale ends, so that one sharp corner does not stretch it."""
 
 
+AROUND = 0.15
+"""How much of obstacles is seen around the body, as a fraction of its length."""
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A body with its title, the view of it, its marks, and the direction (3,) of gravity."""
+    """A body with its title, the view of it, its marks, the direction (3,) of gravity, and rigid obstacles."""
 
     title: str
     shape: Shape | Shell
     view: View
     marks: Marks = field(default_factory=Marks)
     gravity: np.ndarray | None = None
+    obstacles: tuple[Shell, ...] = ()
 
     def extent(self) -> np.ndarray:
         """Left, right, bottom and top (4,) in mm of the smallest picture that holds the body and its marks."""
@@ -35,7 +41,11 @@ class Scene:
             kept = rest @ view.normal > view.offset
             rest, points = rest[kept], points[kept]
         clamp = rest[:0] if view.along else clamp_of(self.shape)
-        seen = view.flat(np.concatenate([points, rest if self.marks.outlined else rest[:0], clamp, self.marks.points]))
+        parts = [points, rest if self.marks.outlined else rest[:0], clamp, self.marks.points]
+        # Of obstacles what is near the body.
+        around = AROUND * np.ptp(rest[:, 2])
+        low, high = points.min(axis=0) - around, points.max(axis=0) + around
+        seen = view.flat(np.concatenate([*parts, *(np.clip(each.points, low, high) for each in self.obstacles)]))
         (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)
         return np.array([left, right, bottom, top])
 
@@ -57,16 +67,17 @@ def scenes_of(
     """
     whole = fields.whole()
     mesh, gravity = whole.mesh, gravity_of(problem)
+    obstacles = obstacles_of(problem, mesh.points)
     tasks = [task for task in problem.task if only in (None, task.name)]
     views = {task.name: view or task_view(problem, task, results[task.name]) for task in tasks}
     # Bodies that no task moves are seen as the tasks are if these have one view, otherwise in the common view.
     alike = len({str(each) for each in views.values()}) == 1
     first = views[tasks[0].name] if only is not None or alike else view or view_of(problem)
-    found = [Scene("at rest", Shape(mesh, np.zeros_like(mesh.points)), first, gravity=gravity)]
+    found = [Scene("at rest", Shape(mesh, np.zeros_like(mesh.points)), first, gravity=gravity, obstacles=obstacles)]
     if whole.sag is not None:
         tip = _tip(problem, whole)
         marks = Marks([] if first.along else loads_at(problem, tip), outlined=True)
-        found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity))
+        found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles))
     for task in tasks:
         result = results[task.name]
         motion = motion_of(task, result)
@@ -77,7 +88,7 @@ def scenes_of(
         seen = views[task.name]
         # Seen along the axis, what is marked would lie in front of the cut.
         marks = Marks(outlined=True) if seen.along else task_marks(problem, task, result)
-        found.append(Scene(words, shape, seen, marks, gravity))
+        found.append(Scene(words, shape, seen, marks, gravity, obstacles))
     return found
 
 

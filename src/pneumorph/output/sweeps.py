@@ -34,9 +34,12 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     header += [f"reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
     header += [f"volume_{name}_mm3" for name in chambers]
     header += [f"error_{name}" for name in _errors(curves)]
+    header += [f"contact_{name}_{axis}_N" for name in touched(curves) for axis in AXES]
+    header += [f"contact_area_{name}_mm2" for name in touched(curves)]
+    header += ["self_contact_N"] if _touches_itself(curves) else []
     header += ["max_stretch", "beyond_validity", "converged", "reason"]
     rows = [
-        [curve.task, "+".join(curve.swept), *_cells(step, chambers, blocked, _errors(curves))]
+        [curve.task, "+".join(curve.swept), *_cells(step, chambers, blocked, curves)]
         for curve in curves
         for step in curve.steps
     ]
@@ -48,14 +51,27 @@ def _errors(curves: Sequence[Curve]) -> list[str]:
     return sorted({name for curve in curves for step in curve.found for name in step.errors})
 
 
-def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], errors: Sequence[str]) -> Row:
+def touched(curves: Sequence[Curve]) -> list[str]:
+    """The obstacles of a problem, in its order."""
+    return list(dict.fromkeys(name for curve in curves for step in curve.found for name in step.contact))
+
+
+def _touches_itself(curves: Sequence[Curve]) -> bool:
+    return any(step.self_contact > 0.0 for curve in curves for step in curve.found)
+
+
+def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], curves: Sequence[Curve]) -> Row:
+    obstacles = touched(curves)
     return [
         *(1e3 * step.pressures[name] for name in chambers),
         *step.translation,
         *map(degrees, step.rotation),
         *(step.reaction.get(name, nan) for name in blocked),
         *(step.volumes.get(name, nan) for name in chambers),
-        *(step.errors.get(name, nan) for name in errors),
+        *(step.errors.get(name, nan) for name in _errors(curves)),
+        *(part for name in obstacles for part in step.contact.get(name, (nan,) * 3)),
+        *(step.contact_area.get(name, nan) for name in obstacles),
+        *([step.self_contact if step.converged else nan] if _touches_itself(curves) else []),
         step.max_stretch,
         step.beyond_validity,
         step.converged,

@@ -16,6 +16,9 @@ COLOURS = ("#cdd8e2", "#f5e6a8", "#f4a24e", "#d6321f", "#7a0403")
 CUT = "#9fb0c0"
 """Colour of a cut face without a field."""
 
+OBSTACLE = "#8d8d8d"
+"""Colour of rigid obstacles."""
+
 RIM = "#46525e"
 """Colour of the line around a cut face."""
 
@@ -125,11 +128,15 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One picture: what, from where, and its extent: left, right, bottom and top (4,) in mm, see `View.flat`."""
+    """One picture: what, from where, and its extent: left, right, bottom and top (4,) in mm, see `View.flat`.
+
+    `obstacles` are rigid bodies beside it.
+    """
 
     shape: Shape | Shell
     view: View
     extent: np.ndarray
+    obstacles: Sequence[Shell] = ()
 
 
 @dataclass(frozen=True, eq=False)

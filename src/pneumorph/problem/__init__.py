@@ -1,5 +1,6 @@
 """The design problem: body, material, tasks and limits, read from a file or built in Python, and validated."""
 
+from pneumorph.problem.contact import BoxSpec, ContactSpec, CylinderSpec, ObstacleSpec, PlaneSpec, SphereSpec
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
@@ -27,9 +28,12 @@ from pneumorph.problem.whole import Problem
 
 __all__ = [
     "BodySpec",
+    "BoxSpec",
     "ChamberSpec",
     "Code",
+    "ContactSpec",
     "Custom",
+    "CylinderSpec",
     "EndEffector",
     "Envelope",
     "Fold",
@@ -43,13 +47,16 @@ __all__ = [
     "Maximize",
     "MeshSpec",
     "ObjectiveSpec",
+    "ObstacleSpec",
     "OptimizerSpec",
+    "PlaneSpec",
     "Pressure",
     "Problem",
     "Reach",
     "Region",
     "Ripple",
     "Sleeve",
+    "SphereSpec",
     "Spring",
     "Stretch",
     "Symmetry",

@@ -33,13 +33,17 @@ def faults(problem: Problem) -> list[Fault]:
     """
     found = [*_names(problem), *_chambers_in_body(problem)]
     relying = () if found else (_symmetry, _walls, regions.faults)
-    for check in (*relying, _tasks, _ranges, _limits, _resolution):
+    for check in (*relying, _tasks, _ranges, _limits, _contact, _resolution):
         found += check(problem)
     return found
 
 
 def _names(problem: Problem) -> Iterator[Fault]:
-    for key, parts in (("body.chamber", problem.body.chamber), ("task", problem.task)):
+    for key, parts in (
+        ("body.chamber", problem.body.chamber),
+        ("task", problem.task),
+        ("obstacle", problem.obstacle),
+    ):
         names = [part.name for part in parts]
         for index, name in enumerate(names):
             if name in names[:index]:
@@ -261,6 +265,19 @@ def _limits(problem: Problem) -> Iterator[Fault]:
                 "limits.curvature",
                 f"{name} starts with a curvature of {bend:.3g} /mm^2, too far above the limit of {limits.curvature:g} "
                 "/mm^2; raise the limit, make the radius larger or the ripple flatter",
+            )
+
+
+def _contact(problem: Problem) -> Iterator[Fault]:
+    """The activation distance is less than every wall and slot: surfaces at rest do not push each other."""
+    distance, limits = problem.contact and problem.contact.distance, problem.limits
+    if distance:
+        least, key = min((limits.wall, "wall"), (limits.fold.distance, "fold.distance"))
+        if distance > least / 2:
+            yield (
+                "contact.distance",
+                f"{distance:g} mm is more than half of limits.{key} = {least:g} mm, so surfaces would push each other "
+                "at rest; make it smaller",
             )
 
 

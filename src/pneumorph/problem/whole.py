@@ -11,6 +11,7 @@ from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_va
 
 from pneumorph.problem.changes import change
 from pneumorph.problem.checks import faults
+from pneumorph.problem.contact import MOST_OBSTACLES, ContactSpec, ObstacleSpec
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
@@ -68,6 +69,10 @@ class Problem(Table):
     """What the tip carries."""
     gravity: Gravity | None = None
     """Weight of the body; without it there is none."""
+    contact: ContactSpec | None = None
+    """Contact of the body with itself; without it surfaces of the body may go through each other."""
+    obstacle: tuple[ObstacleSpec, ...] = Field(default=(), max_length=MOST_OBSTACLES)
+    """Rigid obstacles that do not move, each a table [[obstacle]]."""
     task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=MOST_TASKS)
     """Tasks, each a table [[task]]; all share the shape."""
     limits: Limits = Limits()

@@ -32,7 +32,7 @@ def distorted_cube(count: int, amount: float = 0.3) -> TetMesh:
     The element's quadrature integrates the gradients of the shape functions exactly for straight edges only; then a
     linear displacement is in equilibrium to rounding.
     """
-    mesh = block([count] * 3, lambda r: r, {})
+    mesh = block([count] * 3, lambda r: r, {"bottom": lambda r: r[:, 2] == 0})
     points = mesh.points.copy()
     inner = (np.abs(points - 0.5) < 0.5 - 1e-9).all(axis=1)
     points[inner] += np.random.default_rng(0).uniform(-amount / count, amount / count, (inner.sum(), 3))

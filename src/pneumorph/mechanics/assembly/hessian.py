@@ -7,13 +7,15 @@ forgotten.
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 
 from pneumorph.mechanics.assembly import derivatives, solid
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.potential import displacement, plate_columns
+from pneumorph.mechanics.assembly.potential import contact_tangent, displacement, plate_columns
 from pneumorph.mechanics.assembly.stiffness import gather, scatter
 from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Weight
+from pneumorph.mechanics.assembly.tip import Ride
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Second derivatives by u and u, node pairs a ≤ b (E, a(a + 1)/2, 9), by u and π (E, a, c, 3), by π and π (E, c, c)."""
@@ -44,6 +46,31 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np
     if model.plate and blocked.any():
         _hold(model, data, blocked)
     return data
+
+
+def contact_in_pairs(model: Model, X: np.ndarray, state: State, constrained: np.ndarray) -> sparse.coo_array:
+    """What contact in pairs adds to the tangent: the upper triangle (n, n), without constrained (n,) unknowns."""
+    found, turned = contact_tangent(model.potential, X, state)
+    off, on, first = model.off_tip, model.tip.nodes, model.size - 6
+    axes = np.arange(3)
+    rows, columns = [(3 * off[:, None] + axes).ravel()], [np.arange(3 * len(off))]
+    values = [np.ones(3 * len(off))]
+    if len(on):
+        ride = Ride(model.tip, X, state.plate)
+        rows.append(np.repeat((3 * on[:, None] + axes).ravel(), 6))
+        columns.append(np.tile(first + np.arange(6), 3 * len(on)))
+        values.append(np.stack([ride.along(unit) for unit in np.eye(6)], axis=-1).ravel())
+    entries = tuple(map(np.concatenate, (values, rows, columns)))
+    by = sparse.csr_array((entries[0], entries[1:]), shape=(X.size, model.size))
+    whole = sparse.coo_array(sparse.triu(by.T @ found @ by))
+    corner = sparse.coo_array(np.triu(turned))
+    row = np.concatenate([whole.coords[0], first + corner.coords[0]])
+    column = np.concatenate([whole.coords[1], first + corner.coords[1]])
+    data = np.concatenate([whole.data, corner.data])
+    free = ~(constrained[row] | constrained[column])
+    summed = sparse.coo_array((data[free], (row[free], column[free])), shape=(model.size, model.size))
+    summed.sum_duplicates()
+    return summed
 
 
 def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Blocks | None:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from pneumorph.mechanics.assembly import element
+from pneumorph.mechanics.assembly.contact import Contact
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces, Sparsity, build_sparsity, places_of, touching
@@ -99,6 +100,10 @@ class Model:
         return self.potential.tip
 
     @property
+    def contact(self) -> Contact | None:
+        return self.potential.contact
+
+    @property
     def size(self) -> int:
         """Number of unknowns."""
         return self.sparsity.size
@@ -152,6 +157,7 @@ def build_model(
     supports: np.ndarray | None = None,
     mixed: bool = False,
     weight: bool = True,
+    contact: Contact | None = None,
 ) -> Model:
     """Build the model of a mesh.
 
@@ -170,6 +176,8 @@ def build_model(
         incompressible rubbers.
     weight : bool
         Whether accelerations act; without them the term is left out, which saves time.
+    contact : Contact, optional
+        What the surface may touch.
 
     Raises
     ------
@@ -202,6 +210,8 @@ def build_model(
         terms.append(Term(cavities, ChamberPressure()))
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
+    if contact is not None:
+        terms += [Term(contact.surface, obstacle) for obstacle in contact.obstacles.values()]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
     return Model(
         rubbers=rubbers,
@@ -216,7 +226,7 @@ def build_model(
         mirrors=mesh.mirrors,
         supports=supports,
         off_tip=np.flatnonzero(~on_tip),
-        **_assembled(terms, tip, on_tip, len(rubbers) * count if mixed else 0, supports, plate, mesh.mirrors),
+        **_assembled(terms, tip, contact, on_tip, len(rubbers) * count if mixed else 0, supports, plate, mesh.mirrors),
     )
 
 
@@ -228,14 +238,16 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
     on_tip = np.zeros(model.nodes, bool)
     on_tip[model.tip.nodes] = True
     hydrostatics = len(model.sparsity.rank)
+    contact, supports = model.potential.contact, model.supports
     return replace(
-        model, **_assembled(terms, model.tip, on_tip, hydrostatics, model.supports, model.plate, model.mirrors)
+        model, **_assembled(terms, model.tip, contact, on_tip, hydrostatics, supports, model.plate, model.mirrors)
     )
 
 
 def _assembled(
     terms: Iterable[Term],
     tip: Tip,
+    contact: Contact | None,
     on_tip: np.ndarray,
     hydrostatics: int,
     supports: np.ndarray,
@@ -251,7 +263,7 @@ def _assembled(
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
     return {
         "terms": terms,
-        "potential": Potential(groups, _near_tip(groups, on_tip), tip),
+        "potential": Potential(groups, _near_tip(groups, on_tip), tip, contact),
         "sparsity": common,
         "places": tuple(places_of(common, group.connectivity) for group in groups),
         "fixed": fixed,

@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
+from scipy import sparse
 
 from pneumorph.mechanics.assembly import derivatives
+from pneumorph.mechanics.assembly.contact import Contact, Pairs
 from pneumorph.mechanics.assembly.derivatives import Forces
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.points import add_rows
@@ -38,11 +40,19 @@ class Potential(NamedTuple):
         Their elements that depend on the plate: those that see it or have a node on the tip.
     tip : Tip
         The nodes that follow the plate.
+    contact : Contact or None
+        What the surface may touch; its obstacles are terms, its pairs are evaluated beside them.
     """
 
     groups: tuple[Group, ...]
     near_tip: tuple[Group, ...]
     tip: Tip
+    contact: Contact | None = None
+
+    @property
+    def pairs(self) -> tuple[Pairs, ...]:
+        """Contact whose connectivity changes with the state."""
+        return () if self.contact is None else self.contact.pairs
 
 
 def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
@@ -62,7 +72,7 @@ def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> fl
 def value_and_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> tuple[float, State]:
     """Π and R = ∂Π/∂(u, plate, π)."""
     ride = Ride(potential.tip, X, state.plate)
-    value, full = _forces(potential.groups, X, state, loads, ride)
+    value, full = _forces(potential.groups, potential.pairs, X, state, loads, ride)
     return value, _on_unknowns(ride, full)
 
 
@@ -100,6 +110,13 @@ def pullback(
                 for part, out in ((found.X, by_X[k]), (found.u, by_u[k]), (found.w, by_w[k])):
                     add_rows(part, seen.nodes, out)
                 acting[k] = jax.tree.map(np.add, acting[k], found.loads)
+    for pairs in potential.pairs:
+        touch = pairs.touch(X + u)
+        for k, w in enumerate(ws):
+            pulled = touch.product(_displacement(w.u, nodes, ride.along(w.plate)))
+            by_X[k] += pulled
+            by_u[k] += pulled
+            by_w[k] += touch.slope
     if len(nodes):
         for k, w in enumerate(ws):
             by_X[k, nodes] += ride.on_places(by_u[k, nodes]) + ride.on_places_along(by_w[k, nodes], w.plate)
@@ -107,8 +124,9 @@ def pullback(
 
 
 def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> State:
-    """∂R/∂plate: u (N, 3, 6), plate (6, 6), and in mixed elements π (…, 6)."""
-    near, still = potential._replace(groups=potential.near_tip), jax.tree.map(np.zeros_like, state)
+    """∂R/∂plate without contact in pairs: u (N, 3, 6), plate (6, 6), and in mixed elements π (…, 6)."""
+    near = potential._replace(groups=potential.near_tip, contact=None)
+    still = jax.tree.map(np.zeros_like, state)
     columns = [_change(near, X, state, loads, still._replace(plate=unit), None, _none(loads)) for unit in np.eye(6)]
     return State(*(np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)))
 
@@ -132,7 +150,23 @@ def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> 
     return _displacement(change.u, tip.nodes, Ride(tip, X, state.plate).along(change.plate))
 
 
-def _forces(groups: Iterable[Group], X, state: State, loads: Loads, ride: Ride) -> tuple[float, State]:
+def contact_tangent(potential: Potential, X: np.ndarray, state: State) -> tuple[sparse.csr_array, np.ndarray]:
+    """Of contact in pairs: ∂²E/∂x∂x (3N, 3N) by the places of all nodes, and what the plate's turn adds (6, 6)."""
+    ride = Ride(potential.tip, X, state.plate)
+    x = X + _displacement(state.u, potential.tip.nodes, ride.displacement())
+    found, turned = sparse.csr_array((X.size, X.size)), np.zeros((6, 6))
+    for pairs in potential.pairs:
+        touch = pairs.touch(x)
+        found = found + touch.hessian
+        if len(potential.tip.nodes):
+            forces = touch.slope[potential.tip.nodes]
+            turned += np.stack([ride.on_plate_changed(forces, unit) for unit in np.eye(6)], axis=-1)
+    return found, turned
+
+
+def _forces(
+    groups: Iterable[Group], contact: Iterable[Pairs], X, state: State, loads: Loads, ride: Ride
+) -> tuple[float, State]:
     """The sum of energies, and its derivatives by all displacements, by π, and by the plate where elements see it."""
     u = _displacement(state.u, ride.tip.nodes, ride.displacement())
     value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
@@ -142,6 +176,10 @@ def _forces(groups: Iterable[Group], X, state: State, loads: Loads, ride: Ride) 
             part, found = derivatives.forces(energy, seen, at, loads)
             value += part
             _add(seen, found, by)
+    for pairs in contact:
+        touch = pairs.touch(X + u)
+        value += touch.energy
+        by.u[:] += touch.slope
     return value, by
 
 
@@ -157,9 +195,11 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
         along = seen.local(motion, du, dstate.hydrostatic, dstate.plate)
         for energy in energies:
             _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
+    for pairs in potential.pairs:
+        by.u[:] += pairs.touch(X + u).product(motion + du)
     changed = _on_unknowns(ride, by)
     if len(nodes) and (dX is not None or np.any(dstate.plate)):
-        _, forces = _forces(potential.near_tip, X, state, loads, ride)
+        _, forces = _forces(potential.near_tip, potential.pairs, X, state, loads, ride)
         turned = ride.on_plate_changed(forces.u[nodes], dstate.plate, None if dX is None else dX[nodes])
         changed = changed._replace(plate=changed.plate + turned)
     return changed

@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from functools import cached_property
+from types import EllipsisType
 
 import numpy as np
+from scipy import sparse
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.linear import TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.model import Model
@@ -36,6 +39,44 @@ class Configuration:
         constrained = self.model.fixed.copy()
         constrained[-6:] |= self.blocked
         return constrained
+
+
+MOST_KEPT = 3
+"""Entries of contacts that have ended are kept in the pattern up to this multiple of those that there are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A sparsity of the tangent that has all entries of its terms, and may have more.
+
+    Attributes
+    ----------
+    indptr, indices : CSR arrays of the upper triangle.
+    base : (nnz of the terms,) int, or ...
+        Which entries are those of the terms.
+    """
+
+    indptr: np.ndarray
+    indices: np.ndarray
+    base: np.ndarray | EllipsisType = ...
+
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """row·n + column of every entry, ascending."""
+        size = len(self.indptr) - 1
+        return np.repeat(size * np.arange(size, dtype=np.int64), np.diff(self.indptr)) + self.indices
+
+    def has(self, keys: np.ndarray) -> bool:
+        """Whether it has all these entries."""
+        found = np.searchsorted(self.keys, keys).clip(max=len(self.keys) - 1)
+        return bool(np.array_equal(self.keys[found], keys))
+
+    def joined(self, more: np.ndarray) -> Pattern:
+        """The pattern with more entries, by their keys."""
+        new, size = np.sort(more[~np.isin(more, self.keys, assume_unique=True, kind="sort")]), len(self.indptr) - 1
+        keys = np.insert(self.keys, np.searchsorted(self.keys, new), new)
+        indptr = np.searchsorted(keys, size * np.arange(size + 1, dtype=np.int64)).astype(np.int32)
+        return Pattern(indptr, (keys % size).astype(np.int32), np.searchsorted(keys, self.keys)[self.base])
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +109,8 @@ class Tangent:
 
     def __init__(self, model: Model):
         self._model = model
-        self._factor = build_factorisation(model.sparsity.indptr, model.sparsity.indices)
+        self._pattern = Pattern(model.sparsity.indptr, model.sparsity.indices)
+        self._factor = build_factorisation(self._pattern.indptr, self._pattern.indices)
         self.origin: Origin | None = None
         self.factorisations = 0
         self.max_factorisations = math.inf
@@ -116,19 +158,39 @@ class Tangent:
         """
         data = self._assembled(at, state)
         self.refactorise(data, Origin(at, state, 0.0))
-        diagonal, shift = np.abs(data[self._model.diagonal]), 0.0
+        # The columns of the upper triangle ascend: every row begins with its diagonal entry.
+        places = self._pattern.indptr[:-1]
+        diagonal, shift = np.abs(data[places]), 0.0
         diagonal[self._model.hydrostatic_unknowns] = 0.0
         while self.negative_pivots > 0 and shift < 10:
             shift = 4 * shift or least
             raised = data.copy()
-            raised[self._model.diagonal] += shift * diagonal
+            raised[places] += shift * diagonal
             self.refactorise(raised, Origin(at, state, shift))
         return shift
 
     def _assembled(self, at: Configuration, state: State) -> np.ndarray:
         if at.model is not self._model:
             raise ValueError("the configuration belongs to another model")
-        return tangent(self._model, at.X, state, at.loads, at.blocked)
+        data = tangent(self._model, at.X, state, at.loads, at.blocked)
+        if not self._model.potential.pairs:
+            return data
+        return self._with_contact(data, contact_in_pairs(self._model, at.X, state, at.constrained))
+
+    def _with_contact(self, data: np.ndarray, contact: sparse.coo_array) -> np.ndarray:
+        """The values with those of contact, in a pattern that has both; the symbolic analysis is repeated if needed."""
+        keys = contact.coords[0].astype(np.int64) * self._model.size + contact.coords[1]
+        if not self._pattern.has(keys):
+            base = Pattern(self._model.sparsity.indptr, self._model.sparsity.indices)
+            # Pairs come and go: those that have gone stay, so that they may come again, until they are too many.
+            few = len(self._pattern.keys) - len(base.keys) <= MOST_KEPT * len(keys)
+            self._pattern = (self._pattern if few else base).joined(keys)
+            self.origin = None
+            self._factor = build_factorisation(self._pattern.indptr, self._pattern.indices)
+        values = np.zeros(len(self._pattern.keys))
+        values[self._pattern.base] = data
+        values[np.searchsorted(self._pattern.keys, keys)] += contact.data
+        return values
 
     def refactorise(self, data: np.ndarray, origin: Origin) -> None:
         """Factorise these values of the tangent, which belong to `origin`."""

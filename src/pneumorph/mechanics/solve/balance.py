@@ -16,6 +16,15 @@ from pneumorph.mechanics.assembly.terms import Loads
 
 RUNAWAY_STRETCH = 8.0
 
+INTERPENETRATION = "surfaces go through each other or through an obstacle"
+
+LARGEST_MOVE = 0.05
+"""Largest motion of a node in a step with contact, relative to the diagonal of the body: what meets on a long way
+takes long to find."""
+
+MOST_SHORTENINGS = 20
+"""How often a step is shortened until no surfaces meet on its way."""
+
 
 def scaled(full: Loads, fraction: float) -> Loads:
     """A fraction of the pressures, weights and plate loads; springs stay."""
@@ -91,3 +100,32 @@ def _deformation_gradients(at: Configuration, state: State) -> np.ndarray:
     stop_if_asked()
     tets = at.model.tets.nodes[: at.model.elements]
     return kinematics.deformation_gradients(tets, at.X, kernels.displacement(at.model.tip, at.X, state))
+
+
+def places(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """Places x (N, 3) of all nodes in mm at the given unknowns."""
+    return at.X + kernels.displacement(at.model.tip, at.X, at.model.state(vector))
+
+
+def apart(at: Configuration, vector: np.ndarray) -> bool:
+    """Whether no surface goes through another or through an obstacle; always where there is no contact."""
+    contact = at.model.contact
+    return contact is None or contact.apart(places(at, vector))
+
+
+def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float:
+    """A share of a step (n,) of the unknowns on whose straight way no surfaces meet; 1 where there is no contact."""
+    contact, share = at.model.contact, 1.0
+    if contact is None:
+        return share
+    start = places(at, vector)
+    far = np.linalg.norm(places(at, vector + step) - start, axis=1).max()
+    reach = LARGEST_MOVE * np.linalg.norm(np.ptp(at.X, axis=0))
+    share = min(share, float(reach / max(far, 1e-300)))
+    for _ in range(MOST_SHORTENINGS):
+        found = contact.free_share(start, places(at, vector + share * step))
+        if found == 1.0:
+            return share
+        # A plate that turns by less moves its nodes another way: the shorter way is checked too.
+        share *= found
+    return 0.0

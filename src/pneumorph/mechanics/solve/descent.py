@@ -13,16 +13,19 @@ from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
+    INTERPENETRATION,
     RUNAWAY_STRETCH,
+    apart,
     applied_force,
     evaluate,
+    free_share,
     largest_stretch,
     smallest_ratio,
     supported,
     unloaded,
 )
 
-MOST_NEWTON_STEPS = 40
+MOST_NEWTON_STEPS, MOST_WITH_CONTACT = 40, 100
 MOST_PRODUCTS = 6
 """Conjugate-gradient steps with an old factorisation; a new one costs about as much as five."""
 
@@ -36,6 +39,8 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
     """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed."""
     model = at.model
     vector = supported(at, model.vector(start))
+    if not apart(at, vector):
+        return INTERPENETRATION
     energy, residual = evaluate(at, model.state(vector))
     if not np.isfinite(energy) or not np.isfinite(residual).all():
         return "the starting state is not finite"
@@ -50,10 +55,13 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
     elif not tangent.ready:
         relaxations = 0
     exact = False
-    for _ in range(MOST_NEWTON_STEPS):
+    most = MOST_NEWTON_STEPS if model.contact is None else MOST_WITH_CONTACT
+    for _ in range(most):
         if size <= tolerance:
             if smallest_ratio(at, vector) <= SMALLEST_RATIO:
                 return "an element is turned inside out"
+            if not apart(at, vector):
+                return INTERPENETRATION
             return model.state(vector), size
         state = model.state(vector)
         relaxing = relaxations > 0
@@ -75,7 +83,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
             relaxations = relaxations - 1 if size < RELAXED * previous and size > SMOOTH else 0
         if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
             return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-    return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+    return f"Newton's method did not converge in {most} steps (relative residual {size:.1e})"
 
 
 def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):
@@ -101,7 +109,7 @@ def _line_search(at: Configuration, vector, energy, residual, direction, scale):
         return None
     # Near the minimum Π changes by less than its rounding error; there the residual decides.
     rounding = 1e-12 * (abs(energy) + abs(slope))
-    step = 1.0
+    step = free_share(at, vector, direction)
     for _ in range(12):
         trial = vector + step * direction
         value, gradient = evaluate(at, at.model.state(trial))

@@ -21,7 +21,7 @@ from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
-from pneumorph.mechanics.solve.balance import applied_force, evaluate, largest_stretches, scaled
+from pneumorph.mechanics.solve.balance import applied_force, evaluate, free_share, largest_stretches, scaled
 from pneumorph.mechanics.solve.descent import minimise
 from pneumorph.mechanics.solve.saddle import find_stable
 
@@ -31,6 +31,10 @@ TOLERANCE = 1e-9
 
 SMALLEST_FRACTION = 1 / 20
 """Fraction of the load that is still halved once when the load is stepped up."""
+
+
+FIRST_WITH_CONTACT = 1 / 8
+"""Fraction of the load in the first step where surfaces may touch: from far away they would meet in rough detail."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +182,7 @@ def _raise(
 ) -> Equilibrium | NoEquilibrium:
     """Raise the load from another equilibrium to the loads of `whole`, in adaptive steps."""
     earlier, state = since
-    residual, reached, step = 0.0, 0.0, 1.0
+    residual, reached, step = 0.0, 0.0, 1.0 if whole.model.contact is None else FIRST_WITH_CONTACT
     last, at = None, None
     reason = ""
     while at is None or reached < 1.0:
@@ -186,10 +190,13 @@ def _raise(
         # At the full load use the caller's own configuration, so that its factorisation is recognised.
         part = whole if fraction == 1.0 else replace(whole, loads=_between(earlier, whole.loads, fraction))
         start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
+        start = _without_meeting(part, state, start)
         # From far away, `find_stable` needs fewer factorisations than descent, and fails sooner where nothing is found.
-        found = find_stable(part, tangent, start, tolerance)
+        # A barrier bends so sharply that Newton's method alone hardly finds a step that leads nearer.
+        search = find_stable if part.model.contact is None else _find
+        found = search(part, tangent, start, tolerance)
         if isinstance(found, str) and last is not None:
-            found = find_stable(part, tangent, state, tolerance)
+            found = search(part, tangent, state, tolerance)
         if isinstance(found, str) and step < SMALLEST_FRACTION and not part.model.mixed:
             found = minimise(part, tangent, state, tolerance)
         if isinstance(found, str):
@@ -202,6 +209,16 @@ def _raise(
         (state, residual), reached, at = found, fraction, part
         step *= 1.5
     return read_off(at, tangent, state, residual, before)
+
+
+def _without_meeting(at: Configuration, state: State, end: State) -> State:
+    """The state on the way from one to another before surfaces meet; the other one if they do not."""
+    model = at.model
+    if model.contact is None or end is state:
+        return end
+    vector = model.vector(state)
+    change = model.vector(end) - vector
+    return model.state(vector + free_share(at, vector, change) * change)
 
 
 def _between(one, other, part: float):

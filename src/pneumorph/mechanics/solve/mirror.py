@@ -27,12 +27,16 @@ Pressures = Mapping[str, float]
 def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> tuple[str, ...]:
     """The planes, of "xz" and "yz" in this order, about which a problem is symmetric in shape, loads and objectives.
 
+    There are none where anything may touch: a part of a body does not see its other parts.
+
     Parameters
     ----------
     problem : Problem
     pressures : iterable of {chamber: MPa}, optional
         All that will be applied; by default those of the tasks, where free ones may become unequal in two chambers.
     """
+    if problem.contact is not None or problem.obstacle:
+        return ()
     if pressures is None:
         pressures = [
             {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}

@@ -24,6 +24,7 @@ from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
     RUNAWAY_STRETCH,
     applied_force,
+    free_share,
     length,
     pressure_force,
     residual_at,
@@ -279,6 +280,8 @@ def _corrected(
     at: Configuration, tangent: Tangent, here: _Place, step: float
 ) -> tuple[np.ndarray, float, float] | None:
     """Unknowns, λ and relative residual at distance `step`, by Newton's method on the bordered system."""
+    if free_share(at, here.vector, step * here.direction) < 1.0:
+        return None
     vector, load = here.vector + step * here.direction, here.point.load + step * here.slope
     along = here.direction / here.slope
     scale = applied_force(_loaded(at, load), at.model.state(vector))
@@ -301,6 +304,8 @@ def _corrected(
             return None
         else:
             fresh = False
+        if free_share(at, vector, change) < 1.0:
+            return None
         vector, load, previous = vector + change, load + rise, now
     return None
 

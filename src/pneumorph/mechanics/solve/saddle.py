@@ -15,8 +15,11 @@ from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
+    INTERPENETRATION,
     RUNAWAY_STRETCH,
+    apart,
     applied_force,
+    free_share,
     largest_stretch,
     length,
     residual_at,
@@ -66,6 +69,8 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
     """The equilibrium near `start`, stable or not, with its relative residual, or the reason why none was found."""
     model = at.model
     vector = supported(at, model.vector(start))
+    if not apart(at, vector):
+        return INTERPENETRATION
     residual = residual_at(at, vector)
     if not np.isfinite(residual).all():
         return "the starting state is not finite"
@@ -82,6 +87,8 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         if size <= tolerance:
             if smallest_ratio(at, vector) <= SMALLEST_RATIO:
                 return "an element is turned inside out"
+            if not apart(at, vector):
+                return INTERPENETRATION
             return model.state(vector), size
         if direction is None:
             tangent.factorise(at, model.state(vector))
@@ -107,7 +114,8 @@ def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: flo
 
     Steps are halved down to `smallest`. The contraction must be below `bound`, by default 1 − step/4.
     """
-    before, step = length(at, direction), 1.0
+    before, whole = length(at, direction), free_share(at, vector, direction)
+    step, smallest = whole, whole * smallest
     least = min(SMALLEST_RATIO, smallest_ratio(at, vector))
     while step >= smallest:
         trial = vector + step * direction
@@ -137,7 +145,8 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
     for _ in range(4):
         push = tangent.precondition(moving * push)
         push /= np.abs(moving * push).max()
-    vector = model.vector(start) + 0.1 * reach * push
+    push = 0.1 * reach * push
+    vector = model.vector(start) + free_share(at, model.vector(start), push) * push
     scale, raised = applied_force(at, start), LEAST_SHIFT
     for _ in range(MOST_TANGENTS_DOWN):
         residual = residual_at(at, vector)
@@ -159,7 +168,8 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
             now = length(at, direction)
             if now > 2 * previous:
                 break
-            vector = vector + min(1.0, reach / np.abs(moving * direction).max()) * direction
+            direction = min(1.0, reach / np.abs(moving * direction).max()) * direction
+            vector = vector + free_share(at, vector, direction) * direction
             residual, previous = residual_at(at, vector), now
             if not np.isfinite(residual).all():
                 return None

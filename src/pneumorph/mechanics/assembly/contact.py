@@ -1,0 +1,199 @@
+"""Contact of the body's surface with itself and with rigid meshes, by incremental potential contact (Li et al. 2020).
+
+Every quadratic face counts as the four flat triangles of its six nodes. The energy is a sum over pairs of their
+corners, edges and faces that are nearer to each other than the activation distance (from ipctk). Which pairs these are
+changes with the state, so unlike other terms this one has no connectivity of its own: `Pairs.touch` looks for them at
+every state. The weights of the pairs are areas of the mesh as it was made, constants like its connectivity: the energy
+depends on places x = X + u alone, and its mixed derivative by u and X is its Hessian.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
+from pneumorph.mechanics.assembly.terms import Connectivity
+
+if TYPE_CHECKING:
+    import ipctk
+
+FLAT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+"""The flat triangles of a six-node triangle, with its orientation."""
+
+
+PER_PAIR = 1 / 20
+"""Between two parallel surfaces a point has that many near parts: with this factor κ means the same as for obstacles,
+a pressure of about 1.2 κ at half the activation distance. (ipctk's sets with fewer pairs are not continuous: their
+energies jump by up to 0.1 %.)"""
+
+
+class Pairs:
+    """Parts of surfaces that may touch each other: the body's with itself, or with rigid meshes, or both.
+
+    Parameters
+    ----------
+    surface : Connectivity
+        The faces of the body.
+    X : (N, 3) array
+        Nodes of the mesh as it was made. Where parts of its surface are nearer to each other than the activation
+        distance, that is made half as long as the least such distance: nothing presses on itself at rest.
+    own : bool
+        Whether the body's surface may touch itself.
+    rigid : sequence of RigidMesh
+    activation, stiffness : float
+        The activation distance d̂ in mm, and the stiffness κ of the barrier in MPa.
+    """
+
+    def __init__(
+        self,
+        surface: Connectivity,
+        X: np.ndarray,
+        own: bool,
+        rigid: Sequence[RigidMesh],
+        activation: float,
+        stiffness: float,
+    ):
+        # Imported here because most bodies touch nothing.
+        import ipctk
+
+        faces = surface.nodes[: surface.count][:, FLAT].reshape(-1, 3)
+        self.nodes, corners = np.unique(faces, return_inverse=True)
+        starts = len(self.nodes) + np.cumsum([0, *(len(each.points) for each in rigid)])
+        triangles = np.concatenate(
+            [corners.reshape(-1, 3), *(each.triangles + start for each, start in zip(rigid, starts, strict=False))]
+        )
+        self._rigid = np.concatenate([np.zeros((0, 3)), *(each.points for each in rigid)])
+        self._activation = activation
+        edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+        self._mesh = ipctk.CollisionMesh(self._places(X), edges.astype(np.int32), triangles.astype(np.int32))
+        moving = len(self.nodes)
+        only_others = ipctk.make_vertex_patches_filter(np.arange(starts[-1]) >= moving)
+        self._mesh.can_collide = ipctk.make_static_obstacle_filter(moving) if own else only_others
+        neighbours = self._near(self._places(X))
+        if own and not neighbours.empty():
+            # ipctk gives the square of the distance.
+            self._activation = 0.5 * neighbours.compute_minimum_distance(self._mesh, self._places(X)) ** 0.5
+        self._potential = ipctk.BarrierPotential(self._activation, PER_PAIR * stiffness, True)
+        self._last: list[tuple[np.ndarray, Touch]] = []
+
+    def _places(self, x: np.ndarray) -> np.ndarray:
+        return np.asfortranarray(np.concatenate([x[self.nodes], self._rigid]))
+
+    def _near(self, places: np.ndarray) -> ipctk.NormalCollisions:
+        import ipctk
+
+        found = ipctk.NormalCollisions()
+        found.use_area_weighting = True
+        found.build(self._mesh, places, self._activation)
+        return found
+
+    def touch(self, x: np.ndarray) -> Touch:
+        """The contact with nodes at x (N, 3)."""
+        for places, touch in self._last:
+            if np.array_equal(places, x):
+                return touch
+        touch = Touch(self, x.shape[0], self._places(x))
+        self._last = [*self._last[-1:], (np.array(x), touch)]
+        return touch
+
+    def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
+        """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets."""
+        import ipctk
+
+        ends = self._places(start), self._places(end)
+        return float(ipctk.compute_collision_free_stepsize(self._mesh, *ends, narrow_phase_ccd=ipctk.AdditiveCCD()))
+
+    def apart(self, x: np.ndarray) -> bool:
+        """Whether no surface goes through another with nodes at x (N, 3)."""
+        import ipctk
+
+        return not ipctk.has_intersections(self._mesh, self._places(x))
+
+
+class Touch:
+    """The energy of contact at one state with its derivatives; what has not been asked for is not computed."""
+
+    def __init__(self, pairs: Pairs, count: int, places: np.ndarray):
+        self._pairs, self._count, self._at = pairs, count, places
+        self._found = pairs._near(places)
+
+    @property
+    def nothing(self) -> bool:
+        """Whether no surfaces are near each other."""
+        return self._found.empty()
+
+    @cached_property
+    def energy(self) -> float:
+        """N·mm."""
+        return 0.0 if self.nothing else float(self._pairs._potential(self._found, self._pairs._mesh, self._at))
+
+    @cached_property
+    def slope(self) -> np.ndarray:
+        """Derivatives (N, 3) of the energy by the places of all nodes, N: what they press with."""
+        by = np.zeros((self._count, 3))
+        if not self.nothing:
+            own = self._pairs.nodes
+            found = self._pairs._potential.gradient(self._found, self._pairs._mesh, self._at)
+            by[own] = found.reshape(-1, 3)[: len(own)]
+        return by
+
+    @cached_property
+    def hessian(self) -> sparse.csr_array:
+        """Second derivatives (3N, 3N), N/mm."""
+        size, own = 3 * self._count, self._pairs.nodes
+        if self.nothing:
+            return sparse.csr_array((size, size))
+        found = sparse.coo_array(self._pairs._potential.hessian(self._found, self._pairs._mesh, self._at))
+        row, column = found.coords
+        moving = (row < 3 * len(own)) & (column < 3 * len(own)) & (found.data != 0.0)
+        place = (3 * own[:, None] + np.arange(3)).ravel()
+        return sparse.csr_array((found.data[moving], (place[row[moving]], place[column[moving]])), shape=(size, size))
+
+    def product(self, motion: np.ndarray) -> np.ndarray:
+        """The change (N, 3) of `slope` along a motion (N, 3) of the nodes."""
+        return (self.hessian @ motion.ravel()).reshape(-1, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """What the surface of a body may touch.
+
+    Attributes
+    ----------
+    surface : Connectivity
+        Its faces; the data are areas at their sample points.
+    obstacles : dict of Obstacle by name
+        Rigid bodies with known distances, each a term of the potential.
+    guards : dict of Pairs by name of an obstacle
+        The body's surface and triangles around the obstacle, for what reaches in between the sample points.
+    own : Pairs or None
+        The body's surface and itself, if it may touch itself.
+    """
+
+    surface: Connectivity
+    obstacles: Mapping[str, Obstacle]
+    guards: Mapping[str, Pairs]
+    own: Pairs | None
+
+    @property
+    def pairs(self) -> tuple[Pairs, ...]:
+        """All contact whose connectivity changes with the state."""
+        return (*self.guards.values(), *([] if self.own is None else [self.own]))
+
+    def apart(self, x: np.ndarray) -> bool:
+        """Whether nothing interpenetrates with nodes at x (N, 3)."""
+        places = sample_places(self.surface, x)
+        clear = (np.all(distances(each.shape, self.surface, places) > 0.0) for each in self.obstacles.values())
+        return all(clear) and all(pairs.apart(x) for pairs in self.pairs)
+
+    def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
+        """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets."""
+        first, last = sample_places(self.surface, start), sample_places(self.surface, end)
+        shares = [free_share(each.shape, self.surface, first, last) for each in self.obstacles.values()]
+        return min([1.0, *shares, *(pairs.free_share(start, end) for pairs in self.pairs)])

@@ -1,0 +1,38 @@
+"""Rigid obstacles in pictures: their triangles, as far as they are near the body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.mechanics.assembly.obstacles import Plane
+from pneumorph.mechanics.setup import shape_of
+from pneumorph.output.view import Shell
+from pneumorph.problem import Problem
+
+SAG = 0.02
+"""How far the triangles of round obstacles are from them, as a fraction of the body's radius."""
+
+MARGIN = 0.25
+"""How far a plane is drawn beyond the body, as a fraction of the body's length."""
+
+
+def obstacles_of(problem: Problem, points: np.ndarray) -> tuple[Shell, ...]:
+    """The obstacles of a problem as triangles; of planes the part beside a body with these points (N, 3) mm."""
+    found = list[Shell]()
+    for spec in problem.obstacle:
+        shape = shape_of(spec)
+        if isinstance(shape, Plane):
+            found.append(_part(shape, points, MARGIN * problem.body.length))
+        elif (mesh := shape.mesh(SAG * problem.body.radius)) is not None:
+            found.append(Shell(mesh.points, mesh.triangles))
+    return tuple(found)
+
+
+def _part(plane: Plane, points: np.ndarray, margin: float) -> Shell:
+    """A rectangle of a plane beside a body."""
+    normal = np.asarray(plane.normal)
+    across = np.linalg.svd(normal[None])[2][1:]
+    along = (points - plane.point) @ across.T
+    low, high = along.min(axis=0) - margin, along.max(axis=0) + margin
+    corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    return Shell(np.asarray(plane.point) + corners @ across, np.array([[0, 1, 2], [0, 2, 3]]))

@@ -1,0 +1,263 @@
+"""Equilibria in contact: nothing interpenetrates, forces balance, and derivatives are right before and after touch."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pneumorph.mechanics import (
+    Equilibrium,
+    Tangent,
+    build_loads,
+    build_model,
+    configure,
+    contact_forces,
+    follow,
+    neo_hookean_rubber,
+    solve,
+    sweep,
+)
+from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, Sphere, surface_of
+from pneumorph.sensitivity import taylor_test
+from pneumorph.verify.solids import tube
+
+RUBBER = neo_hookean_rubber(0.3, 3.0, 1.1e-9)
+ACTIVATION, LENGTH = 0.3, 3.0
+MESH = tube(8, 9.5, LENGTH, (1, 16, 1))
+SURFACE = surface_of(MESH)
+
+
+def ring(*shapes, own=True, mixed=False):
+    """A ring in plane strain that is held where it crosses the negative x axis."""
+    X = MESH.points
+    held = np.zeros(X.shape, bool)
+    held[:, 2] = (X[:, 2] == 0) | (X[:, 2] > LENGTH - 1e-9)
+    held[(np.abs(X[:, 1]) < 1e-6) & (X[:, 0] < 0.0)] = True
+    obstacles = {str(number): Obstacle(shape, ACTIVATION, 0.3) for number, shape in enumerate(shapes)}
+    itself = Pairs(SURFACE, X, True, [], ACTIVATION, 0.3) if own else None
+    around = {name: each.shape.mesh(ACTIVATION / 4) for name, each in obstacles.items()}
+    guards = {
+        name: Pairs(SURFACE, X, False, [mesh], ACTIVATION / 4, 0.3) for name, mesh in around.items() if mesh is not None
+    }
+    contact = Contact(SURFACE, obstacles, guards, itself)
+    return build_model(MESH, RUBBER, plate=False, supports=held, mixed=mixed, contact=contact)
+
+
+def loaded(model, pressure, X=None, pull=0.0):
+    acting = build_loads(model, {"A": pressure}, acceleration=np.array([0.0, pull, 0.0]))
+    return configure(model, MESH.points if X is None else X, acting)
+
+
+def found(at, tangent=None, start=None) -> Equilibrium:
+    there = solve(at, tangent or Tangent(at.model), start)
+    assert isinstance(there, Equilibrium), there.reason
+    return there
+
+
+def flat_triangles(x):
+    """The boundary as four flat triangles for each face (T, 3, 3), made here without the package's own."""
+    faces = np.concatenate([*MESH.faces.values()])
+    return np.concatenate([x[faces[:, list(part)]] for part in ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))])
+
+
+def crossings(triangles):
+    """How many pairs of an edge and a triangle without common corners intersect (Möller and Trumbore 1997)."""
+    count = 0
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    edges = np.concatenate([triangles[:, [i, j]] for i, j in ((0, 1), (1, 2), (2, 0))])
+    for start, end in edges:
+        along = end - start
+        h = np.cross(along, c - a)
+        det = np.einsum("ti,ti->t", b - a, h)
+        with np.errstate(all="ignore"):
+            away = start - a
+            u = np.einsum("ti,ti->t", away, h) / det
+            q = np.cross(away, b - a)
+            v = q @ along / det
+            t = np.einsum("ti,ti->t", c - a, q) / det
+            inside = (u > 0) & (v > 0) & (u + v < 1) & (t > 0) & (t < 1)
+        apart = np.abs(triangles[:, :, None] - np.stack([start, end])).max(axis=-1).min(axis=(1, 2)) > 1e-9
+        count += np.count_nonzero(inside & apart)
+    return count
+
+
+def test_the_check_of_these_tests_finds_what_interpenetrates():
+    x = MESH.points.copy()
+    assert crossings(flat_triangles(x)) == 0
+    x[:, 1] *= -0.05  # turned inside out about the x axis, and nearly flat
+    x[x[:, 0] > 8, 0] -= 5.0
+    assert crossings(flat_triangles(x)) > 0
+
+
+def test_a_ring_that_collapses_touches_itself_and_does_not_go_through():
+    model = ring()
+    steps = [loaded(model, -p, pull=2e4) for p in (0.002, 0.005, 0.01)]
+    for at, there in zip(steps, sweep(steps, Tangent(model)), strict=True):
+        assert isinstance(there, Equilibrium), there.reason
+        assert crossings(flat_triangles(at.X + there.u)) == 0
+        assert there.stable
+    assert contact_forces(at, there.state).own > 0.01
+    assert there.volumes["A"] < 0.45 * np.pi * 64 * LENGTH
+
+
+SHAPES = {
+    "plane": Plane(np.array([0, 10.5, 0]), np.array([0, -1.0, 0])),
+    "sphere": Sphere(np.array([6.0, -12.6, 1.5]), 4.0),
+    "cylinder": Cylinder(np.array([14.0, 0.0, 1.5]), np.array([0.0, 0.6, 0.8]), 2.0, 6.0),
+    "box": Box(np.array([13.0, 3.0, 1.5]), np.array([2.0, 1.0, 5.0])),
+}
+
+
+@pytest.mark.parametrize("name, mixed", [*((name, False) for name in SHAPES), ("plane", True)])
+def test_a_ring_that_grows_presses_on_an_obstacle(name, mixed):
+    model = ring(SHAPES[name], mixed=mixed)
+    at = loaded(model, 0.04)
+    there = found(at)
+    x = at.X + there.u
+    places = np.concatenate([x, flat_triangles(x).mean(axis=1)])
+    assert np.asarray(SHAPES[name].distance(places)).min() > 0.0
+    forces = contact_forces(at, there.state)
+    assert np.linalg.norm(forces.on["0"]) > 1e-3 and forces.area["0"] > 0.0
+    # The pressure in a closed ring has no resultant: what presses on the obstacle is what holds the ring.
+    _, residual = kernels.value_and_residual(model.potential, at.X, there.state, at.loads)
+    held = np.where(model.supports, residual.u, 0.0).sum(axis=0)
+    assert held[:2] == pytest.approx(forces.on["0"][:2], abs=1e-7)
+
+
+def slope(at, there, seed):
+    """Derivative of seed·u by the nodes (N, 3), and by the pressure."""
+    model = at.model
+    rhs = np.where(at.constrained, 0.0, model.vector(there.state._replace(u=seed, plate=np.zeros(6))))
+    w = model.state(Tangent(model).solve_at(at, there.state, rhs))
+    ((by_nodes, acting),) = kernels.pullback(model.potential, at.X, there.state, at.loads, [w])
+    return -by_nodes, -float(acting.pressure[0])
+
+
+TURN = np.column_stack([-MESH.points[:, 1], MESH.points[:, 0], 0 * MESH.points[:, 2]]) / 10.0
+SHAKE = -np.random.default_rng(1).uniform(-0.2, 0.2, MESH.points.shape)
+
+
+def first_touch(model) -> float:
+    """The pressure at which the ring is at the activation distance from its obstacle."""
+    low, high = 0.0, 0.04
+    shape = model.contact.obstacles["0"].shape
+    tangent, state = Tangent(model), None
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        at = loaded(model, middle)
+        there = found(at, tangent, state)
+        state = there.state
+        near = float(np.asarray(shape.distance(at.X + there.u)).min()) < ACTIVATION
+        low, high = (low, middle) if near else (middle, high)
+    return low
+
+
+@pytest.fixture(scope="module")
+def touch():
+    return first_touch(ring(SHAPES["plane"], own=False))
+
+
+PLACES = {
+    "before": lambda touch: 0.5 * touch,
+    "across first touch": lambda touch: touch - 2e-9,
+    "at first touch": lambda touch: touch,
+    "after": lambda touch: 1.5 * touch,
+}
+
+
+@pytest.mark.parametrize("along", ["pressure", "turn", "shake"])
+@pytest.mark.parametrize("place", PLACES)
+def test_derivatives_before_at_and_after_touch(place, along, touch):
+    """Along a turn of the ring its nodes graze the plane: they come no nearer to first order."""
+    model = ring(SHAPES["plane"], own=False)
+    # The barrier has two continuous derivatives: at first touch the second order shows in small steps only.
+    step = {"before": 2e-2, "after": 2e-3}.get(place, 1e-4)
+    follows_the_derivative(model, PLACES[place](touch), along, 5e-3 * step if along == "pressure" else step)
+
+
+@pytest.mark.parametrize("along", ["pressure", "shake"])
+def test_derivatives_in_self_contact(along):
+    follows_the_derivative(ring(), -0.01, along, 2.5e-4 if along != "pressure" else 1e-5, pull=2e4)
+
+
+def follows_the_derivative(model, pressure, along, step, pull=0.0):
+    at = loaded(model, pressure, pull=pull)
+    tangent = Tangent(model)
+    there = found(at, tangent)
+    seed = np.random.default_rng(2).standard_normal(at.X.shape)
+    by_nodes, by_pressure = slope(at, there, seed)
+    dX = {"pressure": 0.0 * TURN, "turn": TURN, "shake": SHAKE}[along]
+    derivative = by_pressure if along == "pressure" else float(np.sum(by_nodes * dX))
+
+    def value(h):
+        moved = at.X + h[0] * dX
+        other = loaded(model, pressure + (h[0] if along == "pressure" else 0.0), moved, pull)
+        return float(np.sum(seed * found(other, tangent, there.state).u))
+
+    test = taylor_test(
+        value, np.zeros(1), np.array([derivative]), np.ones(1), step, start=float(np.sum(seed * there.u))
+    )
+    assert test.passed, test
+
+
+def test_a_path_goes_on_through_contact():
+    """Pressures on a path past touch; the energy that it took is what is stored."""
+    model = ring(SHAPES["plane"])
+    path = follow(loaded(model, 0.04), Tangent(model), load=1.0)
+    assert "reached" in path.reason
+    pressing = [contact_forces(loaded(model, point.pressures["A"]), point.equilibrium.state) for point in path.points]
+    assert pressing[0].on["0"][1] == 0.0 < pressing[-1].on["0"][1]
+    direct = found(loaded(model, path.points[-1].pressures["A"]))
+    assert path.points[-1].equilibrium.u == pytest.approx(direct.u, abs=1e-5)
+
+
+def test_the_pattern_of_the_tangent_grows_with_contact():
+    model = ring()
+    tangent = Tangent(model)
+    apart = found(loaded(model, -0.002, pull=2e4), tangent)
+    touching = solve(
+        loaded(model, -0.01, pull=2e4), tangent, since=(loaded(model, -0.002, pull=2e4).loads, apart.state)
+    )
+    assert isinstance(touching, Equilibrium)
+    fresh = Tangent(model)
+    rhs = np.where(loaded(model, -0.01).constrained, 0.0, np.random.default_rng(0).standard_normal(model.size))
+    at = loaded(model, -0.01, pull=2e4)
+    assert tangent.solve_at(at, touching.state, rhs) == pytest.approx(fresh.solve_at(at, touching.state, rhs), rel=1e-6)
+
+
+def test_a_body_that_starts_in_an_obstacle_has_no_equilibrium():
+    model = ring(replace(SHAPES["plane"], point=np.array([0, 9.0, 0])))
+    found = solve(loaded(model, 0.01), Tangent(model))
+    assert "go through" in found.reason
+
+
+def test_steps_end_before_they_meet_an_obstacle():
+    contact = Contact(SURFACE, {"0": Obstacle(SHAPES["sphere"], 0.3, 0.3)}, {}, None)
+    start, end = MESH.points, MESH.points - np.array([0.0, 12.0, 0.0])
+    share = contact.free_share(start, end)
+    assert 0.0 < share < 1.0
+    assert contact.apart(start + share * (end - start)) and not contact.apart(start + 0.5 * (end - start))
+
+
+@pytest.mark.parametrize("name", ["sphere", "cylinder", "box"])
+def test_triangles_around_a_shape(name):
+    mesh = SHAPES[name].mesh(0.05)
+    corners = mesh.points[mesh.triangles]
+    shares = np.random.default_rng(0).dirichlet(np.ones(3), 50)
+    places = np.einsum("pk,tki->tpi", shares, corners)
+    away = np.asarray(SHAPES[name].distance(places))
+    assert away.min() > -1e-9 and away.max() < 0.2
+    a, b, c = np.moveaxis(corners, 1, 0)
+    volume = np.einsum("ti,ti->", a, np.cross(b, c)) / 6
+    exact = {"sphere": 4 / 3 * np.pi * 64, "cylinder": np.pi * 4 * 12, "box": 4 * 2 * 10}[name]
+    assert volume == pytest.approx(exact, rel=0.05) and volume > exact - 1e-9
+
+
+def test_nothing_presses_on_itself_at_rest():
+    """An activation distance beyond that of neighbours in the mesh is made shorter."""
+    pairs = Pairs(SURFACE, MESH.points, True, [], 2.0, 0.3)
+    assert pairs.touch(MESH.points).nothing
+    nearer = MESH.points * [1.0, 0.02, 1.0]
+    assert not pairs.touch(nearer).nothing and pairs.touch(nearer).energy > 0.0
