@@ -23,7 +23,7 @@ def no_mesh(monkeypatch):
     def stop(*_):
         raise ComputationError(SOUND)
 
-    monkeypatch.setattr(simulate, "mesh_body", stop)
+    monkeypatch.setattr(simulate, "mesh_of", stop)
 
 
 def in_lines(stderr):
