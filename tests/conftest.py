@@ -1,7 +1,12 @@
 """Settings for the whole suite."""
 
+import os
 from itertools import count
 from pathlib import Path
+
+# Half of the suite's time is compiling; kernels for small meshes need not be optimised. Processes that tests start
+# inherit it, so that they find the kernels that are compiled already.
+os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 
 import jax
 import numpy as np

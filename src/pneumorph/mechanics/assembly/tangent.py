@@ -151,23 +151,23 @@ class Tangent:
         self.move_to(at, state)
         return self.precondition(rhs)
 
-    def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3) -> float:
+    def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3, first: float = 0.0) -> float:
         """Factorise; if the tangent is unstable, raise its diagonal until it is stable. Returns by what fraction.
 
-        The fractions tried are 0, `least`, and then four times the last. The diagonal of π stays.
+        The fractions tried are `first`, and then four times the last, or `least` after 0. The diagonal of π stays.
         """
         data = self._assembled(at, state)
-        self.refactorise(data, Origin(at, state, 0.0))
         # The columns of the upper triangle ascend: every row begins with its diagonal entry.
         places = self._pattern.indptr[:-1]
-        diagonal, shift = np.abs(data[places]), 0.0
+        diagonal, shift = np.abs(data[places]), first
         diagonal[self._model.hydrostatic_unknowns] = 0.0
-        while self.negative_pivots > 0 and shift < 10:
-            shift = 4 * shift or least
+        while True:
             raised = data.copy()
             raised[places] += shift * diagonal
             self.refactorise(raised, Origin(at, state, shift))
-        return shift
+            if self.negative_pivots <= 0 or shift >= 10:
+                return shift
+            shift = 4 * shift or least
 
     def _assembled(self, at: Configuration, state: State) -> np.ndarray:
         if at.model is not self._model:

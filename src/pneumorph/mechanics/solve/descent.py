@@ -29,6 +29,9 @@ MOST_NEWTON_STEPS, MOST_WITH_CONTACT = 40, 100
 MOST_PRODUCTS = 6
 """Conjugate-gradient steps with an old factorisation; a new one costs about as much as five."""
 
+LEAST_SHIFT = 1e-3
+"""Least fraction by which the diagonal of an unstable tangent is raised."""
+
 MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED, SMOOTH = 3, 10, 0.9, 0.02
 """Steps with an older factorisation, or with that at rest, before the tangent is factorised; the fraction of the
 residual that each may leave at most; and the relative residual at which they end. They smooth the rough detail of a
@@ -54,7 +57,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
         relaxations = MOST_RELAXATIONS_AT_REST
     elif not tangent.ready:
         relaxations = 0
-    exact = False
+    raised = None
     most = MOST_NEWTON_STEPS if model.contact is None else MOST_WITH_CONTACT
     for _ in range(most):
         if size <= tolerance:
@@ -69,7 +72,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
             if relaxing:
                 direction = supported(at, tangent.precondition(-residual))
             else:
-                direction, exact = _direction(at, tangent, state, residual, size, exact)
+                direction, raised = _direction(at, tangent, state, residual, size, raised)
         except SingularMatrix:
             return "the tangent is singular"
         moved = _line_search(at, vector, energy, residual, direction, scale)
@@ -86,20 +89,23 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
     return f"Newton's method did not converge in {most} steps (relative residual {size:.1e})"
 
 
-def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, exact: bool):
-    """A descent direction, and whether the last factorisation is of an unchanged tangent (no raised diagonal).
+def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, raised):
+    """A descent direction, and by what fraction the last factorisation's diagonal is raised; None before the first.
 
     The factorisation of a nearby tangent is good for a few conjugate-gradient steps; if they do not converge, the
     tangent is factorised. Where it is indefinite, conjugate gradients follow its negative curvature.
     """
     accuracy = float(np.clip(np.sqrt(size), 1e-3, 0.1))
-    if exact:
+    if raised == 0:
         solution = tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS)
         if solution.converged:
-            return solution.x, True
-    if tangent.factorise_convex(at, state):
-        return tangent.solve(at, state, -residual, 0.1, 2 * MOST_PRODUCTS).x, False
-    return tangent.precondition(-residual), True
+            return solution.x, raised
+    # Where the last tangent was unstable, this one is likely to be so by about as much.
+    first = raised / 4 if raised and raised / 4 >= LEAST_SHIFT else 0.0
+    raised = tangent.factorise_convex(at, state, LEAST_SHIFT, first)
+    if raised:
+        return tangent.solve(at, state, -residual, 0.1, 2 * MOST_PRODUCTS).x, raised
+    return tangent.precondition(-residual), raised
 
 
 def _line_search(at: Configuration, vector, energy, residual, direction, scale):
