@@ -64,7 +64,7 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
         floats(state, "mesh_offset", len(starts) - 1, 3)
     for name in state:
         if name.startswith("param "):
-            floats(state, name, None, 6, 2, most=1.0 + 1e-6)
+            floats(state, name, None, 6, 2, most=2.0)
     for task in problem.task:
         floats(state, f"state {task.name}", None)
     for name, shape in (("phi", (None,)), ("slope", (None,)), ("steps", (None, n)), ("changes", (None, n))):

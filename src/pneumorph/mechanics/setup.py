@@ -100,10 +100,10 @@ def reinforcement_of(spec: ReinforcementSpec) -> Reinforcement:
     """The sheet or the fibres of a table [[membrane]] or [[fibres]]."""
     match spec:
         case MembraneSpec():
-            return Membrane(*map(np.asarray, (spec.stiffness, spec.poisson, spec.wrinkling)))
+            return Membrane(np.asarray(spec.stiffness), np.asarray(spec.poisson), np.asarray(spec.wrinkling))
         case FibresSpec():
             hands = (1, -1)[: spec.families]
-            return Fibres(*map(np.asarray, (spec.stiffness, spec.winding, spec.buckling)), hands)
+            return Fibres(np.asarray(spec.stiffness), np.asarray(spec.winding), np.asarray(spec.buckling), hands)
 
 
 ACTIVATION = 1 / 20

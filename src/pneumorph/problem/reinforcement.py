@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -30,6 +30,9 @@ _EPS = 1e-9
 
 
 class _Reinforcement(Table):
+    kind: ClassVar[str]
+    """What it is, in words."""
+
     name: Annotated[Name, Example('e.g. name = "paper"')]
     """By which results and pictures name it."""
     surfaces: tuple[Name, ...] = Field(default=(EXTERIOR,), min_length=1, max_length=MOST_CHAMBERS)
@@ -38,6 +41,14 @@ class _Reinforcement(Table):
     """From where to where it reaches along z; without it along the whole surface."""
     angles: tuple[Angle, Angle] | None = None
     """From where to where it reaches around the axis of the surface, counted from x towards y; else all around."""
+
+    @property
+    def words(self) -> str:
+        """What it is and where, as it is written in the file."""
+        joints = {"surfaces": ", ", "span": " to ", "angles": " to "}
+        table = self.model_dump(mode="json", exclude={"name"}, exclude_none=True)
+        parts = [f"{key} {joints[key].join(value) if key in joints else value}" for key, value in table.items()]
+        return f'{self.kind} "{self.name}" ({", ".join(parts)})'
 
     @model_validator(mode="after")
     def _in_order(self) -> _Reinforcement:
@@ -54,6 +65,8 @@ class MembraneSpec(_Reinforcement):
     Span and angles are those of the starting body; whatever the design does, the sheet moves with the surface.
     """
 
+    kind: ClassVar = "a sheet"
+
     stiffness: Annotated[Stiffness, Example('e.g. stiffness = "200 N/mm", the modulus times the thickness')]
     """Young's modulus in its plane times its thickness."""
     poisson: Annotated[Number, Field(ge=0, lt=1)] = 0.3
@@ -67,6 +80,8 @@ class FibresSpec(_Reinforcement):
 
     Angle and stiffness are those on the undeformed body of every design. Fibres resist stretch along them alone.
     """
+
+    kind: ClassVar = "fibres"
 
     stiffness: Annotated[Stiffness, Example('e.g. stiffness = "50 N/mm", E·A of a fibre over their distance')]
     """Of each family: Young's modulus times the section of a fibre, over the distance of neighbouring fibres."""
