@@ -16,8 +16,11 @@ from pneumorph.mechanics.assembly.contact import Contact, Pairs
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
 from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, Sphere, surface_of
+from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane
 from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
+from pneumorph.mesh import Covered
+from pneumorph.mesh.cover import RULE
 from pneumorph.verify.solids import tube
 
 SOFT, STIFF = neo_hookean_rubber(0.49, 4.80, 1.1e-9), neo_hookean_rubber(1.3, 9.0, 1.4e-9)
@@ -57,12 +60,13 @@ MESH = layered()
 FREE = np.zeros(MESH.points.shape, bool)
 
 
-KINDS = (Solid, Weight, ChamberPressure, Plate, Obstacle)
+KINDS = (Solid, Weight, ChamberPressure, Plate, Obstacle, Membrane, Fibres)
 
 
-def built(rubbers, mixed=False, kinds=KINDS, more=(), plate=True, contact=None) -> Model:
+def built(rubbers, mixed=False, kinds=KINDS, more=(), plate=True, contact=None, laid=None) -> Model:
     """A tube without supports whose potential has terms of these kinds alone, and more."""
-    whole = build_model(MESH, rubbers, supports=FREE, mixed=mixed, plate=plate, contact=contact)
+    mesh = replace(MESH, covers=dict.fromkeys(laid or {}, COVER))
+    whole = build_model(mesh, rubbers, supports=FREE, mixed=mixed, plate=plate, contact=contact, reinforcements=laid)
     chosen = [term for term in whole.terms if isinstance(term.energy, kinds)]
     return with_terms(whole, [*chosen, *more])
 
@@ -85,6 +89,17 @@ def crowded(*rigid, own=True) -> Pairs:
     return Pairs(SURFACE, 5.0 * MESH.points, own, rigid, 0.9, 0.3)
 
 
+def cover() -> Covered:
+    """All of the exterior, with a direction that is a constant of each face."""
+    faces = MESH.faces["exterior"]
+    along = np.random.default_rng(1).uniform(0.2, 1.0, (len(faces), 1, 2))
+    points = np.concatenate([RULE, np.full((3, 1), 1 / 6)], axis=1)
+    parts = np.broadcast_to(points, (len(faces), 3, 3)), np.broadcast_to(along, (len(faces), 3, 2))
+    return Covered(faces, np.concatenate(parts, axis=-1))
+
+
+COVER = cover()
+LAID = {"sheet": Membrane(40.0, 0.3, 0.05), "braid": Fibres(30.0, 0.7, 0.05, (1, -1))}
 WEDGE = RigidMesh(
     np.array([[8.6, -9, 3], [8.6, 9, 4], [15.0, 0, 30], [2.0, -20, 8.3], [2.0, 20, 8.5], [-9.0, 0, 30]]),
     np.array([[0, 1, 2], [3, 4, 5]]),
@@ -104,12 +119,17 @@ CASES = {
     "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching(*SHAPES)),
     "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
     "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
+    "taut sheet": partial(built, SOFT, kinds=Membrane, laid={"sheet": Membrane(40.0, 0.3, 1.0)}),
+    "wrinkled sheet": partial(built, SOFT, kinds=Membrane, laid={"sheet": LAID["sheet"]}),
+    "braid": partial(built, SOFT, kinds=Fibres, laid={"braid": LAID["braid"]}),
+    "helix": partial(built, SOFT, kinds=Fibres, laid={"helix": Fibres(30.0, -0.4, 1.0, (1,))}),
     "everything": partial(
         built,
         NEARLY_INCOMPRESSIBLE,
         True,
         more=[bonds([[0, 40], [7, 90]])],
         contact=touching("plane", own=crowded(), wedge=crowded(WEDGE, own=False)),
+        laid=LAID,
     ),
 }
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, build_linings
+from pneumorph.geometry import Body, build_covers, build_linings
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
@@ -32,7 +32,7 @@ from pneumorph.mechanics import (
 from pneumorph.mesh import Morph, TetMesh, mesh_body
 from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, build_objectives
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, reinforcements
 
 Starts = Mapping[str, State]
 
@@ -90,8 +90,9 @@ def discretise(problem: Problem, body: Body) -> Discretisation:
 
 
 def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float | None = None) -> Morph:
-    """Mesh a body of a problem with its regions, or its half or quarter; the size of elements is in mm."""
-    return mesh_body(body, size or problem.mesh.size, mirrors, build_linings(problem.body, problem.region))
+    """Mesh a body of a problem with its regions and covers, or its half or quarter; the size of elements is in mm."""
+    covers = build_covers(problem.body, reinforcements(problem))
+    return mesh_body(body, size or problem.mesh.size, mirrors, build_linings(problem.body, problem.region), covers)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
-from pneumorph.analysis.fields import unpack_mesh
+from pneumorph.analysis.fields import pack_covers, unpack_covers, unpack_mesh
 from pneumorph.analysis.stored import floats, indices
 from pneumorph.errors import ComputationError
 from pneumorph.geometry.design_space import DesignSpace
@@ -36,6 +36,7 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
         arrays["mesh_offset"] = carrier.offset
         arrays |= {f"region {name}": elements for name, elements in carrier.mesh.regions.items()}
     arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
+    arrays |= pack_covers(carrier.mesh)
     arrays |= {f"param {name}": values for name, values in carrier.param.items()}
     arrays |= {f"state {name}": disc.model.vector(found.state) for name, found in analysis.equilibria.items()}
     return arrays
@@ -63,7 +64,7 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
         floats(state, "mesh_offset", len(starts) - 1, 3)
     for name in state:
         if name.startswith("param "):
-            floats(state, name, None, 6, 2, most=1.0 + 1e-6)
+            floats(state, name, None, 6, 2, most=2.0)
     for task in problem.task:
         floats(state, f"state {task.name}", None)
     for name, shape in (("phi", (None,)), ("slope", (None,)), ("steps", (None, n)), ("changes", (None, n))):
@@ -102,7 +103,7 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
         (arrays["mesh_B_data"], arrays["mesh_B_indices"], arrays["mesh_B_indptr"]),
         shape=(len(arrays["mesh_B_indptr"]) - 1, len(points)),
     )
-    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions)
+    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions, unpack_covers(arrays))
     offset = arrays.get("mesh_offset", np.zeros((len(B.indptr) - 1, 3)))
     try:
         morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param)

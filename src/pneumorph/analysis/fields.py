@@ -12,7 +12,7 @@ import numpy as np
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.analysis.stored import floats, indices
 from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
-from pneumorph.mesh import TetMesh, unfold
+from pneumorph.mesh import Covered, TetMesh, unfold
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS
@@ -97,6 +97,7 @@ class Fields:
         arrays = {"points": self.mesh.points, "tets": self.mesh.tets}
         arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
         arrays |= {f"region {name}": elements for name, elements in self.mesh.regions.items()}
+        arrays |= pack_covers(self.mesh)
         arrays |= {f"u {name}": u for name, u in self.u.items()}
         arrays |= {f"stretch {name}": stretch for name, stretch in self.stretch.items()}
         for name, each in self.inflation.items():
@@ -148,7 +149,28 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     parts = {name: indices(arrays, f"region {name}", None, below=len(corners)) for name in regions}
     if parts and not np.array_equal(np.sort(np.concatenate([*parts.values()])), np.arange(len(corners))):
         raise ValueError("the regions of the mesh do not share its elements among them")
-    return TetMesh(places, corners, faces, parts)
+    covers = unpack_covers(arrays)
+    if any(own.nodes.size and own.nodes.max() >= len(places) for own in covers.values()):
+        raise ValueError("its covers have nodes that the mesh has not")
+    return TetMesh(places, corners, faces, parts, covers)
+
+
+def pack_covers(mesh: TetMesh) -> dict[str, np.ndarray]:
+    """Arrays from which `unpack_covers` restores the covers of a mesh."""
+    arrays = {f"cover {name}": own.nodes for name, own in mesh.covers.items()}
+    return arrays | {f"points {name}": own.points for name, own in mesh.covers.items()}
+
+
+def unpack_covers(arrays: Mapping[str, np.ndarray]) -> dict[str, Covered]:
+    """The covers of a mesh from stored arrays; KeyError or ValueError if they are none."""
+    found = {}
+    for name in (key.removeprefix("cover ") for key in arrays if key.startswith("cover ")):
+        nodes = indices(arrays, f"cover {name}", None, 6, below=2**31)
+        points = floats(arrays, f"points {name}", len(nodes), 3, 5, most=1e6)
+        if not len(nodes) or not (points[..., 2] >= 0.0).all() or not np.abs(points[..., 3:]).max(axis=-1).all():
+            raise ValueError(f'what lies under "{name}" has no points, or no weights or directions there')
+        found[name] = Covered(nodes, points)
+    return found
 
 
 def collect_fields(

@@ -14,7 +14,7 @@ import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body
+from pneumorph.geometry import Body, build_covers
 from pneumorph.mechanics import (
     Equilibrium,
     NoEquilibrium,
@@ -32,7 +32,7 @@ from pneumorph.mechanics import (
 from pneumorph.mesh import TetMesh, mesh_body, scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES
 from pneumorph.objective import Features, measure_features
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, reinforcements
 from pneumorph.problem.symmetry import MIRRORS
 
 STIFFER = 100.0
@@ -78,7 +78,8 @@ def with_and_without(
     """
     planes = mirrors_of(problem, list(pressures.values()))
     mirrors = tuple(plane for plane in planes if _symmetric(ports, np.array(MIRRORS[plane])))
-    mesh = with_tubes(mesh_body(body, problem.mesh.size, mirrors).mesh, ports)
+    covers = build_covers(problem.body, reinforcements(problem))
+    mesh = with_tubes(mesh_body(body, problem.mesh.size, mirrors, covers=covers).mesh, ports)
     return compared(problem, mesh, pressures)
 
 

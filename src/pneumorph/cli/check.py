@@ -26,7 +26,7 @@ from pneumorph.mechanics import Rubber
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, mirror_note, motion_of
-from pneumorph.problem import load
+from pneumorph.problem import load, reinforcements
 
 
 def check(problem: Path, quick: bool, trust: bool) -> None:
@@ -101,6 +101,7 @@ def _description(at: AnalysedBody) -> list[str]:
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + mirror_note(model.mirrors),
         *_rubbers(table, list(model.rubbers.values())),
+        *(f"{each.name:9} {each.words}" for each in reinforcements(problem)),
         f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",
         "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
     ]

@@ -2,6 +2,7 @@
 
 from pneumorph.geometry.body import Body, adjusted_columns, starting_body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
+from pneumorph.geometry.cover import Cover, build_covers
 from pneumorph.geometry.design_space import DesignSpace, FreePressure, build_design_space
 from pneumorph.geometry.lining import Lining, build_linings
 from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
@@ -9,11 +10,13 @@ from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
 __all__ = [
     "Basis",
     "Body",
+    "Cover",
     "DesignSpace",
     "FreePressure",
     "Lining",
     "TubeSurface",
     "adjusted_columns",
+    "build_covers",
     "build_design_space",
     "build_linings",
     "cap_points",

@@ -13,12 +13,24 @@ from pneumorph.mechanics.assembly.contact import Contact, Pairs
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, Shape, Sphere, surface_of
 from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane, Reinforcement
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import build_loads
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.problem import BoxSpec, CylinderSpec, ObstacleSpec, PlaneSpec, Problem, SphereSpec
+from pneumorph.problem import (
+    BoxSpec,
+    CylinderSpec,
+    FibresSpec,
+    MembraneSpec,
+    ObstacleSpec,
+    PlaneSpec,
+    Problem,
+    SphereSpec,
+    reinforcements,
+)
+from pneumorph.problem import Reinforcement as ReinforcementSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from pneumorph.problem.regions import REST, materials
 
@@ -80,7 +92,18 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
     rubber = rubbers or (own if mesh.regions else own[REST])
     contact = contact_of(problem, mesh, own[REST])
-    return build_model(mesh, rubber, plate=plate, mixed=mixed, weight=weight, contact=contact)
+    laid = {spec.name: reinforcement_of(spec) for spec in reinforcements(problem)}
+    return build_model(mesh, rubber, plate=plate, mixed=mixed, weight=weight, contact=contact, reinforcements=laid)
+
+
+def reinforcement_of(spec: ReinforcementSpec) -> Reinforcement:
+    """The sheet or the fibres of a table [[membrane]] or [[fibres]]."""
+    match spec:
+        case MembraneSpec():
+            return Membrane(np.asarray(spec.stiffness), np.asarray(spec.poisson), np.asarray(spec.wrinkling))
+        case FibresSpec():
+            hands = (1, -1)[: spec.families]
+            return Fibres(np.asarray(spec.stiffness), np.asarray(spec.winding), np.asarray(spec.buckling), hands)
 
 
 ACTIVATION = 1 / 20

@@ -4,12 +4,13 @@ from pneumorph.mesh.build import mesh_body
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.remesh import needs_remesh
-from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.tets import Covered, TetMesh
 from pneumorph.mesh.transfer import transfer
 from pneumorph.mesh.unfold import Unfolded, unfold
 from pneumorph.mesh.volume import keep_netgen_quiet
 
 __all__ = [
+    "Covered",
     "Morph",
     "TetMesh",
     "Unfolded",

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Lining
+from pneumorph.geometry import Body, Cover, Lining
 from pneumorph.interrupts import stop_if_asked
+from pneumorph.mesh.cover import covered
 from pneumorph.mesh.cut import with_cut_regions
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
@@ -26,7 +28,13 @@ _WORST = 0.02
 """Quality (see `scaled_jacobian`) below which a mesh is rejected."""
 
 
-def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = (), linings: Sequence[Lining] = ()) -> Morph:
+def mesh_body(
+    body: Body,
+    size: float,
+    mirrors: tuple[str, ...] = (),
+    linings: Sequence[Lining] = (),
+    covers: Sequence[Cover] = (),
+) -> Morph:
     """Mesh a body with quadratic tetrahedra, or the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz) of a symmetric one.
 
     If chords of a coarse triangulation cross, or an element is inverted when curved, finer triangulations are tried.
@@ -40,6 +48,8 @@ def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = (), linings: S
         The planes that cut a symmetric body into halves or quarters.
     linings : sequence of Lining
         Layers of other rubbers, which become regions of the mesh; what is in none is the region `REST`.
+    covers : sequence of Cover
+        Where sheets and fibres lie.
 
     Raises
     ------
@@ -56,7 +66,7 @@ def mesh_body(body: Body, size: float, mirrors: tuple[str, ...] = (), linings: S
             surface = surface_mesh(body, finer * size, finer * _TURN, mirrors, linings)
             nodes = surface.B @ P + surface.offset
             faces, solids, nodes = with_cut_regions(surface.faces, surface.solids, nodes, mirrors, finer * size)
-            straight = fill(solids, faces, nodes, finer * size)
+            straight = replace(fill(solids, faces, nodes, finer * size), covers=covered(faces, surface.param, covers))
         except MeshError as error:
             reason = error
             continue

@@ -77,6 +77,24 @@ def triangle_gradient(xi: np.ndarray) -> np.ndarray:
     return np.concatenate([corner, edge], axis=-2)
 
 
+@dataclass(frozen=True, eq=False)
+class Covered:
+    """Faces, or parts of faces, on which something thin lies; see `cover.covered`.
+
+    Attributes
+    ----------
+    nodes : (E, 6) int
+        The nodes of a face, so ordered that its normal points away from the axis of its surface. In images by a mirror
+        the order is that of the original, so that what is right-handed becomes left-handed.
+    points : (E, 3, 5) float
+        Of three points of each: position in the face's own coordinates, weight, and the direction from base to tip,
+        along which q is constant, in these coordinates.
+    """
+
+    nodes: np.ndarray
+    points: np.ndarray
+
+
 @dataclass(frozen=True)
 class TetMesh:
     """Ten-node tetrahedra with named six-node boundary faces.
@@ -96,12 +114,15 @@ class TetMesh:
         images of these two in yz.
     regions : dict of (m,) int
         Indices of the tetrahedra made of each rubber, without overlap; empty if the whole body is of one rubber.
+    covers : dict of Covered
+        Where sheets and fibres lie, by their names.
     """
 
     points: np.ndarray
     tets: np.ndarray
     faces: dict[str, np.ndarray]
     regions: dict[str, np.ndarray] = field(default_factory=dict)
+    covers: dict[str, Covered] = field(default_factory=dict)
 
     def at(self, points: np.ndarray) -> TetMesh:
         """The same mesh with other node positions (N, 3) in mm."""

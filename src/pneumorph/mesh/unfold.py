@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.mesh.tets import TetMesh, chambers_of
+from pneumorph.mesh.tets import Covered, TetMesh, chambers_of
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 # Nodes of images are reordered so that the orientation is preserved.
@@ -70,7 +70,11 @@ def _doubled(mesh: TetMesh, plane: str) -> Unfolded:
             faces[name] = np.concatenate([triangles, mirrored])
     tets = np.concatenate([mesh.tets, image[mesh.tets[:, _TET_IMAGE]]])
     regions = {name: np.concatenate([part, len(mesh.tets) + part]) for name, part in mesh.regions.items()}
-    return Unfolded(TetMesh(sign * points[source], tets, faces, regions), source, sign)
+    covers = {
+        name: Covered(np.concatenate([own.nodes, image[own.nodes]]), np.concatenate([own.points, own.points]))
+        for name, own in mesh.covers.items()
+    }
+    return Unfolded(TetMesh(sign * points[source], tets, faces, regions, covers), source, sign)
 
 
 def _shared_out(mesh: TetMesh, face: str, plane: str) -> tuple[list[str], list[str]]:

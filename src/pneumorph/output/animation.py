@@ -23,6 +23,7 @@ from pneumorph.output.bodies import Layout, compose, job_of, lay_out, title_line
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
 from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.laid import laid_of
 from pneumorph.output.marks import task_marks
 from pneumorph.output.scenes import Scene, gravity_of, highest_stretch
 from pneumorph.output.shell import shell_of
@@ -122,7 +123,14 @@ def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, vi
     # At fractions of the pressures the tip is elsewhere: loads would not be where they are drawn.
     marks = replace(task_marks(problem, task, found), arrows=(), reached=np.zeros((0, 3)))
     scenes = [
-        Scene(f"{name}: {format_pressures(pressures)}", shape, view, marks, gravity_of(problem))
+        Scene(
+            f"{name}: {format_pressures(pressures)}",
+            shape,
+            view,
+            marks,
+            gravity_of(problem),
+            laid=laid_of(problem, shape.mesh, shape.u),
+        )
         for pressures, shape in _way(fields.whole(), found, name)
     ]
     seconds = [SHORT] * (len(scenes) - 1) + [STAY]

@@ -16,6 +16,7 @@ from matplotlib.colors import Normalize
 
 from pneumorph.output import render
 from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT, Figure
+from pneumorph.output.laid import laid_handles
 from pneumorph.output.marks import draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
 from pneumorph.output.scenes import Scene
 from pneumorph.output.section import outline
@@ -119,7 +120,7 @@ def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: 
 def job_of(scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS) -> Job:
     """The pictures of scenes, with `dots` dots per inch."""
     panels = [
-        Panel(scene.shape, scene.view, extent, scene.obstacles)
+        Panel(scene.shape, scene.view, extent, scene.obstacles, scene.laid)
         for scene, extent in zip(scenes, layout.extents, strict=True)
     ]
     return Job(panels, stretch, dots * layout.scale)
@@ -182,7 +183,8 @@ def draw_legend(figure: Figure, scenes: Sequence[Scene]) -> None:
 
 
 def _handles(scenes: Sequence[Scene]) -> list[Any]:
-    return legend_handles([scene.view for scene in scenes], [scene.marks for scene in scenes])
+    marked = legend_handles([scene.view for scene in scenes], [scene.marks for scene in scenes])
+    return [*marked, *laid_handles([each for scene in scenes for each in scene.laid])]
 
 
 def _per_line(width: float) -> int:

@@ -12,7 +12,21 @@ import numpy as np
 import pyvista as pv
 
 from pneumorph.output.section import Opened, cut_alike
-from pneumorph.output.view import COLOURS, CUT, JOBS, OBSTACLE, RIM, Job, Panel, Shape, View, colour_map, drawn_name
+from pneumorph.output.view import (
+    COLOURS,
+    CUT,
+    JOBS,
+    LAID,
+    OBSTACLE,
+    RIM,
+    Job,
+    Laid,
+    Panel,
+    Shape,
+    View,
+    colour_map,
+    drawn_name,
+)
 
 
 def main() -> None:
@@ -66,6 +80,8 @@ def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
         )
         # Slightly towards the camera, or the surfaces that meet in the line would hide half of it.
         plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
+    for laid in panel.laid:
+        _add_laid(plotter, laid, view)
     for obstacle in panel.obstacles:
         seen = pv.PolyData.from_regular_faces(obstacle.points, obstacle.triangles)
         if view.offset is not None:
@@ -82,6 +98,22 @@ def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
     picture = plotter.screenshot(return_img=True, transparent_background=True)
     plotter.close()
     return np.asarray(picture)
+
+
+def _add_laid(plotter: pv.Plotter, laid: Laid, view: View) -> None:
+    """Sheets and fibres on what is not cut away."""
+    cells = laid.cells
+    if view.offset is not None:
+        cells = cells[laid.rest[cells].mean(axis=1) @ view.normal > view.offset]
+    if not len(cells):
+        return
+    # Slightly towards the camera, like the rim.
+    points = laid.points + 0.2 * view.axes()[2]
+    if cells.shape[1] == 3:
+        plotter.add_mesh(pv.PolyData.from_regular_faces(points, cells), color=LAID, opacity=0.35, lighting=False)
+        return
+    strokes = pv.PolyData(points, lines=np.insert(cells, 0, 2, axis=1).ravel())
+    plotter.add_mesh(strokes, color=LAID, line_width=1.5, lighting=False)
 
 
 def _look(job: Job, field: bool, plain: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.output.abaqus import abaqus_input
 from pneumorph.output.grid import grid
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, reinforcements
 from pneumorph.problem.regions import materials
 
 FORMATS = ("vtu", "inp")
@@ -38,7 +38,7 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
     Raises
     ------
     ProblemError
-        If the format does not support the rubber, or the file cannot be written.
+        If the format does not support the rubber or reinforcements, or the file cannot be written.
     """
     rubbers = rubbers_of(problem)
     if wrong := [name for name, rubber in rubbers.items() if format not in formats_of(rubber)]:
@@ -47,6 +47,11 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
             f'format: "{format}" cannot hold the rubber of {wrong[0]} (its model is "{model}"): input files '
             f"can be written for neo-Hookean rubbers only; export {', '.join(had)} instead, or step, 3mf and stl by "
             "pneumorph make"
+        )
+    if format == "inp" and (laid := reinforcements(problem)):
+        raise ProblemError(
+            f'format: "inp" cannot hold membranes and fibres ("{laid[0].name}"), since they give way in compression; '
+            "export vtu instead"
         )
     whole = fields.whole()
     try:

@@ -105,7 +105,7 @@ def _text(path: Path) -> str:
 
 
 def _material(path: Path) -> list[tuple[str, str]]:
-    """The table [material] and those of regions as in the file, where quantities have their units."""
+    """The table [material], those of regions and of reinforcements as in the file, with the units of quantities."""
     table = tomllib.loads(_text(path))
     found = [(key.replace("_", " "), _words(value)) for key, value in table["material"].items()]
     for region in table.get("region", []):
@@ -114,6 +114,8 @@ def _material(path: Path) -> list[tuple[str, str]]:
         found += [
             (f"{region['name']}: {key.replace('_', ' ')}", _words(value)) for key, value in region["material"].items()
         ]
+    for each in [*table.get("membrane", []), *table.get("fibres", [])]:
+        found.append((each["name"], _words({key: value for key, value in each.items() if key != "name"})))
     return found
 
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pneumorph.analysis import Fields, TaskResult
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.laid import laid_of
 from pneumorph.output.marks import Marks, clamp_of, loads_at, task_marks
 from pneumorph.output.obstacles import obstacles_of
-from pneumorph.output.view import Shape, Shell, View
+from pneumorph.output.view import Laid, Shape, Shell, View
 from pneumorph.problem import Problem
 
 MOST = 0.998
@@ -25,7 +26,9 @@ AROUND = 0.15
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A body with its title, the view of it, its marks, the direction (3,) of gravity, and rigid obstacles."""
+    """A body with its title, the view of it, its marks, the direction (3,) of gravity, rigid obstacles, and what is
+    laid on it.
+    """
 
     title: str
     shape: Shape | Shell
@@ -33,6 +36,7 @@ class Scene:
     marks: Marks = field(default_factory=Marks)
     gravity: np.ndarray | None = None
     obstacles: tuple[Shell, ...] = ()
+    laid: tuple[Laid, ...] = ()
 
     def extent(self) -> np.ndarray:
         """Left, right, bottom and top (4,) in mm of the smallest picture that holds the body and its marks."""
@@ -73,11 +77,16 @@ def scenes_of(
     # Bodies that no task moves are seen as the tasks are if these have one view, otherwise in the common view.
     alike = len({str(each) for each in views.values()}) == 1
     first = views[tasks[0].name] if only is not None or alike else view or view_of(problem)
-    found = [Scene("at rest", Shape(mesh, np.zeros_like(mesh.points)), first, gravity=gravity, obstacles=obstacles)]
+    still = np.zeros_like(mesh.points)
+    laid = laid_of(problem, mesh, still)
+    # What lies on the exterior is seen on a body that is not cut.
+    entire = replace(first, offset=None) if laid and view is None else first
+    found = [Scene("at rest", Shape(mesh, still), entire, Marks(), gravity, obstacles, laid)]
     if whole.sag is not None:
         tip = _tip(problem, whole)
         marks = Marks([] if first.along else loads_at(problem, tip), outlined=True)
-        found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles))
+        sagged = laid_of(problem, mesh, whole.sag)
+        found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles, sagged))
     for task in tasks:
         result = results[task.name]
         motion = motion_of(task, result)
@@ -88,7 +97,7 @@ def scenes_of(
         seen = views[task.name]
         # Seen along the axis, what is marked would lie in front of the cut.
         marks = Marks(outlined=True) if seen.along else task_marks(problem, task, result)
-        found.append(Scene(words, shape, seen, marks, gravity, obstacles))
+        found.append(Scene(words, shape, seen, marks, gravity, obstacles, laid_of(problem, mesh, shape.u)))
     return found
 
 

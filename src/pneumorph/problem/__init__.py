@@ -23,6 +23,7 @@ from pneumorph.problem.models import (
 )
 from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach, TargetMotion
 from pneumorph.problem.regions import Layer, Region, Sleeve
+from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement, reinforcements
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
 
@@ -36,6 +37,7 @@ __all__ = [
     "CylinderSpec",
     "EndEffector",
     "Envelope",
+    "FibresSpec",
     "Fold",
     "Gravity",
     "Layer",
@@ -45,6 +47,7 @@ __all__ = [
     "MatchSections",
     "Material",
     "Maximize",
+    "MembraneSpec",
     "MeshSpec",
     "ObjectiveSpec",
     "ObstacleSpec",
@@ -54,6 +57,7 @@ __all__ = [
     "Problem",
     "Reach",
     "Region",
+    "Reinforcement",
     "Ripple",
     "Sleeve",
     "SphereSpec",
@@ -69,4 +73,5 @@ __all__ = [
     "load",
     "loads",
     "read",
+    "reinforcements",
 ]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.problem import regions
+from pneumorph.problem import regions, reinforcement
 from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
@@ -32,7 +32,7 @@ def faults(problem: Problem) -> list[Fault]:
     Checks that rely on others are left out if these have found something.
     """
     found = [*_names(problem), *_chambers_in_body(problem)]
-    relying = () if found else (_symmetry, _walls, regions.faults)
+    relying = () if found else (_symmetry, _walls, regions.faults, reinforcement.faults)
     for check in (*relying, _tasks, _ranges, _limits, _contact, _resolution):
         found += check(problem)
     return found
@@ -116,9 +116,10 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
     twisting = [index for index, task in enumerate(problem.task) if _twists(task)]
     count = len(body.chamber) if twisting else 0
     images = [[image(body.chamber, index, matrix, body.length) or 0 for index in range(count)] for matrix in reflecting]
+    handed = any(fibres.handed for fibres in problem.fibres)
     for index in twisting:
         task = problem.task[index]
-        if any(_same_pressures(problem, task, each) for each in images):
+        if not handed and any(_same_pressures(problem, task, each) for each in images):
             maximizes = isinstance(task.objective, Maximize)
             yield (
                 f"task[{index}].objective.{'motion' if maximizes else 'twist'}",

@@ -27,6 +27,7 @@ from pneumorph.problem.models import (
 )
 from pneumorph.problem.reasons import faults_of, refusal
 from pneumorph.problem.regions import MOST_REGIONS, Region
+from pneumorph.problem.reinforcement import MOST_REINFORCEMENTS, FibresSpec, MembraneSpec
 from pneumorph.problem.table import Example, Table
 
 
@@ -65,6 +66,10 @@ class Problem(Table):
     """The starting body with its chambers."""
     region: tuple[Region, ...] = Field(default=(), max_length=MOST_REGIONS)
     """Parts of another rubber, each a table [[region]]."""
+    membrane: tuple[MembraneSpec, ...] = Field(default=(), max_length=MOST_REINFORCEMENTS)
+    """Sheets of paper or fabric on surfaces, which limit strain, each a table [[membrane]]."""
+    fibres: tuple[FibresSpec, ...] = Field(default=(), max_length=MOST_REINFORCEMENTS)
+    """Fibres wound around surfaces, each a table [[fibres]]."""
     end_effector: EndEffector = EndEffector()
     """What the tip carries."""
     gravity: Gravity | None = None

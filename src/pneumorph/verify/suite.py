@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 
-from pneumorph.verify import beams, contact, element, homogeneous, inflation, solvers, work
+from pneumorph.verify import beams, contact, element, homogeneous, inflation, solvers, work, wound
 from pneumorph.verify.actuator import bellows, linear_actuator, several_rubbers
 from pneumorph.verify.verdict import Case
 
 _RADIAL = "radial boundary-value problem, by SciPy's collocation to 1e-10 (verify/radial.py)"
+
+_WOUND = "infinite tube in cylindrical coordinates, by polynomials of degree 6 (verify/wound.py)"
 
 _INCOMPRESSIBLE = "closed form of the incompressible neo-Hookean solid (Ogden 1984, ch. 5)"
 
@@ -34,6 +36,12 @@ def cases() -> tuple[Case, ...]:
         Case("contact, patch test", contact.patch_test, "a homogeneous state with the stress of uniaxial tension"),
         Case("contact, sphere on plane", contact.hertz, "Hertz (Johnson 1985, ch. 4)"),
         Case("contact, energy balance", contact.energy_balance, "first law: ∫p dV by Gauss quadrature with six points"),
+        Case("fibres, magic angle", wound.magic_angle, _WOUND),
+        Case("fibres, one family", wound.one_family, _WOUND),
+        Case("tube in a sheet", wound.covered_tube, _WOUND),
+        Case(
+            "tube with a sheet on one side", wound.half_covered, "beam of two materials (Timoshenko & Gere 1972, ch. 5)"
+        ),
         *(
             Case(f"{solver}, {word}", partial(compare, body, problem=problem), source)
             for word, body, problem in (

@@ -17,7 +17,7 @@ from pneumorph.make.mould.piece import Piece
 from pneumorph.make.mould.pieces import pieces
 from pneumorph.make.mould.plan import Plan, plan
 from pneumorph.make.mould.proof import Part, part, proof
-from pneumorph.make.mould.sheet import write_sheet
+from pneumorph.make.mould.sheet import reinforcing, write_sheet
 from pneumorph.make.mould.tessellation import Tessellation, tessellated
 from pneumorph.make.mould.walls import draw_walls
 from pneumorph.make.printing import read_3mf, write_3mf
@@ -72,7 +72,8 @@ def make_mould(
     checks += [valid, *proof(planned, parts, chord), *(effect.check(problem.make.port_effect) for effect in told)]
     items = bill(planned, parts, rubber.name, rubber.density)
     sheet = folder / SHEET
-    write_sheet(planned, parts, items, told, problem.title or "Mould", sheet)
+    remarks = [*reinforcing(problem), *(effect.sentence for effect in told)]
+    write_sheet(planned, parts, items, remarks, problem.title or "Mould", sheet)
     return (*written, assembled, sheet, *write_bill_and_pictures(planned, items, folder)), tuple(checks)
 
 

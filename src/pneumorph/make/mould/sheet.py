@@ -13,9 +13,10 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 
 from pneumorph.make.mould.bill import Item
-from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.plan import PLATE, Plan, SplitPlan
 from pneumorph.make.mould.proof import Part
+from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem.reinforcement import EXTERIOR
 
 _COLOURS = {"mould": ("#c7cdd4", "#b3bcc6"), "core": ("#e8b75e", "#e8b75e"), "product": ("#8fc1a9", "#8fc1a9")}
 _COLOURS |= {"part": _COLOURS["product"], "master": _COLOURS["core"], "negative": ("#d9a3a3", "#e2b8b8")}
@@ -29,16 +30,21 @@ PAGE = (8.27, 11.69)  # A4 upright, inches
 
 
 def write_sheet(
-    plan: SplitPlan, parts: Sequence[Part], items: Sequence[Item], effects: Sequence[PortEffect], title: str, path: Path
+    plan: SplitPlan, parts: Sequence[Part], items: Sequence[Item], told: Sequence[str], title: str, path: Path
 ) -> None:
     """Write the sheet as PDF.
+
+    Parameters
+    ----------
+    told : sequence of str
+        Remarks below the steps.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    write_pages(path, title, [_sections(plan, parts, title)], steps(plan, items), [e.sentence for e in effects], items)
+    write_pages(path, title, [_sections(plan, parts, title)], steps(plan, items), told, items)
 
 
 def write_pages(
@@ -92,6 +98,21 @@ def steps(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
         *plugged,
         *last_steps(plan),
     ]
+
+
+def reinforcing(problem: Problem) -> list[str]:
+    """When the sheets and fibres of a problem are laid on its surfaces, if it has any."""
+    found = []
+    for each in reinforcements(problem):
+        chambers = [name for name in each.surfaces if name != EXTERIOR]
+        if chambers:
+            found.append(
+                f"Before casting, lay {each.words} on the cores of {', '.join(chambers)}: the rubber bonds to it. A "
+                "core must be broken or dissolved inside it."
+            )
+        if EXTERIOR in each.surfaces:
+            found.append(f"Bond {each.words} to the finished body with a film of its rubber that is as thin as can be.")
+    return found
 
 
 def last_steps(plan: Plan) -> list[str]:

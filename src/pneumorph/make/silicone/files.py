@@ -10,6 +10,7 @@ from pneumorph.make.checks import Check
 from pneumorph.make.mould.effect import PortEffect
 from pneumorph.make.mould.files import SHEET, write_assembly, write_bill_and_pictures, write_pieces
 from pneumorph.make.mould.plan import Plan
+from pneumorph.make.mould.sheet import reinforcing
 from pneumorph.make.silicone.bill import bill
 from pneumorph.make.silicone.pieces import pieces
 from pneumorph.make.silicone.plan import SiliconePlan, plan_silicone
@@ -53,6 +54,6 @@ def make_silicone_mould(
     checks += [sag.check(problem.make.negative_sag) for sag in sagging]
     checks += [effect.check(problem.make.port_effect) for effect in changed]
     items = bill(planned, parts, problem)
-    sheet, told = folder / SHEET, [each.sentence for each in (*sagging, *changed)]
+    sheet, told = folder / SHEET, [*reinforcing(problem), *(each.sentence for each in (*sagging, *changed))]
     write_sheet(planned, parts, items, told, problem.title or "Silicone mould", sheet)
     return (*written, assembled, sheet, *write_bill_and_pictures(planned, items, folder)), tuple(checks)

@@ -14,6 +14,7 @@ from pneumorph.mechanics.assembly import element
 from pneumorph.mechanics.assembly.contact import Contact
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
+from pneumorph.mechanics.assembly.reinforcement import Reinforcement, connect_covered
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces, Sparsity, build_sparsity, places_of, touching
 from pneumorph.mechanics.assembly.terms import ChamberPressure, Connectivity, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.assembly.tip import Tip
@@ -32,6 +33,8 @@ class Model:
         A single one has the key "" where the mesh names no regions.
     regions : dict of (M_r,) int by region
         The numbers of its elements.
+    reinforcements : dict of Reinforcement
+        Sheets and fibres by their names.
     chambers : tuple of str
         Names, in the order of all vectors of chamber pressures and volumes.
     plate : bool
@@ -61,6 +64,7 @@ class Model:
 
     rubbers: Mapping[str, Rubber]
     regions: Mapping[str, np.ndarray]
+    reinforcements: Mapping[str, Reinforcement]
     chambers: tuple[str, ...]
     plate: bool
     mixed: bool
@@ -158,6 +162,7 @@ def build_model(
     mixed: bool = False,
     weight: bool = True,
     contact: Contact | None = None,
+    reinforcements: Mapping[str, Reinforcement] | None = None,
 ) -> Model:
     """Build the model of a mesh.
 
@@ -178,14 +183,22 @@ def build_model(
         Whether accelerations act; without them the term is left out, which saves time.
     contact : Contact, optional
         What the surface may touch.
+    reinforcements : dict of Reinforcement, optional
+        What lies under the covers of the mesh, by their names.
 
     Raises
     ------
     ValueError
-        If the rubbers do not match the regions of the mesh, or the regions do not cover each element exactly once.
+        If the rubbers do not match the regions of the mesh, or the regions do not cover each element exactly once, or
+        the reinforcements do not match the covers.
     """
     count = len(mesh.points)
     rubbers, regions = _regions(mesh, rubber)
+    laid = dict(reinforcements or {})
+    if set(laid) != set(mesh.covers):
+        raise ValueError(
+            f"reinforcements {', '.join(laid) or 'none'}, but the mesh has {', '.join(mesh.covers) or 'none'}"
+        )
     if supports is None:
         supports = np.zeros((count, 3), bool)
         supports[np.unique(mesh.faces["base"])] = True
@@ -212,10 +225,12 @@ def build_model(
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     if contact is not None:
         terms += [Term(contact.surface, obstacle) for obstacle in contact.obstacles.values()]
+    terms += [Term(connect_covered(mesh.covers[name]), energy) for name, energy in laid.items()]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
     return Model(
         rubbers=rubbers,
         regions=regions,
+        reinforcements=laid,
         chambers=chambers,
         plate=plate,
         mixed=mixed,

@@ -17,8 +17,7 @@ from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfold
-from pneumorph.problem import Problem
-from pneumorph.problem.regions import keeps
+from pneumorph.problem import Problem, regions, reinforcement
 from pneumorph.problem.symmetry import MIRRORS, operations
 
 Pressures = Mapping[str, float]
@@ -54,7 +53,8 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> boo
     weight = np.zeros(3) if gravity is None else gravity.acceleration * np.array(gravity.direction)
     return (
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
-        and keeps(problem, plane)
+        and regions.keeps(problem, plane)
+        and reinforcement.keeps(problem, plane)
         and not np.any(weight[mirror < 0])
         and not np.any(np.array(effector.force)[mirror < 0])
         and not np.any(np.array(effector.moment)[axial < 0])
@@ -102,8 +102,8 @@ class Whole:
         u = self.image.vectors(part.u)
         if not self.part.mixed:
             return State(u, part.plate)
-        regions = len(self.part.rubbers)
-        hydrostatic = part.hydrostatic.reshape(regions, -1)[:, self.image.source]
+        count = len(self.part.rubbers)
+        hydrostatic = part.hydrostatic.reshape(count, -1)[:, self.image.source]
         return State(u, part.plate, hydrostatic.ravel())
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
@@ -117,5 +117,7 @@ def whole_of(part: Model, mesh: TetMesh) -> Whole:
     image = unfold(mesh)
     rubber = part.rubber if len(part.rubbers) == 1 else part.rubbers
     weight = any(isinstance(term.energy, Weight) for term in part.terms)
-    body = build_model(image.mesh, rubber, part.plate, mixed=part.mixed, weight=weight)
+    body = build_model(
+        image.mesh, rubber, part.plate, mixed=part.mixed, weight=weight, reinforcements=part.reinforcements
+    )
     return Whole(part, image, body, Tangent(body))

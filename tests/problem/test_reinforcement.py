@@ -1,0 +1,78 @@
+"""Membranes and fibres in problem files."""
+
+import math
+
+import pytest
+from tiny import tiny
+
+from pneumorph.errors import ProblemError
+from pneumorph.geometry import build_covers
+from pneumorph.problem import loads
+
+SHEET = '[[membrane]]\nname = "paper"\nstiffness = "200 N/mm"\n'
+BRAID = '[[fibres]]\nname = "braid"\nstiffness = "50 N/mm"\nwinding = "70 deg"\n'
+
+
+def test_they_are_read_and_written():
+    problem = loads(tiny() + SHEET + 'angles = ["-90 deg", "90 deg"]\n' + BRAID + 'surfaces = ["A"]\nfamilies = 1\n')
+    (sheet,), (fibres,) = problem.membrane, problem.fibres
+    assert sheet.surfaces == ("exterior",) and sheet.poisson == 0.3
+    assert fibres.winding == pytest.approx(math.radians(70))
+    assert fibres.handed
+    assert loads(problem.to_toml()) == problem
+    one, other = build_covers(problem.body, [*problem.membrane, *problem.fibres])
+    assert (one.surface, one.r, one.q) == ("exterior", (0.0, 1.0), pytest.approx((0.75, 1.25)))
+    assert (other.surface, other.q) == ("A", None)
+
+
+def test_there_are_none_by_default():
+    problem = loads(tiny())
+    assert problem.membrane == () and problem.fibres == ()
+
+
+def test_covers_of_a_chamber_run_the_other_way_and_by_its_own_span():
+    low, high = loads(tiny()).body.chamber[0].span
+    middle = (low + high) / 2
+    text = tiny() + SHEET + f'surfaces = ["A"]\nangles = ["10 deg", "100 deg"]\nspan = ["{middle} mm", "{high} mm"]\n'
+    problem = loads(text)
+    (cover,) = build_covers(problem.body, problem.membrane)
+    assert cover.r == pytest.approx((0.5, 1.0))
+    assert cover.q == pytest.approx((260 / 360, 350 / 360))
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        (SHEET.replace('"200 N/mm"', '"200 MPa"'), r"membrane\[0\].stiffness: .*unit of a stiffness"),
+        (SHEET.replace('stiffness = "200 N/mm"\n', ""), r"membrane\[0\].stiffness: is missing; .*the modulus times"),
+        (SHEET + "poisson = 1.0\n", r"membrane\[0\].poisson"),
+        (SHEET + "wrinkling = 0.0\n", r"membrane\[0\].wrinkling"),
+        (SHEET + SHEET, r'membrane\[1\].name: "paper" is used twice'),
+        (SHEET + BRAID.replace("braid", "paper"), r'fibres\[0\].name: "paper" is used twice'),
+        (
+            SHEET + 'surfaces = ["B"]\n',
+            r'membrane\[0\].surfaces: there is no surface "B"; the surfaces are exterior, A',
+        ),
+        (SHEET + 'surfaces = ["A", "A"]\n', r'membrane\[0\].surfaces: has "A" twice'),
+        (SHEET + 'span = ["9 mm", "3 mm"]\n', r"membrane\[0\].span: does not rise"),
+        (SHEET + 'span = ["3 mm", "300 mm"]\n', r'membrane\[0\].span: reaches beyond "exterior"'),
+        (SHEET + 'span = ["3 mm", "3.1 mm"]\n', r"membrane\[0\].span: is shorter than mesh.size"),
+        (SHEET + 'angles = ["0 deg", "360 deg"]\n', r"membrane\[0\].angles: must rise, by less than 360 deg"),
+        (SHEET + 'angles = ["0 deg", "2 deg"]\n', r"membrane\[0\].angles: cover less than mesh.size"),
+        (BRAID.replace("70 deg", "91 deg"), r"fibres\[0\].winding: is beyond a right angle"),
+        (BRAID + "families = 3\n", r"fibres\[0\].families"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(text, message):
+    with pytest.raises(ProblemError, match=message) as refused:
+        loads(tiny() + text)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_symmetric_body_may_twist_by_its_fibres():
+    text = tiny().replace('control_density = "0.3 /mm"', 'control_density = "0.3 /mm"\nsymmetry = {mirror = ["xz"]}')
+    assert 'motion = "extension"' in text
+    text = text.replace('motion = "extension"', 'motion = "twist"')
+    with pytest.raises(ProblemError, match="does not twist"):
+        loads(text + BRAID)
+    assert loads(text + BRAID + "families = 1\n").fibres[0].handed
