@@ -76,7 +76,7 @@ def test_a_step_without_equilibrium_is_null():
     written = to_json(missing)
     assert {key for key, value in written.items() if value is None} == {
         "translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity", "stable",
-        "errors", "contact_N", "contact_area_mm2", "self_contact_N",
+        "errors", "contact_N", "contact_normal_N", "contact_area_mm2", "self_contact_N",
     }  # fmt: skip
     back = from_json(SweepStep, json.loads(json.dumps(written)))
     assert (back.task, back.converged, back.reason) == ("t", False, "it balloons")

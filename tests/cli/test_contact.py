@@ -39,3 +39,37 @@ def test_an_obstacle_in_the_body_is_refused(run, tiny):
     refused = run("simulate", tiny)
     assert refused.exit_code != 0
     assert 'obstacle "wall" touches the body at rest; move it away' in refused.stderr
+
+
+def test_a_wall_that_is_moved_onto_the_tip(run, tiny, tmp_path):
+    """Force over displacement, in the table and in a picture; a wall that is pressed further presses back harder."""
+    with tiny.open("a", encoding="utf-8") as file:
+        file.write(WALL.format(height=24.35))
+    files = ("--csv", tmp_path / "s.csv", "--png", tmp_path / "s.png")
+    result = run("simulate", tiny, "--pressure", "A=0kPa", "--move", "wall.z=0:-1:-0.5mm", *files)
+    assert result.exit_code == 0, result.output
+    with (tmp_path / "s.csv").open() as table:
+        rows = list(csv.DictReader(table))
+    assert [float(row["move_wall_z_mm"]) for row in rows] == [0.0, -0.5, -1.0]
+    forces = [float(row["contact_wall_z_N"]) for row in rows]
+    # The gap of 0.35 mm closes first; the tube is nearly linear, up to the activation distance of 0.3 mm.
+    assert forces[0] < 0.05 * forces[1] and forces[2] / forces[1] == pytest.approx(0.8 / 0.3, rel=0.35)
+    assert [float(row["contact_normal_wall_N"]) for row in rows] == pytest.approx(forces, rel=1e-6)
+    assert float(rows[2]["contact_area_wall_mm2"]) == pytest.approx(201, rel=0.02)
+    assert "wall moved by (0.000, 0.000, -1.000) mm" in result.output and (tmp_path / "s.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    "move, message",
+    [
+        ("wall.z", "is not an obstacle and an axis with a displacement"),
+        ("wall=1mm", 'there is no obstacle and axis "wall"; use one of wall.x, wall.y, wall.z'),
+        ("wall.z=1kPa", "move wall.z=1kPa: "),
+        ("wall.z=down", "is not a length; write plate.z=-3mm"),
+    ],
+)
+def test_moves_that_are_refused(run, tiny, move, message):
+    with tiny.open("a", encoding="utf-8") as file:
+        file.write(WALL.format(height=24.35))
+    refused = run("simulate", tiny, "--move", move)
+    assert refused.exit_code != 0 and message in refused.stderr

@@ -73,11 +73,12 @@ SHAPES = {
     "sphere": Sphere(np.array([0.0, 1.0, 13.0]), 4.0),
     "cylinder": Cylinder(np.array([11.0, 0, 5.0]), np.array([0.0, 0.6, 0.8]), 1.5, 3.0),
     "box": Box(np.array([9.0, 9.0, 4.0]), np.array([3.0, 2.5, 3.0])),
+    "wedge": Sphere(np.array([0.0, 0.0, 99.0]), 1.0),
 }
 
 
 def touching(*shapes, own=None, **guards) -> Contact:
-    return Contact(SURFACE, {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in shapes}, guards, own)
+    return Contact(SURFACE, {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in (*shapes, *guards)}, guards, own)
 
 
 def crowded(*rigid, own=True) -> Pairs:
@@ -101,7 +102,7 @@ CASES = {
     "pressure": partial(built, SOFT, kinds=ChamberPressure),
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
-    "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching(*SHAPES)),
+    "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching("plane", "sphere", "cylinder", "box")),
     "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
     "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
     "everything": partial(
@@ -131,7 +132,7 @@ class Place:
         self.vector = 0.05 * random.standard_normal(of.size)
         self.change, self.adjoint = random.standard_normal((2, of.size))
         # The tangent of contact in pairs jumps where the nearest parts of surfaces are others.
-        self.step = 5e-5 if of.potential.pairs else 2e-3
+        self.step = 5e-5 if of.potential.has_pairs else 2e-3
         self.dX = random.standard_normal(MESH.points.shape)
         self.dloads = jax.tree.map(lambda load: random.standard_normal(load.shape), self.loads)
 
@@ -150,7 +151,9 @@ class Place:
         of, common = self.model, self.model.sparsity
         data = tangent(of, self.at.X, of.state(self.vector), self.loads, np.zeros(6, bool))
         upper = sparse.csr_array((data, common.indices, common.indptr), shape=(of.size, of.size))
-        upper = upper + sparse.csr_array(contact_in_pairs(of, self.at.X, of.state(self.vector), of.fixed))
+        upper = upper + sparse.csr_array(
+            contact_in_pairs(of, self.at.X, of.state(self.vector), self.at.loads, of.fixed)
+        )
         return upper + sparse.triu(upper, 1).T
 
 

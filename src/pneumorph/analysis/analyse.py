@@ -127,7 +127,8 @@ def analyse(
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        at = configure(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), guided_of(problem))
+        loads = loads_of(problem, disc.model, pressures[task.name], task.moves)
+        at = configure(disc.model, X, loads, guided_of(problem))
         start = starts[task.name] if starts else None
         found = solve(at, disc.tangents[task.name], start, tolerance, most=most)
         if explain and isinstance(found, NoEquilibrium):

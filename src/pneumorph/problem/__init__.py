@@ -21,7 +21,17 @@ from pneumorph.problem.models import (
     Symmetry,
     Task,
 )
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach, TargetMotion
+from pneumorph.problem.objective import (
+    ContactArea,
+    Custom,
+    MatchCurve,
+    MatchSections,
+    Maximize,
+    ObjectiveSpec,
+    Press,
+    Reach,
+    TargetMotion,
+)
 from pneumorph.problem.regions import Layer, Region, Sleeve
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
@@ -31,6 +41,7 @@ __all__ = [
     "BoxSpec",
     "ChamberSpec",
     "Code",
+    "ContactArea",
     "ContactSpec",
     "Custom",
     "CylinderSpec",
@@ -50,6 +61,7 @@ __all__ = [
     "ObstacleSpec",
     "OptimizerSpec",
     "PlaneSpec",
+    "Press",
     "Pressure",
     "Problem",
     "Reach",

@@ -211,7 +211,8 @@ def build_model(
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     if contact is not None:
-        terms += [Term(contact.surface, obstacle) for obstacle in contact.obstacles.values()]
+        obstacles = enumerate(contact.obstacles.values())
+        terms += [Term(contact.surface, replace(obstacle, number=number)) for number, obstacle in obstacles]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
     return Model(
         rubbers=rubbers,

@@ -157,17 +157,22 @@ def _outside(beyond: Array) -> Array:
     return _length(jnp.maximum(beyond, 0.0)) + jnp.minimum(jnp.max(beyond, axis=-1), 0.0)
 
 
-@partial(register_dataclass, data_fields=["shape", "activation", "stiffness"], meta_fields=[])
+@partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """The barrier of a rigid body: the activation distance d̂ in mm, and the stiffness κ in MPa."""
+    """The barrier of a rigid body: the activation distance d̂ in mm, and the stiffness κ in MPa.
+
+    The body is displaced by the row `number` of `Loads.shift`.
+    """
 
     shape: Shape
     activation: Values
     stiffness: Values
+    number: Values = 0
 
     def energies(self, local: Local, loads: Loads) -> Array:
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
+        places = places - jnp.asarray(loads.shift)[self.number]
         return jnp.sum(local.data * barrier(self.shape.distance(places), self.activation, self.stiffness), axis=1)
 
 
@@ -199,23 +204,6 @@ def distances(shape: Shape, surface: Connectivity, places: np.ndarray) -> np.nda
 @jax.jit
 def _distances(shape: Shape, places: Values) -> Array:
     return shape.distance(places)
-
-
-def normals(surface: Connectivity, x: np.ndarray) -> np.ndarray:
-    """Unit normals (F, 7, 3) out of the solid at the sample points of a surface, with nodes at x (N, 3)."""
-    along, across = np.einsum("fai,qak->kfqi", x[surface.nodes], SAMPLE_DN)
-    normal = np.cross(along, across)
-    return normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-
-
-def away_from(shape: Shape, surface: Connectivity, places: np.ndarray) -> np.ndarray:
-    """Unit vectors (F, 7, 3) away from a shape at the sample points (F, 7, 3) of a surface."""
-    return np.concatenate([np.asarray(_away_from(shape, places[chunk])) for chunk in surface.chunks()])
-
-
-@jax.jit
-def _away_from(shape: Shape, places: Values) -> Array:
-    return jax.grad(lambda x: jnp.sum(shape.distance(x)))(places)
 
 
 KEPT, CLOSE, MOST_ADVANCES = 0.1, 1e-3, 200

@@ -173,9 +173,9 @@ class Tangent:
         if at.model is not self._model:
             raise ValueError("the configuration belongs to another model")
         data = tangent(self._model, at.X, state, at.loads, at.blocked)
-        if not self._model.potential.pairs:
+        if not self._model.potential.has_pairs:
             return data
-        return self._with_contact(data, contact_in_pairs(self._model, at.X, state, at.constrained))
+        return self._with_contact(data, contact_in_pairs(self._model, at.X, state, at.loads, at.constrained))
 
     def _with_contact(self, data: np.ndarray, contact: sparse.coo_array) -> np.ndarray:
         """The values with those of contact, in a pattern that has both; the symbolic analysis is repeated if needed."""

@@ -1,14 +1,16 @@
-"""First-order prediction of how an equilibrium changes with nodes and pressures."""
+"""First-order prediction of how an equilibrium changes with nodes, pressures and other loads."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import jax
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.solve.balance import apart, free_share, pressure_force, supported
 
 
@@ -25,3 +27,11 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, d
     moved = replace(at, X=at.X + dX)
     # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
     return model.state(vector + (free_share(moved, vector, change) if apart(moved, vector) else 1.0) * change)
+
+
+def predict_loaded(at: Configuration, tangent: Tangent, state: State, loads: Loads) -> State:
+    """The state after the loads of `at` become these: K du = −∂R/∂loads dloads. Surfaces may meet in it."""
+    model = at.model
+    change = jax.tree.map(lambda new, old: np.asarray(new) - np.asarray(old), loads, at.loads)
+    push = -model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
+    return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push)))
