@@ -73,3 +73,25 @@ def test_moves_that_are_refused(run, tiny, move, message):
         file.write(WALL.format(height=24.35))
     refused = run("simulate", tiny, "--move", move)
     assert refused.exit_code != 0 and message in refused.stderr
+
+
+def test_a_wall_that_moves_along_the_tip_pulls_at_it_by_friction(run, tiny, tmp_path):
+    with tiny.open("a", encoding="utf-8") as file:
+        file.write(WALL.format(height=24.35))
+    moves = ("--pressure", "A=0kPa", "--move", "wall.z=-0.5mm", "--move", "wall.x=0:0.4:0.2mm")
+    result = run("simulate", tiny, *moves, "--friction", 0.2, "--csv", tmp_path / "s.csv")
+    assert result.exit_code == 0, result.output
+    with (tmp_path / "s.csv").open() as table:
+        rows = list(csv.DictReader(table))
+    pulls, normal = ([float(row[key]) for row in rows] for key in ("contact_wall_x_N", "contact_normal_wall_N"))
+    assert abs(pulls[0]) < 1e-3 * normal[0]
+    assert 0.1 * 0.2 * normal[1] < -pulls[1] <= -pulls[2] * 1.001 <= 0.2 * normal[2] * 1.002
+    assert float(rows[2]["translation_x_mm"]) > 1e-3
+
+
+def test_friction_is_refused_where_states_have_no_way_to_them(run, tiny):
+    with tiny.open("a", encoding="utf-8") as file:
+        file.write(WALL.format(height=24.35) + "[contact]\nself = false\nfriction = 0.3\n")
+    refused = run("check", tiny)
+    assert refused.exit_code != 0
+    assert "contact.friction: is for simulate alone; leave it out here, and use simulate --friction" in refused.stderr

@@ -295,3 +295,16 @@ def test_an_obstacle_with_triangles_moves_with_them():
     _, residual = kernels.value_and_residual(model.potential, at.X, there.state, at.loads)
     held = np.where(model.supports, residual.u, 0.0).sum(axis=0)
     assert held[:2] == pytest.approx(force[:2], abs=1e-7) and force[1] < -1e-3
+
+
+def test_a_body_that_is_moved_while_it_touches():
+    """From one shape to another nothing meets on the way, and the end is that of a search from rest."""
+    model = ring(SHAPES["plane"], own=False)
+    before = loaded(model, 0.04)
+    first = found(before)
+    gap = 10.5 - (before.X + first.u)[:, 1].max()
+    # Where the old displacements would lead through the plane.
+    after = loaded(model, 0.04, before.X + np.array([0.0, 2.0 * gap, 0.0]))
+    moved = solve(after, Tangent(model), first.state, since=(before, first.state))
+    assert isinstance(moved, Equilibrium), moved.reason
+    assert moved.u == pytest.approx(found(after).u, abs=1e-6)

@@ -13,9 +13,19 @@ from scipy import sparse
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.friction import Friction, Hold
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, Sphere, surface_of
+from pneumorph.mechanics.assembly.obstacles import (
+    Box,
+    Cylinder,
+    Obstacle,
+    Plane,
+    RigidMesh,
+    Sphere,
+    sample_places,
+    surface_of,
+)
 from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
 from pneumorph.verify.solids import tube
@@ -91,6 +101,17 @@ WEDGE = RigidMesh(
     np.array([[0, 1, 2], [3, 4, 5]]),
 )
 
+
+def sliding() -> Term:
+    """Friction of points that have slipped by less and by more than what mobilises all of it."""
+    random, points = np.random.default_rng(3), sample_places(SURFACE, MESH.points)
+    normal = random.standard_normal(points.shape)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    anchor = points + 0.1 * random.standard_normal(points.shape)
+    held = Hold(random.uniform(0.0, 0.1, points.shape[:2]), anchor, normal)
+    return Term(replace(SURFACE, data=held.data()), Friction(0.4, 0.15, 0))
+
+
 TWO = {"inner": SOFT, "outer": STIFF}
 CASES = {
     "solid": partial(built, SOFT, kinds=Solid),
@@ -105,6 +126,7 @@ CASES = {
     "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching("plane", "sphere", "cylinder", "box")),
     "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
     "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
+    "friction": partial(built, SOFT, kinds=Plate, more=[sliding()], contact=touching("plane")),
     "everything": partial(
         built,
         NEARLY_INCOMPRESSIBLE,

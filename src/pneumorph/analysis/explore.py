@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.analyse import mesh_of, refuse_friction
 from pneumorph.analysis.fields import Fields, nodal_stretch
 from pneumorph.analysis.records import SweepStep, TaskResult
 from pneumorph.analysis.simulate import step_of
@@ -98,6 +98,7 @@ class Explorer:
         stored: Fields | None = None,
         results: Mapping[str, TaskResult] | None = None,
     ) -> None:
+        refuse_friction(problem)
         self.problem, self.body = problem, body
         self._stored, self._results = stored, results or {}
         self._meshes: dict[tuple[str, ...], _Meshed] = {}

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis.analyse import DESIGN_TOLERANCE
+from pneumorph.analysis.analyse import DESIGN_TOLERANCE, refuse_friction
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -146,6 +146,7 @@ def compared(
 
     Tasks with equal pressures are solved once.
     """
+    refuse_friction(problem)
     rubber = rubber_of(problem.material)
     models = [model_of(problem, mesh, {"rubber": rubber, "tubes": tubes}) for tubes in (rubber, tube_of(rubber))]
     tangents = [Tangent(model) for model in models]

@@ -29,6 +29,7 @@ from pneumorph.mechanics import (
     mirrors_of,
     model_of,
     sweep,
+    sweep_with_friction,
     whole_of,
 )
 from pneumorph.mesh import TetMesh
@@ -40,6 +41,7 @@ BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF
 """The plate components that each word of the option `block` holds at zero."""
 
 
+MOST_FRICTION = 10.0
 Moves = Mapping[str, Vector]
 STILL: Vector = (0.0, 0.0, 0.0)
 
@@ -79,6 +81,7 @@ class Simulation:
         Plate components that are held at zero.
     targets : {task: Objective}
         Objectives of the tasks with a target, from which the steps have their distance.
+    friction : coefficient of friction on obstacles.
     """
 
     problem: Problem
@@ -88,6 +91,7 @@ class Simulation:
     paths: list[PressurePath]
     blocked: np.ndarray
     targets: Mapping[str, Objective] = field(default_factory=dict)
+    friction: float = 0.0
 
     @property
     def count(self) -> int:
@@ -147,12 +151,20 @@ class Simulation:
                 moves = [self._moves(tasks[0], given) for given in path.moves]
                 loads = [loads_of(self.problem, self.model, *each) for each in zip(along, moves, strict=True)]
                 configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
-                answers = zip(along, moves, configurations, sweep(configurations, tangent), strict=True)
-                for pressures, moved, at, found in answers:
+                for pressures, moved, (at, found) in zip(
+                    along, moves, self._sweep(configurations, tangent), strict=True
+                ):
                     step = replace(step_of(tasks[0], pressures, at, found, whole), moves=moved)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, found)))
                         yield curve.steps[-1]
+
+    def _sweep(
+        self, path: list[Configuration], tangent: Tangent
+    ) -> Iterable[tuple[Configuration, Equilibrium | NoEquilibrium]]:
+        if self.friction:
+            return sweep_with_friction(path, tangent, self.friction)
+        return zip(path, sweep(path, tangent), strict=True)
 
     def _errors(self, task: str, at: Configuration, found: Equilibrium | NoEquilibrium) -> dict[str, float]:
         """Distances of an equilibrium from the target of a task, if it has one."""
@@ -171,6 +183,7 @@ def prepare_simulation(
     block: Iterable[str] = (),
     one_by_one: bool = False,
     moves: Mapping[str, Any] | None = None,
+    friction: float | None = None,
 ) -> Simulation:
     """Mesh a body, or half or a quarter of it where mirror planes allow that, for sweeps.
 
@@ -183,6 +196,7 @@ def prepare_simulation(
     block : motions of the plate to block, keys of `BLOCKS`.
     one_by_one : sweep one chamber after another.
     moves : {"plate.z": "-3 mm" or "0:-3:-0.5 mm"}, displacements of obstacles in place of those of the tasks.
+    friction : coefficient of friction on obstacles, by default that of the problem.
 
     Raises
     ------
@@ -197,7 +211,24 @@ def prepare_simulation(
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
     mesh = mesh_of(problem, body, mirrors_of(problem, applied)).mesh
     targets = {name: found for name, found in _targets(problem).items() if name in pressures}
-    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets)
+    given_friction = 0.0 if problem.contact is None else problem.contact.friction
+    coefficient = _friction(problem, given_friction if friction is None else friction)
+    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets, coefficient)
+
+
+def _friction(problem: Problem, coefficient: float) -> float:
+    """A coefficient of friction.
+
+    Raises
+    ------
+    ProblemError
+        If it is none, or nothing can be touched.
+    """
+    if not 0.0 <= coefficient <= MOST_FRICTION:
+        raise ProblemError(f"friction {coefficient:g}: is not between 0 and {MOST_FRICTION:g}; use e.g. 0.4")
+    if coefficient and not problem.obstacle:
+        raise ProblemError(f"friction {coefficient:g}: there is no obstacle; add a table [[obstacle]] to the problem")
+    return coefficient
 
 
 def _targets(problem: Problem) -> dict[str, Objective]:

@@ -66,6 +66,10 @@ def simulate(
             "What is swept changes together. Other obstacles are where the task puts them.",
         ),
     ] = None,
+    friction: Annotated[
+        float | None,
+        typer.Option(help="Coefficient of friction on obstacles; by default that of the problem. Use small steps."),
+    ] = None,
     one_by_one: Annotated[
         bool,
         typer.Option("--one-by-one", help="Sweep one chamber after another; others stay at the start of their sweep."),
@@ -90,7 +94,7 @@ def simulate(
     from pneumorph.cli.simulate import simulate
 
     files = {"--json": json, "--csv": csv, "--png": png}
-    simulate(source, pressure or [], move or [], one_by_one, block or [], files, design, task, quiet, trust)
+    simulate(source, pressure or [], move or [], friction, one_by_one, block or [], files, design, task, quiet, trust)
 
 
 def check(

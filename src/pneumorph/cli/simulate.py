@@ -31,6 +31,7 @@ def simulate(
     source: Path,
     pressures: list[str],
     moves: list[str],
+    friction: float | None,
     one_by_one: bool,
     block: list[str],
     files: Mapping[str, Path | None],
@@ -49,7 +50,7 @@ def simulate(
     for option, path in files.items():
         for folder in _check(option, path):
             console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
-    simulation = design.prepare_simulation(given, block, one_by_one, task, moved)
+    simulation = design.prepare_simulation(given, block, one_by_one, task, moved, friction)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model = simulation.model

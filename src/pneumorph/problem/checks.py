@@ -290,6 +290,8 @@ def _limits(problem: Problem) -> Iterator[Fault]:
 def _contact(problem: Problem) -> Iterator[Fault]:
     """The activation distance is less than every wall and slot: surfaces at rest do not push each other."""
     distance, limits = problem.contact and problem.contact.distance, problem.limits
+    if problem.contact and problem.contact.friction and not problem.obstacle:
+        yield "contact.friction", "acts on obstacles alone, and there is none; add a table [[obstacle]] or leave it out"
     if distance:
         least, key = min((limits.wall, "wall"), (limits.fold.distance, "fold.distance"))
         if distance > least / 2:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Strict, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
 
 from pneumorph.errors import short
-from pneumorph.problem.directions import Direction, unit_vector
+from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.models import Length, PositiveLength
 from pneumorph.problem.names import Name
 from pneumorph.problem.table import TAG, Example, InvalidKey, Table
@@ -16,7 +16,7 @@ Place = tuple[Length, Length, Length]
 
 
 class ContactSpec(Table):
-    """Contact without friction, which keeps deformed surfaces apart at the states of all tasks.
+    """Contact, which keeps deformed surfaces apart at the states of all tasks.
 
     Surfaces nearer to each other than the distance push each other away, the harder the nearer they are; none ever goes
     through another. With contact or obstacles the whole body is solved, not half of it.
@@ -26,6 +26,8 @@ class ContactSpec(Table):
     """Whether the surfaces of the body and its chambers may touch each other; false saves time."""
     distance: PositiveLength | None = None
     """At which surfaces begin to push; less than any wall or gap. By default a twentieth of mesh.size."""
+    friction: Annotated[Number, Field(ge=0, le=10)] = 0.0
+    """Coefficient of friction on obstacles, in `pneumorph simulate` alone: what it leads to depends on the way."""
 
 
 class _Obstacle(Table):

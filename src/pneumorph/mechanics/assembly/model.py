@@ -245,6 +245,26 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
     )
 
 
+def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
+    """The model with more terms, over connectivities with the nodes of one that it has: its sparsity stays.
+
+    A `Tangent` of the model serves the other one too.
+    """
+    on_tip = np.zeros(model.nodes, bool)
+    on_tip[model.tip.nodes] = True
+    terms = tuple(terms)
+    groups, potential = grouped(terms), model.potential
+    place = model.places[[group.connectivity for group in potential.groups].index(like)]
+    return replace(
+        model,
+        terms=(*model.terms, *terms),
+        potential=potential._replace(
+            groups=(*potential.groups, *groups), near_tip=(*potential.near_tip, *_near_tip(groups, on_tip))
+        ),
+        places=(*model.places, *[place for _ in groups]),
+    )
+
+
 def _assembled(
     terms: Iterable[Term],
     tip: Tip,

@@ -82,7 +82,7 @@ class Sphere:
     radius: Values
 
     def distance(self, x: Values) -> Array:
-        return _length(x - self.center) - self.radius
+        return length_of(x - self.center) - self.radius
 
     def mesh(self, sag: float) -> RigidMesh:
         # Points on a spiral; a hull of n of them has triangles of area 2πR²/n.
@@ -104,7 +104,7 @@ class Cylinder:
 
     def distance(self, x: Values) -> Array:
         along = (x - self.center) @ self.axis
-        away = _length(x - self.center - along[..., None] * self.axis)
+        away = length_of(x - self.center - along[..., None] * self.axis)
         return _outside(jnp.stack([away - self.radius, jnp.abs(along) - self.half], axis=-1))
 
     def mesh(self, sag: float) -> RigidMesh:
@@ -146,7 +146,7 @@ def _hull(points: np.ndarray) -> RigidMesh:
     return RigidMesh(points, np.where(outward[:, None], found.simplices, found.simplices[:, ::-1]))
 
 
-def _length(vector: Values) -> Array:
+def length_of(vector: Values) -> Array:
     """|v| of vectors (..., 3), with a derivative where it is zero too."""
     square = jnp.sum(vector * vector, axis=-1)
     return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
@@ -154,7 +154,7 @@ def _length(vector: Values) -> Array:
 
 def _outside(beyond: Array) -> Array:
     """The distance from a product of intervals, of how far places are beyond each of them (..., k)."""
-    return _length(jnp.maximum(beyond, 0.0)) + jnp.minimum(jnp.max(beyond, axis=-1), 0.0)
+    return length_of(jnp.maximum(beyond, 0.0)) + jnp.minimum(jnp.max(beyond, axis=-1), 0.0)
 
 
 @partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number"], meta_fields=[])
@@ -204,6 +204,16 @@ def distances(shape: Shape, surface: Connectivity, places: np.ndarray) -> np.nda
 @jax.jit
 def _distances(shape: Shape, places: Values) -> Array:
     return shape.distance(places)
+
+
+def away_from(shape: Shape, surface: Connectivity, places: np.ndarray) -> np.ndarray:
+    """Unit vectors (F, 7, 3) away from a shape at the sample points (F, 7, 3) of a surface."""
+    return np.concatenate([np.asarray(_away_from(shape, places[chunk])) for chunk in surface.chunks()])
+
+
+@jax.jit
+def _away_from(shape: Shape, places: Values) -> Array:
+    return jax.grad(lambda x: jnp.sum(shape.distance(x)))(places)
 
 
 KEPT, CLOSE, MOST_ADVANCES = 0.1, 1e-3, 200

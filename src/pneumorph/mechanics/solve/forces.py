@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.mechanics.assembly import derivatives
+from pneumorph.mechanics.assembly.friction import Friction
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.pressing import AREA, FORCE, NORMAL, pressed
@@ -19,7 +21,7 @@ class ContactForces:
     Attributes
     ----------
     on : {obstacle: (3,)}
-        Force of the body on every obstacle, N.
+        Force of the body on every obstacle, N, with friction.
     normal : {obstacle: float}
         Sum of the normal forces on it, N: forces that oppose each other count too.
     area : {obstacle: float}
@@ -41,7 +43,13 @@ def contact_forces(at: Configuration, state: State) -> ContactForces:
         return ContactForces({}, {}, {}, 0.0)
     x = at.X + displacement(at.model.tip, at.X, state)
     own = 0.0 if contact.own is None else float(np.linalg.norm(contact.own.touch(x).slope, axis=1).sum()) / 2
-    rows = dict(zip(contact.obstacles, pressed(contact, x, np.asarray(at.loads.shift)), strict=True))
+    table = pressed(contact, x, np.asarray(at.loads.shift))
+    for surface, energy in at.model.terms:
+        if isinstance(energy, Friction):
+            local = surface.local(at.X, x - at.X, state.hydrostatic, state.plate)
+            _, found = derivatives.forces(energy, surface, local, at.loads)
+            table[int(energy.number), FORCE] += np.asarray(found.u).sum(axis=(0, 1))
+    rows = dict(zip(contact.obstacles, table, strict=True))
     return ContactForces(
         on={name: row[FORCE] for name, row in rows.items()},
         normal={name: float(row[NORMAL]) for name, row in rows.items()},

@@ -10,7 +10,6 @@ import numpy as np
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.solve.balance import apart, free_share, pressure_force, supported
 
 
@@ -29,9 +28,11 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, d
     return model.state(vector + (free_share(moved, vector, change) if apart(moved, vector) else 1.0) * change)
 
 
-def predict_loaded(at: Configuration, tangent: Tangent, state: State, loads: Loads) -> State:
-    """The state after the loads of `at` become these: K du = −∂R/∂loads dloads. Surfaces may meet in it."""
+def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:
+    """The state after loads and nodes become those of `there`, to first order. Surfaces may meet in it."""
     model = at.model
-    change = jax.tree.map(lambda new, old: np.asarray(new) - np.asarray(old), loads, at.loads)
+    change = jax.tree.map(lambda new, old: np.asarray(new) - np.asarray(old), there.loads, at.loads)
     push = -model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
+    if there.X is not at.X:
+        push = push - model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
     return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push)))
