@@ -7,10 +7,11 @@ import pytest
 from tiny import tiny
 
 from pneumorph.analysis import analyse, analyse_body, collect_task_results
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.mechanics import TOLERANCE
 from pneumorph.objective import build_objectives
+from pneumorph.optimize import design
 from pneumorph.output.format import motion_of
 from pneumorph.problem import loads
 from pneumorph.sensitivity import TaylorTest, gradient
@@ -130,3 +131,10 @@ def test_an_obstacle_is_needed():
         loads(tiny(pressure='{ A = "0 kPa" }\nmove = { ball = ["0 mm", "0 mm", "1 mm"] }') + OBSTACLES)
     with pytest.raises(ProblemError, match=r"add a table \[\[obstacle\]\]"):
         loads(tiny(objective=OBJECTIVES["area"]))
+
+
+def test_a_start_that_does_not_touch_is_refused():
+    """It would be taken for an optimum, since all derivatives are zero."""
+    text = tiny(pressure='{ A = "5 kPa" }', objective=OBJECTIVES["normal force"])
+    with pytest.raises(ComputationError, match='task extend: the start does not touch obstacle "rod"; put that nearer'):
+        list(design(loads(text + ROD.format(name="rod", x=16))))
