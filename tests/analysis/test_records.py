@@ -9,7 +9,7 @@ import pytest
 from records import entry, one_element, task_result
 from tiny import tiny
 
-from pneumorph.analysis import HistoryEntry, Motion, RunResult, SweepStep, from_json, to_json, unpack_fields
+from pneumorph.analysis import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json, unpack_fields
 from pneumorph.problem import loads
 from pneumorph.run import open_run
 
@@ -76,7 +76,7 @@ def test_a_step_without_equilibrium_is_null():
     written = to_json(missing)
     assert {key for key, value in written.items() if value is None} == {
         "translation_mm", "rotation_rad", "reaction", "volume_mm3", "max_stretch", "beyond_validity", "stable",
-        "errors", "contact_N", "contact_area_mm2", "self_contact_N",
+        "errors", "contact_N", "contact_normal_N", "contact_area_mm2", "self_contact_N",
     }  # fmt: skip
     back = from_json(SweepStep, json.loads(json.dumps(written)))
     assert (back.task, back.converged, back.reason) == ("t", False, "it balloons")
@@ -85,7 +85,11 @@ def test_a_step_without_equilibrium_is_null():
 
 def test_a_step_comes_back():
     step = SweepStep("t", {"A": 0.1}, (0.0, 0.0, 1.0), (0.0, 0.1, 0.0), {"axial": 2.0}, {"A": 900.0}, 1.2, stable=True)
-    written = to_json(step)
+    on_wall = {"contact": {"wall": (0.0, 1.0, 2.0)}, "contact_normal": {"wall": 2.5}, "contact_area": {"wall": 9.0}}
+    step = replace(step, **on_wall, moves={"wall": (0.0, 0.0, -1.0)})
+    of_task = replace(entry(1).tasks["extend"], **on_wall)
+    assert from_json(TaskResult, json.loads(json.dumps(to_json(of_task)))) == of_task
+    written = json.loads(json.dumps(to_json(step)))
     assert "reason" not in written and written["converged"] is True
     assert from_json(SweepStep, written) == step
 

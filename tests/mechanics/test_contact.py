@@ -35,7 +35,7 @@ def ring(*shapes, own=True, mixed=False):
     held = np.zeros(X.shape, bool)
     held[:, 2] = (X[:, 2] == 0) | (X[:, 2] > LENGTH - 1e-9)
     held[(np.abs(X[:, 1]) < 1e-6) & (X[:, 0] < 0.0)] = True
-    obstacles = {str(number): Obstacle(shape, ACTIVATION, 0.3) for number, shape in enumerate(shapes)}
+    obstacles = {f"o{number}": Obstacle(shape, ACTIVATION, 0.3) for number, shape in enumerate(shapes)}
     itself = Pairs(SURFACE, X, True, [], ACTIVATION, 0.3) if own else None
     around = {name: each.shape.mesh(ACTIVATION / 4) for name, each in obstacles.items()}
     guards = {
@@ -45,8 +45,8 @@ def ring(*shapes, own=True, mixed=False):
     return build_model(MESH, RUBBER, plate=False, supports=held, mixed=mixed, contact=contact)
 
 
-def loaded(model, pressure, X=None, pull=0.0):
-    acting = build_loads(model, {"A": pressure}, acceleration=np.array([0.0, pull, 0.0]))
+def loaded(model, pressure, X=None, pull=0.0, **moves):
+    acting = build_loads(model, {"A": pressure}, acceleration=np.array([0.0, pull, 0.0]), moves=moves)
     return configure(model, MESH.points if X is None else X, acting)
 
 
@@ -119,11 +119,11 @@ def test_a_ring_that_grows_presses_on_an_obstacle(name, mixed):
     places = np.concatenate([x, flat_triangles(x).mean(axis=1)])
     assert np.asarray(SHAPES[name].distance(places)).min() > 0.0
     forces = contact_forces(at, there.state)
-    assert np.linalg.norm(forces.on["0"]) > 1e-3 and forces.area["0"] > 0.0
+    assert np.linalg.norm(forces.on["o0"]) > 1e-3 and forces.area["o0"] > 0.0
     # The pressure in a closed ring has no resultant: what presses on the obstacle is what holds the ring.
     _, residual = kernels.value_and_residual(model.potential, at.X, there.state, at.loads)
     held = np.where(model.supports, residual.u, 0.0).sum(axis=0)
-    assert held[:2] == pytest.approx(forces.on["0"][:2], abs=1e-7)
+    assert held[:2] == pytest.approx(forces.on["o0"][:2], abs=1e-7)
 
 
 def slope(at, there, seed):
@@ -142,7 +142,7 @@ SHAKE = -np.random.default_rng(1).uniform(-0.2, 0.2, MESH.points.shape)
 def first_touch(model) -> float:
     """The pressure at which the ring is at the activation distance from its obstacle."""
     low, high = 0.0, 0.04
-    shape = model.contact.obstacles["0"].shape
+    shape = model.contact.obstacles["o0"].shape
     tangent, state = Tangent(model), None
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -208,7 +208,7 @@ def test_a_path_goes_on_through_contact():
     path = follow(loaded(model, 0.04), Tangent(model), load=1.0)
     assert "reached" in path.reason
     pressing = [contact_forces(loaded(model, point.pressures["A"]), point.equilibrium.state) for point in path.points]
-    assert pressing[0].on["0"][1] == 0.0 < pressing[-1].on["0"][1]
+    assert pressing[0].on["o0"][1] == 0.0 < pressing[-1].on["o0"][1]
     direct = found(loaded(model, path.points[-1].pressures["A"]))
     assert path.points[-1].equilibrium.u == pytest.approx(direct.u, abs=1e-5)
 
@@ -236,9 +236,10 @@ def test_a_body_that_starts_in_an_obstacle_has_no_equilibrium():
 def test_steps_end_before_they_meet_an_obstacle():
     contact = Contact(SURFACE, {"0": Obstacle(SHAPES["sphere"], 0.3, 0.3)}, {}, None)
     start, end = MESH.points, MESH.points - np.array([0.0, 12.0, 0.0])
-    share = contact.free_share(start, end)
+    still = np.zeros((1, 3))
+    share = contact.free_share(start, end, still)
     assert 0.0 < share < 1.0
-    assert contact.apart(start + share * (end - start)) and not contact.apart(start + 0.5 * (end - start))
+    assert contact.apart(start + share * (end - start), still) and not contact.apart(start + 0.5 * (end - start), still)
 
 
 @pytest.mark.parametrize("name", ["sphere", "cylinder", "box"])
@@ -261,3 +262,49 @@ def test_nothing_presses_on_itself_at_rest():
     assert pairs.touch(MESH.points).nothing
     nearer = MESH.points * [1.0, 0.02, 1.0]
     assert not pairs.touch(nearer).nothing and pairs.touch(nearer).energy > 0.0
+
+
+def test_an_obstacle_that_moves_presses_as_one_that_is_there():
+    """A plane is moved into where the ring was, in steps of a sweep and at once, and back again."""
+    model = ring(SHAPES["plane"], own=False)
+    moved = (0.0, 1.5, 2.5, 1.5)
+    steps = [loaded(model, 0.002, o0=(0.0, -by, 0.0)) for by in moved]
+    there = list(sweep(steps, Tangent(model)))
+    assert all(isinstance(each, Equilibrium) for each in there), [getattr(each, "reason", "") for each in there]
+    forces = [contact_forces(at, each.state).on["o0"][1] for at, each in zip(steps, there, strict=True)]
+    assert forces[0] == 0.0 < forces[1] < forces[2] and forces[3] == pytest.approx(forces[1], rel=1e-6)
+    assert all((at.X + each.u)[:, 1].max() < 10.5 - by for at, each, by in zip(steps, there, moved, strict=True))
+    # Where it is does not depend on how it came there, and of two obstacles the second may be the one that moves.
+    placed = replace(SHAPES["plane"], point=np.array([0, 8.0, 0]))
+    assert found(loaded(ring(placed, own=False), 0.002), start=there[2].state).u == pytest.approx(there[2].u, abs=1e-6)
+    far = replace(SHAPES["sphere"], center=np.array([0.0, 0.0, 60.0]))
+    both = loaded(ring(far, SHAPES["plane"], own=False), 0.002, o1=(0.0, -2.5, 0.0))
+    assert found(both).u == pytest.approx(there[2].u, abs=1e-6)
+
+
+def test_an_obstacle_with_triangles_moves_with_them():
+    """A ball is pressed into the ring: its guard is where it is."""
+    model = ring(SHAPES["sphere"], own=False)
+    at = loaded(model, 0.0, o0=(0.0, 2.5, 0.0))
+    there = found(at)
+    x = at.X + there.u
+    moved = replace(SHAPES["sphere"], center=SHAPES["sphere"].center + np.array([0.0, 2.5, 0.0]))
+    places = np.concatenate([x, flat_triangles(x).mean(axis=1)])
+    assert 0.0 < np.asarray(moved.distance(places)).min() < ACTIVATION
+    force = contact_forces(at, there.state).on["o0"]
+    _, residual = kernels.value_and_residual(model.potential, at.X, there.state, at.loads)
+    held = np.where(model.supports, residual.u, 0.0).sum(axis=0)
+    assert held[:2] == pytest.approx(force[:2], abs=1e-7) and force[1] < -1e-3
+
+
+def test_a_body_that_is_moved_while_it_touches():
+    """From one shape to another nothing meets on the way, and the end is that of a search from rest."""
+    model = ring(SHAPES["plane"], own=False)
+    before = loaded(model, 0.04)
+    first = found(before)
+    gap = 10.5 - (before.X + first.u)[:, 1].max()
+    # Where the old displacements would lead through the plane.
+    after = loaded(model, 0.04, before.X + np.array([0.0, 2.0 * gap, 0.0]))
+    moved = solve(after, Tangent(model), first.state, since=(before, first.state))
+    assert isinstance(moved, Equilibrium), moved.reason
+    assert moved.u == pytest.approx(found(after).u, abs=1e-6)

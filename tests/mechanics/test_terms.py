@@ -13,9 +13,19 @@ from scipy import sparse
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.friction import Friction, Hold
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, Sphere, surface_of
+from pneumorph.mechanics.assembly.obstacles import (
+    Box,
+    Cylinder,
+    Obstacle,
+    Plane,
+    RigidMesh,
+    Sphere,
+    sample_places,
+    surface_of,
+)
 from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane
 from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
@@ -77,11 +87,12 @@ SHAPES = {
     "sphere": Sphere(np.array([0.0, 1.0, 13.0]), 4.0),
     "cylinder": Cylinder(np.array([11.0, 0, 5.0]), np.array([0.0, 0.6, 0.8]), 1.5, 3.0),
     "box": Box(np.array([9.0, 9.0, 4.0]), np.array([3.0, 2.5, 3.0])),
+    "wedge": Sphere(np.array([0.0, 0.0, 99.0]), 1.0),
 }
 
 
 def touching(*shapes, own=None, **guards) -> Contact:
-    return Contact(SURFACE, {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in shapes}, guards, own)
+    return Contact(SURFACE, {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in (*shapes, *guards)}, guards, own)
 
 
 def crowded(*rigid, own=True) -> Pairs:
@@ -105,6 +116,17 @@ WEDGE = RigidMesh(
     np.array([[0, 1, 2], [3, 4, 5]]),
 )
 
+
+def sliding() -> Term:
+    """Friction of points that have slipped by less and by more than what mobilises all of it."""
+    random, points = np.random.default_rng(3), sample_places(SURFACE, MESH.points)
+    normal = random.standard_normal(points.shape)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    anchor = points + 0.1 * random.standard_normal(points.shape)
+    held = Hold(random.uniform(0.0, 0.1, points.shape[:2]), anchor, normal)
+    return Term(replace(SURFACE, data=held.data()), Friction(0.4, 0.15, 0))
+
+
 TWO = {"inner": SOFT, "outer": STIFF}
 CASES = {
     "solid": partial(built, SOFT, kinds=Solid),
@@ -116,13 +138,14 @@ CASES = {
     "pressure": partial(built, SOFT, kinds=ChamberPressure),
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
-    "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching(*SHAPES)),
+    "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching("plane", "sphere", "cylinder", "box")),
     "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
     "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
     "taut sheet": partial(built, SOFT, kinds=Membrane, laid={"sheet": Membrane(40.0, 0.3, 1.0)}),
     "wrinkled sheet": partial(built, SOFT, kinds=Membrane, laid={"sheet": LAID["sheet"]}),
     "braid": partial(built, SOFT, kinds=Fibres, laid={"braid": LAID["braid"]}),
     "helix": partial(built, SOFT, kinds=Fibres, laid={"helix": Fibres(30.0, -0.4, 1.0, (1,))}),
+    "friction": partial(built, SOFT, kinds=Plate, more=[sliding()], contact=touching("plane")),
     "everything": partial(
         built,
         NEARLY_INCOMPRESSIBLE,
@@ -151,7 +174,7 @@ class Place:
         self.vector = 0.05 * random.standard_normal(of.size)
         self.change, self.adjoint = random.standard_normal((2, of.size))
         # The tangent of contact in pairs jumps where the nearest parts of surfaces are others.
-        self.step = 5e-5 if of.potential.pairs else 2e-3
+        self.step = 5e-5 if of.potential.has_pairs else 2e-3
         self.dX = random.standard_normal(MESH.points.shape)
         self.dloads = jax.tree.map(lambda load: random.standard_normal(load.shape), self.loads)
 
@@ -170,7 +193,9 @@ class Place:
         of, common = self.model, self.model.sparsity
         data = tangent(of, self.at.X, of.state(self.vector), self.loads, np.zeros(6, bool))
         upper = sparse.csr_array((data, common.indices, common.indptr), shape=(of.size, of.size))
-        upper = upper + sparse.csr_array(contact_in_pairs(of, self.at.X, of.state(self.vector), of.fixed))
+        upper = upper + sparse.csr_array(
+            contact_in_pairs(of, self.at.X, of.state(self.vector), self.at.loads, of.fixed)
+        )
         return upper + sparse.triu(upper, 1).T
 
 

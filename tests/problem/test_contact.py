@@ -58,11 +58,13 @@ def test_the_whole_body_is_solved_where_anything_touches():
             r"obstacle\[0\].normal: has length zero; write e.g. normal = \[0, 0, 1\]",
         ),
         ("[contact]\nself = 1\n", r"contact.self"),
+        ("[contact]\nfriction = 0.3\n", r"contact.friction: acts on obstacles alone, and there is none"),
+        (BALL + "[contact]\nfriction = -0.3\n", r"contact.friction"),
         (
             '[contact]\ndistance = "0.8 mm"\n',
             r"contact.distance: 0.8 mm is more than half of limits.fold.distance = 1 mm",
         ),
-        ("[contact]\nfriction = 0.3\n", r"contact.friction: unknown key"),
+        ("[contact]\nstiffness = 0.3\n", r"contact.stiffness: unknown key"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text, message):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body, build_covers, build_linings
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
@@ -96,10 +96,29 @@ def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float 
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
-    """Build the model of a mesh, which was made for the control points `built_at` (n_points, 3) mm."""
+    """Build the model of a mesh, which was made for the control points `built_at` (n_points, 3) mm.
+
+    Raises
+    ------
+    ProblemError
+        If there is friction, see `refuse_friction`.
+    """
+    refuse_friction(problem)
     model = model_of(problem, morph.mesh)
     tangents = {task.name: Tangent(model) for task in problem.task}
     return Discretisation(morph, built_at, model, tangents, build_objectives(problem))
+
+
+def refuse_friction(problem: Problem) -> None:
+    """Refuse a problem with friction where states are not found step by step along a sweep.
+
+    Raises
+    ------
+    ProblemError
+        If there is friction: a state then depends on the way to it, and has no derivative by the shape alone.
+    """
+    if problem.contact is not None and problem.contact.friction:
+        raise ProblemError("contact.friction: is for simulate alone; leave it out here, and use simulate --friction")
 
 
 def analyse(
@@ -111,13 +130,15 @@ def analyse(
     tolerance: float = DESIGN_TOLERANCE,
     explain: bool = False,
     most: float = math.inf,
+    near: Analysis | None = None,
 ) -> Analysis | NoEquilibrium:
     """Find the equilibrium of every task on the mesh moved to the design, from the given states or from rest.
 
     Tasks are solved one after another, each with all cores: solving them in parallel threads took 0.9 to 1.3 times as
     long (two cores, two and three tasks). With `explain`, the reason for a missing equilibrium includes the limit
     pressure; the path following that finds it takes much longer. For each task the search ends after `most`
-    factorisations.
+    factorisations. With contact it goes on, where a given state leads nowhere, in steps from `near`, an analysed design
+    on the same mesh: its nodes move to the new design, and what touches stays apart on the way.
 
     Raises
     ------
@@ -128,9 +149,13 @@ def analyse(
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        at = configure(disc.model, X, loads_of(problem, disc.model, pressures[task.name]), guided_of(problem))
+        loads = loads_of(problem, disc.model, pressures[task.name], task.moves)
+        at = configure(disc.model, X, loads, guided_of(problem))
         start = starts[task.name] if starts else None
-        found = solve(at, disc.tangents[task.name], start, tolerance, most=most)
+        since = None
+        if near is not None and disc.model.contact is not None:
+            since = near.configurations[task.name], near.equilibria[task.name].state
+        found = solve(at, disc.tangents[task.name], start, tolerance, since, most)
         if explain and isinstance(found, NoEquilibrium):
             found = diagnose(at, disc.tangents[task.name], found)
         if isinstance(found, NoEquilibrium):

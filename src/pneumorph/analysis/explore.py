@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.analyse import mesh_of, refuse_friction
 from pneumorph.analysis.fields import Fields, nodal_stretch
 from pneumorph.analysis.records import SweepStep, TaskResult
 from pneumorph.analysis.simulate import step_of
@@ -98,6 +98,7 @@ class Explorer:
         stored: Fields | None = None,
         results: Mapping[str, TaskResult] | None = None,
     ) -> None:
+        refuse_friction(problem)
         self.problem, self.body = problem, body
         self._stored, self._results = stored, results or {}
         self._meshes: dict[tuple[str, ...], _Meshed] = {}
@@ -131,7 +132,8 @@ class Explorer:
         return Explored(step, Fields(meshed.mesh, {task: found.u}, {task: nodal_stretch(meshed.mesh, found.u)}))
 
     def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
-        loads = loads_of(self.problem, meshed.model, dict(pressures))
+        # Where obstacles are is a matter of the task; the first one's results are in its name.
+        loads = loads_of(self.problem, meshed.model, dict(pressures), self.problem.task[0].moves)
         return configure(meshed.model, meshed.mesh.points, loads, guided_of(self.problem))
 
     def _strides(self, meshed: _Meshed, pressures: Mapping[str, float]) -> list[Configuration]:
@@ -156,11 +158,11 @@ class Explorer:
     def _known(self, model: Model, stored: Fields) -> list[tuple[Loads, State]]:
         """The equilibria that are stored: of every task, and without pressure."""
         X, still = stored.mesh.points, np.zeros(6)
-        known = []
+        known, moves = [], {task.name: task.moves for task in self.problem.task}
         for task, found in self._results.items():
             plate = np.array([*found.translation, *found.rotation]) if model.plate else still
             state = restored(model, X, stored.u[task], plate)
-            known.append((loads_of(self.problem, model, dict(found.pressures)), state))
+            known.append((loads_of(self.problem, model, dict(found.pressures), moves[task]), state))
         nothing = loads_of(self.problem, model, {})
         if not (np.any(nothing.acceleration) or np.any(nothing.wrench)):
             known.append((nothing, rest(model)))

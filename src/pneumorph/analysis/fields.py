@@ -211,8 +211,8 @@ def compute_inflation(problem: Problem, disc: Discretisation, analysis: Analysis
         states: list[tuple[float, np.ndarray, np.ndarray]] = []
         for part in reversed(PARTS) if any(pressures.values()) else ():
             since = at.loads, state
-            loads = loads_of(problem, disc.model, {name: part * value for name, value in pressures.items()})
-            at = configure(disc.model, analysis.X, loads, guided_of(problem))
+            loads = analysis.configurations[task].loads
+            at = configure(disc.model, analysis.X, loads._replace(pressure=part * loads.pressure), guided_of(problem))
             answer = solve(at, tangent, state, DESIGN_TOLERANCE, since, MAX_FACTORISATIONS)
             if not isinstance(answer, Equilibrium):
                 break

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis.analyse import DESIGN_TOLERANCE
+from pneumorph.analysis.analyse import DESIGN_TOLERANCE, refuse_friction
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body, build_covers
 from pneumorph.mechanics import (
@@ -146,17 +147,19 @@ def compared(
 
     Tasks with equal pressures are solved once.
     """
+    refuse_friction(problem)
     rubber = rubber_of(problem.material)
     models = [model_of(problem, mesh, {"rubber": rubber, "tubes": tubes}) for tubes in (rubber, tube_of(rubber))]
     tangents = [Tangent(model) for model in models]
-    found: dict[tuple[float, ...], tuple[Features, Features]] = {}
+    moves = {task.name: task.moves for task in problem.task}
+    found: dict[Any, tuple[Features, Features]] = {}
     results = {}
     for task, own in pressures.items():
-        key = tuple(own.get(chamber, 0.0) for chamber in models[0].chambers)
+        key = (*(own.get(chamber, 0.0) for chamber in models[0].chambers), *moves[task].items())
         if key not in found:
             state, measured = None, []
             for model, tangent in zip(models, tangents, strict=True):
-                at = configure(model, mesh.points, loads_of(problem, model, dict(own)), guided_of(problem))
+                at = configure(model, mesh.points, loads_of(problem, model, dict(own), moves[task]), guided_of(problem))
                 state = _solved(task, solve(at, tangent, state, DESIGN_TOLERANCE)).state
                 measured.append(measure_features(model, mesh.points, state))
             found[key] = measured[0], measured[1]

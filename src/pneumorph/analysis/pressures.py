@@ -1,9 +1,12 @@
-"""Pressures as users write them: "60 kPa" is constant, "0:60:5 kPa" is swept from 0 to 60 kPa in steps of 5."""
+"""Pressures as users write them: "60 kPa" is constant, "0:60:5 kPa" is swept from 0 to 60 kPa in steps of 5.
+
+Displacements of obstacles along x, y and z are written in the same way: "plate.z" is "-3 mm" or "0:-3:-0.5 mm".
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,85 +17,116 @@ from pneumorph.errors import ProblemError
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
 _FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
+_FIX_MOVE = "write plate.z=-3mm for a displacement or plate.z=0:-3:-0.5mm for a sweep"
 MOST_STEPS = 10_000
+AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
 class PressurePath:
-    """The pressures of one sweep: names of the swept chambers (none if all are constant), and MPa at every step."""
+    """The pressures of one sweep, and how far it moves obstacles.
+
+    Attributes
+    ----------
+    swept : names of the swept chambers and motions, such as "plate.z"; none if all are constant.
+    steps : MPa by chamber, at every step.
+    moves : mm by motion, at every step.
+    """
 
     swept: tuple[str, ...]
     steps: list[dict[str, float]]
+    moves: list[dict[str, float]]
 
 
-def pressure_paths(given: Mapping[str, Any], chambers: tuple[str, ...], one_by_one: bool = False) -> list[PressurePath]:
-    """Read the pressures that a user gives for a simulation.
+def pressure_paths(
+    given: Mapping[str, Any],
+    chambers: tuple[str, ...],
+    one_by_one: bool = False,
+    moves: Mapping[str, Any] | None = None,
+    obstacles: Sequence[str] = (),
+) -> list[PressurePath]:
+    """Read the pressures, and the displacements of obstacles, that a user gives for a simulation.
 
-    Swept chambers change together, in one path, and need the same number of steps. With `one_by_one` each has its own
+    What is swept changes together, in one path, and needs the same number of steps. With `one_by_one` each has its own
     path, during which the others stay at the start of theirs. If nothing is swept, there is one path of one step. A
-    step has only the chambers in `given`.
+    step has only what is in `given` and `moves`.
 
     Parameters
     ----------
     given : {chamber: "60 kPa", "0:60:5 kPa" or a pint quantity}
     chambers : names of all chambers.
     one_by_one : whether to sweep one chamber after another.
+    moves : {"plate.z": "-3 mm", "0:-3:-0.5 mm" or a pint quantity}
+    obstacles : names of all obstacles.
 
     Raises
     ------
     ProblemError
-        If a value is not a pressure, a chamber is unknown, or the numbers of steps differ.
+        If a value is not a pressure or length, a chamber or obstacle is unknown, or the numbers of steps differ.
     """
-    constant: dict[str, float] = {}
-    swept: dict[str, np.ndarray] = {}
+    values: dict[str, np.ndarray] = {}
     for name, asked in given.items():
         if name not in chambers:
             raise ProblemError(
                 f'pressure {name}={asked}: there is no chamber "{name}"; use one of {", ".join(chambers)}'
             )
-        values = _read(name, asked)
-        if len(values) == 1:
-            constant[name] = float(values[0])
-        else:
-            swept[name] = values
+        values[name] = _read(f"pressure {name}={asked}", asked, units.PRESSURE, _FIX)
+    motions = [f"{obstacle}.{axis}" for obstacle in obstacles for axis in AXES]
+    for name, asked in (moves or {}).items():
+        if name not in motions:
+            known = f"use one of {', '.join(motions)}" if motions else "add a table [[obstacle]] to the problem"
+            raise ProblemError(f'move {name}={asked}: there is no obstacle and axis "{name}"; {known}')
+        values[name] = _read(f"move {name}={asked}", asked, units.LENGTH, _FIX_MOVE)
+    constant = {name: float(each[0]) for name, each in values.items() if len(each) == 1}
+    swept = {name: each for name, each in values.items() if len(each) > 1}
     if one_by_one:
         if not swept:
             raise ProblemError(f"one by one: no chamber is swept; {_FIX}")
-        first = constant | {name: float(values[0]) for name, values in swept.items()}
+        first = constant | {name: float(each[0]) for name, each in swept.items()}
         return [
-            PressurePath((name,), [first | {name: float(value)} for value in values]) for name, values in swept.items()
+            _path((name,), [first | {name: float(value)} for value in each], chambers) for name, each in swept.items()
         ]
-    lengths = {name: len(values) for name, values in swept.items()}
+    lengths = {name: len(each) for name, each in swept.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{name} {count}" for name, count in lengths.items())
+        what = "swept chambers" if set(swept) <= set(chambers) else "swept chambers and obstacles"
         raise ProblemError(
-            f"pressure: the swept chambers have different numbers of steps ({counts}); "
+            f"pressure: the {what} have different numbers of steps ({counts}); "
             "give them the same number, or sweep them one by one"
         )
     count = next(iter(lengths.values()), 1)
-    steps = [constant | {name: float(values[step]) for name, values in swept.items()} for step in range(count)]
-    return [PressurePath(tuple(swept), steps)]
+    steps = [constant | {name: float(each[step]) for name, each in swept.items()} for step in range(count)]
+    return [_path(tuple(swept), steps, chambers)]
 
 
-def _read(name: str, asked: Any) -> np.ndarray:
-    """A chamber's pressures in MPa."""
+def _path(swept: tuple[str, ...], steps: list[dict[str, float]], chambers: tuple[str, ...]) -> PressurePath:
+    """A path from the values of chambers and motions at every step."""
+    parts = [
+        [{name: value for name, value in step.items() if (name in chambers) is pressures} for step in steps]
+        for pressures in (True, False)
+    ]
+    return PressurePath(swept, *parts)
+
+
+def _read(key: str, asked: Any, kind: units.Kind, fix: str) -> np.ndarray:
+    """The values of a chamber in MPa, or of a motion in mm."""
     text = units.text_of(asked)
     match = _SHAPE.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise ProblemError(f"pressure {name}={asked}: is not a pressure; {_FIX}")
+        raise ProblemError(f"{key}: is not {kind.name}; {fix}")
     numbers, unit = match.groups()
     try:
-        values = [units.parse(f"{number} {unit or ''}", units.PRESSURE) for number in numbers.split(":")]
+        values = [units.parse(f"{number} {unit or ''}", kind) for number in numbers.split(":")]
     except ValueError as error:
-        raise ProblemError(f"pressure {name}={asked}: {error}") from None
+        raise ProblemError(f"{key}: {error}") from None
     if len(values) == 1:
         return np.array(values)
     start, stop, step = values
     if step == 0 or (stop - start) / step < 0:
-        raise ProblemError(f"pressure {name}={asked}: this step does not lead from start to stop; {_FIX}")
+        raise ProblemError(f"{key}: this step does not lead from start to stop; {fix}")
     count = (stop - start) / step
     if count > MOST_STEPS:
-        raise ProblemError(f"pressure {name}={asked}: has more than {MOST_STEPS} steps; use larger ones")
+        raise ProblemError(f"{key}: has more than {MOST_STEPS} steps; use larger ones")
     # A last step just short of the stop by rounding is the stop.
     values = start + step * np.arange(int(np.floor(count + 1e-9)) + 1)
     return np.clip(values, min(start, stop), max(start, stop))

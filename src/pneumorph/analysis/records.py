@@ -37,7 +37,7 @@ class TaskResult:
     objective : float
         Value of the task's objective, without its weight; smaller is better.
     errors : {name: float}
-        Distance from the target, for tasks with a target: "position_mm", "orientation_rad".
+        Distance from the target, for tasks with a target: "position_mm", "orientation_rad", "force_N", "area_mm2".
     translation, rotation : (3,) mm, rad
         Translation and rotation vector of the tip.
     section_positions, section_rotations : (S, 3) mm, rad
@@ -52,6 +52,12 @@ class TaskResult:
         Whether the state is stable; see `RunResult` for halves and quarters of bodies.
     region_stretches : {region: float}
         The largest principal stretch of every region, in a body of several rubbers; else empty.
+    contact : {obstacle: (3,) N}
+        Force of the body on every obstacle.
+    contact_normal : {obstacle: N}
+        Sum of the normal forces on it; those of opposite sides add up.
+    contact_area : {obstacle: mm²}
+        Area of the body's deformed surface that touches it.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -66,6 +72,9 @@ class TaskResult:
     beyond_validity: bool
     stable: bool
     region_stretches: Mapping[str, float] = field(default_factory=dict)
+    contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
+    contact_normal: Mapping[str, float] = field(metadata={"key": "contact_normal_N"}, default_factory=dict)
+    contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -119,7 +128,7 @@ class HistoryEntry:
 
 @dataclass(frozen=True)
 class Motion:
-    """What a design achieves in a task, in the unit "mm" or "°", or "" for the value of an objective."""
+    """What a design achieves in a task, in the unit "mm", "°", "N" or "mm²", or "" for the value of an objective."""
 
     value: float
     unit: str
@@ -183,10 +192,10 @@ class SweepStep:
         Why no equilibrium was found, as a sentence; else empty.
     errors : {name: float}
         Distance from the task's target, as in `TaskResult`; empty for tasks without one.
-    contact : {obstacle: (3,) N}
-        Force of the body on every obstacle.
-    contact_area : {obstacle: mm²}
-        Area of the body's surface, at rest, that touches it.
+    contact, contact_normal, contact_area
+        As in `TaskResult`.
+    moves : {obstacle: (3,) mm}
+        Displacements of the obstacles that are not in their places.
     self_contact : float
         Sum of the forces with which the body's surface presses on itself.
     """
@@ -205,8 +214,10 @@ class SweepStep:
     errors: Mapping[str, float] = field(default_factory=dict)
     region_stretches: Mapping[str, float] = field(default_factory=dict)
     contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
+    contact_normal: Mapping[str, float] = field(metadata={"key": "contact_normal_N"}, default_factory=dict)
     contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
     self_contact: float = field(metadata={"key": "self_contact_N"}, default=0.0)
+    moves: Mapping[str, Vector] = field(metadata={"key": "move_mm"}, default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -217,11 +228,14 @@ def to_json(record: Any) -> dict[str, Any]:
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
     if not content.get("region_stretches", True):
         del content["region_stretches"]
+    if isinstance(record, TaskResult) and not record.contact:
+        for key in ("contact_N", "contact_normal_N", "contact_area_mm2"):
+            del content[key]
     if isinstance(record, SweepStep):
         if record.converged:
             del content["reason"]
         else:
-            content |= dict.fromkeys(content.keys() - {"task", "pressure_MPa", "converged", "reason"})
+            content |= dict.fromkeys(content.keys() - {"task", "pressure_MPa", "move_mm", "converged", "reason"})
     return content
 
 
@@ -276,6 +290,8 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _tuples(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _tuples(part) for key, part in value.items()}
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 

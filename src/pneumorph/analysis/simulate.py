@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from pneumorph.analysis.analyse import mesh_of
-from pneumorph.analysis.pressures import PressurePath, pressure_paths
-from pneumorph.analysis.records import SweepStep
+from pneumorph.analysis.pressures import AXES, PressurePath, pressure_paths
+from pneumorph.analysis.records import SweepStep, Vector
 from pneumorph.analysis.task_results import by_region, vector
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
@@ -29,6 +29,7 @@ from pneumorph.mechanics import (
     mirrors_of,
     model_of,
     sweep,
+    sweep_with_friction,
     whole_of,
 )
 from pneumorph.mesh import TetMesh
@@ -40,6 +41,11 @@ BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF
 """The plate components that each word of the option `block` holds at zero."""
 
 
+MOST_FRICTION = 10.0
+Moves = Mapping[str, Vector]
+STILL: Vector = (0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class Curve:
     """The steps of one sweep.
@@ -47,7 +53,7 @@ class Curve:
     Attributes
     ----------
     task : the task that gives the pressures of all other chambers.
-    swept : names of the swept chambers.
+    swept : names of the swept chambers, and of motions of obstacles, such as "plate.z".
     steps : all that have been computed.
     """
 
@@ -75,6 +81,7 @@ class Simulation:
         Plate components that are held at zero.
     targets : {task: Objective}
         Objectives of the tasks with a target, from which the steps have their distance.
+    friction : coefficient of friction on obstacles.
     """
 
     problem: Problem
@@ -84,6 +91,7 @@ class Simulation:
     paths: list[PressurePath]
     blocked: np.ndarray
     targets: Mapping[str, Objective] = field(default_factory=dict)
+    friction: float = 0.0
 
     @property
     def count(self) -> int:
@@ -108,12 +116,27 @@ class Simulation:
 
     def _first_like(self, task: str) -> str:
         """The first task whose chambers have the same pressures, but for those that the paths give."""
-        given = set(self.paths[0].steps[0])
+        path = self.paths[0]
 
-        def own(name: str) -> dict[str, float]:
-            return {chamber: value for chamber, value in self.pressures[name].items() if chamber not in given}
+        def own(name: str) -> tuple[dict[str, float], Moves]:
+            pressures = {
+                chamber: part for chamber, part in self.pressures[name].items() if chamber not in path.steps[0]
+            }
+            return pressures, self._moves(name, path.moves[0])
 
         return next(name for name in self.pressures if own(name) == own(task))
+
+    def _moves(self, task: str, given: Mapping[str, float]) -> dict[str, Vector]:
+        """The displacements of obstacles in a task, where some of their components are given."""
+        own = next(each.moves for each in self.problem.task if each.name == task)
+        names = [obstacle.name for obstacle in self.problem.obstacle]
+        found = {
+            name: tuple(
+                given.get(f"{name}.{axis}", part) for axis, part in zip(AXES, own.get(name, STILL), strict=True)
+            )
+            for name in names
+        }
+        return {name: cast(Vector, moved) for name, moved in found.items() if any(moved)}
 
     def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
@@ -125,20 +148,30 @@ class Simulation:
                 new = [Curve(task, path.swept, []) for task in tasks]
                 curves += new
                 along = [{**own, **given} for given in path.steps]
-                loads = [loads_of(self.problem, self.model, each) for each in along]
+                moves = [self._moves(tasks[0], given) for given in path.moves]
+                loads = [loads_of(self.problem, self.model, *each) for each in zip(along, moves, strict=True)]
                 configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
-                for pressures, at, found in zip(along, configurations, sweep(configurations, tangent), strict=True):
-                    step = step_of(tasks[0], pressures, at, found, whole)
+                for pressures, moved, (at, found) in zip(
+                    along, moves, self._sweep(configurations, tangent), strict=True
+                ):
+                    step = replace(step_of(tasks[0], pressures, at, found, whole), moves=moved)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, found)))
                         yield curve.steps[-1]
+
+    def _sweep(
+        self, path: list[Configuration], tangent: Tangent
+    ) -> Iterable[tuple[Configuration, Equilibrium | NoEquilibrium]]:
+        if self.friction:
+            return sweep_with_friction(path, tangent, self.friction)
+        return zip(path, sweep(path, tangent), strict=True)
 
     def _errors(self, task: str, at: Configuration, found: Equilibrium | NoEquilibrium) -> dict[str, float]:
         """Distances of an equilibrium from the target of a task, if it has one."""
         objective = self.targets.get(task)
         if objective is None or isinstance(found, NoEquilibrium):
             return {}
-        moved = objective.features(at.model, at.X, found.state)
+        moved = replace(objective, shift=np.asarray(at.loads.shift)).features(at.model, at.X, found.state)
         return {name: float(error(moved)) for name, error in objective.errors.items()}
 
 
@@ -149,6 +182,8 @@ def prepare_simulation(
     given: Mapping[str, Any],
     block: Iterable[str] = (),
     one_by_one: bool = False,
+    moves: Mapping[str, Any] | None = None,
+    friction: float | None = None,
 ) -> Simulation:
     """Mesh a body, or half or a quarter of it where mirror planes allow that, for sweeps.
 
@@ -160,6 +195,8 @@ def prepare_simulation(
     given : {chamber: "60 kPa" or "0:60:5 kPa"}, see `pressure_paths`.
     block : motions of the plate to block, keys of `BLOCKS`.
     one_by_one : sweep one chamber after another.
+    moves : {"plate.z": "-3 mm" or "0:-3:-0.5 mm"}, displacements of obstacles in place of those of the tasks.
+    friction : coefficient of friction on obstacles, by default that of the problem.
 
     Raises
     ------
@@ -168,12 +205,30 @@ def prepare_simulation(
     MeshError
         If the body cannot be meshed.
     """
-    paths = pressure_paths(given, tuple(chamber.name for chamber in problem.body.chamber), one_by_one)
+    chambers, obstacles = ([part.name for part in parts] for parts in (problem.body.chamber, problem.obstacle))
+    paths = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles)
     blocked = _blocked(problem, list(block))
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
     mesh = mesh_of(problem, body, mirrors_of(problem, applied)).mesh
     targets = {name: found for name, found in _targets(problem).items() if name in pressures}
-    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets)
+    given_friction = 0.0 if problem.contact is None else problem.contact.friction
+    coefficient = _friction(problem, given_friction if friction is None else friction)
+    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets, coefficient)
+
+
+def _friction(problem: Problem, coefficient: float) -> float:
+    """A coefficient of friction.
+
+    Raises
+    ------
+    ProblemError
+        If it is none, or nothing can be touched.
+    """
+    if not 0.0 <= coefficient <= MOST_FRICTION:
+        raise ProblemError(f"friction {coefficient:g}: is not between 0 and {MOST_FRICTION:g}; use e.g. 0.4")
+    if coefficient and not problem.obstacle:
+        raise ProblemError(f"friction {coefficient:g}: there is no obstacle; add a table [[obstacle]] to the problem")
+    return coefficient
 
 
 def _targets(problem: Problem) -> dict[str, Objective]:
@@ -212,6 +267,7 @@ def step_of(
         stable=found.stable and (whole is None or whole.negative_pivots(at, found.state) == 0),
         region_stretches=by_region(found.stretches),
         contact={name: vector(force) for name, force in touched.on.items()},
+        contact_normal=touched.normal,
         contact_area=touched.area,
         self_contact=touched.own,
     )

@@ -31,6 +31,9 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             beyond_validity=disc.model.beyond_validity(equilibrium.stretches),
             stable=equilibrium.stable,
             region_stretches=by_region(equilibrium.stretches),
+            contact={name: vector(on.force) for name, on in moved.contact.items()},
+            contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
+            contact_area={name: float(on.area) for name, on in moved.contact.items()},
         )
     return found
 

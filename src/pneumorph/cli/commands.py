@@ -58,6 +58,18 @@ def simulate(
             "Swept chambers change together. Other chambers have the pressure of the task.",
         ),
     ] = None,
+    move: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="plate.z=0:-3:-0.5mm",
+            help="Move an obstacle along an axis, as a sweep or by a constant displacement (plate.z=-3mm); repeatable. "
+            "What is swept changes together. Other obstacles are where the task puts them.",
+        ),
+    ] = None,
+    friction: Annotated[
+        float | None,
+        typer.Option(help="Coefficient of friction on obstacles; by default that of the problem. Use small steps."),
+    ] = None,
     one_by_one: Annotated[
         bool,
         typer.Option("--one-by-one", help="Sweep one chamber after another; others stay at the start of their sweep."),
@@ -82,7 +94,7 @@ def simulate(
     from pneumorph.cli.simulate import simulate
 
     files = {"--json": json, "--csv": csv, "--png": png}
-    simulate(source, pressure or [], one_by_one, block or [], files, design, task, quiet, trust)
+    simulate(source, pressure or [], move or [], friction, one_by_one, block or [], files, design, task, quiet, trust)
 
 
 def check(

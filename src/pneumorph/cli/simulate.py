@@ -30,6 +30,8 @@ from pneumorph.run import atomic
 def simulate(
     source: Path,
     pressures: list[str],
+    moves: list[str],
+    friction: float | None,
     one_by_one: bool,
     block: list[str],
     files: Mapping[str, Path | None],
@@ -42,12 +44,13 @@ def simulate(
     began = time.perf_counter()
     keep_netgen_quiet()
     design = _design(source, number, asking(trust))
-    given = _given(pressures)
+    given = _given("--pressure", pressures, PRESSURES)
+    moved = _given("--move", moves, MOVES)
     console = Console(quiet=quiet)
     for option, path in files.items():
         for folder in _check(option, path):
             console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
-    simulation = design.prepare_simulation(given, block, one_by_one, task)
+    simulation = design.prepare_simulation(given, block, one_by_one, task, moved, friction)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model = simulation.model
@@ -90,18 +93,20 @@ def _design(source: Path, number: int | None, trust: Trust) -> Design:
     return starting_design(load(source, trust))
 
 
-def _given(options: list[str]) -> dict[str, str]:
-    """The pressures in the options, as text, by chamber."""
+PRESSURES = "a chamber with its pressure; write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
+MOVES = "an obstacle and an axis with a displacement; write plate.z=-3mm or, for a sweep, plate.z=0:-3:-0.5mm"
+
+
+def _given(key: str, options: list[str], what: str) -> dict[str, str]:
+    """The values in the options, as text, by chamber, or by obstacle and axis."""
     given: dict[str, str] = {}
     for option in options:
         name, equals, values = option.partition("=")
         if not equals:
-            raise ProblemError(
-                f"--pressure {option}: is not a chamber with its pressure; write A=60kPa for a constant pressure or "
-                "A=0:60:5kPa for a sweep"
-            )
+            raise ProblemError(f"{key} {option}: is not {what}")
         if name.strip() in given:
-            raise ProblemError(f'--pressure {option}: chamber "{name.strip()}" is given twice; leave one of them out')
+            kind = "chamber " if key == "--pressure" else ""
+            raise ProblemError(f'{key} {option}: {kind}"{name.strip()}" is given twice; leave one of them out')
         given[name.strip()] = values
     return given
 
@@ -120,7 +125,8 @@ LEAST = 1e-6
 
 
 def _row(step: SweepStep, task: Task) -> Text:
-    head = f"{step.task}, {format_pressures(step.pressures)}: "
+    moved = "".join(f", {name} moved by {_vector(by, 3)} mm" for name, by in step.moves.items())
+    head = f"{step.task}, {format_pressures(step.pressures)}{moved}: "
     if not step.converged:
         return Text(head + step.reason, style="red")
     parts = [f"tip {_vector(step.translation, 3)} mm", f"turned {_vector(np.degrees(step.rotation), 2)}°"]

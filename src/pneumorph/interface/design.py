@@ -140,8 +140,10 @@ class Design:
         block: str | Iterable[str] = (),
         one_by_one: bool = False,
         task: str | None = None,
+        moves: Mapping[str, Any] | None = None,
+        friction: float | None = None,
     ) -> Sweep:
-        """Find equilibria at the tasks' pressures, or along sweeps of pressure.
+        """Find equilibria at the tasks' pressures, or along sweeps of pressure or of places of obstacles.
 
         Parameters
         ----------
@@ -155,6 +157,10 @@ class Design:
         task : str, by default all
             The only task whose pressures and target are used. Of tasks that are the same under the pressures given, one
             is simulated, and those with a target.
+        moves : mapping of obstacles and axes, "plate.z", to "-3 mm" or "0:-3:-0.5 mm"
+            Constant or swept displacements of obstacles, in place of those of the task. What is swept changes together.
+        friction : float, by default that of the problem
+            Coefficient of friction on obstacles. States then depend on the steps before: begin where nothing touches.
 
         Raises
         ------
@@ -172,7 +178,7 @@ class Design:
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
-        prepared = self.prepare_simulation(pressures, block, one_by_one, task)
+        prepared = self.prepare_simulation(pressures, block, one_by_one, task, moves, friction)
         for _ in prepared.run(curves):
             pass
         return Sweep(prepared, curves, time.perf_counter() - began)
@@ -183,11 +189,13 @@ class Design:
         block: str | Iterable[str] = (),
         one_by_one: bool = False,
         task: str | None = None,
+        moves: Mapping[str, Any] | None = None,
+        friction: float | None = None,
     ) -> Simulation:
         """Prepare what `simulate` does, to be run step by step; parameters and errors are the same."""
         names = [block] if isinstance(block, str) else block
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
-        return prepare_simulation(self.problem, self.body, own, pressures or {}, names, one_by_one)
+        return prepare_simulation(self.problem, self.body, own, pressures or {}, names, one_by_one, moves, friction)
 
     def explorer(self) -> Explorer:
         """Find equilibria at any pressures, one after another, each from the nearest ones that are known.

@@ -19,6 +19,7 @@ from pneumorph.mechanics.solve.equilibrium import (
     solve,
 )
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
+from pneumorph.mechanics.solve.friction import sweep_with_friction
 from pneumorph.mechanics.solve.mirror import Whole, mirrors_of, whole_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
@@ -62,5 +63,6 @@ __all__ = [
     "rubbers_of",
     "solve",
     "sweep",
+    "sweep_with_friction",
     "whole_of",
 ]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf, sqrt
+from types import MappingProxyType
 
 import numpy as np
 from scipy.optimize import root_scalar
@@ -106,6 +107,9 @@ def reinforcement_of(spec: ReinforcementSpec) -> Reinforcement:
             return Fibres(np.asarray(spec.stiffness), np.asarray(spec.winding), np.asarray(spec.buckling), hands)
 
 
+Moves = Mapping[str, Sequence[float]]
+NO_MOVES: Moves = MappingProxyType({})
+
 ACTIVATION = 1 / 20
 """The default of `contact.distance`, as a fraction of mesh.size."""
 
@@ -129,7 +133,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     surface, shapes = surface_of(mesh), {spec.name: shape_of(spec) for spec in problem.obstacle}
     obstacles = {name: Obstacle(shape, activation, stiffness) for name, shape in shapes.items()}
     for name, obstacle in obstacles.items():
-        if not Contact(surface, {name: obstacle}, {}, None).apart(mesh.points):
+        if not Contact(surface, {name: obstacle}, {}, None).apart(mesh.points, np.zeros((1, 3))):
             raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
     guard, around = GUARD * activation, {name: shape.mesh(GUARD * activation) for name, shape in shapes.items()}
     guards = {
@@ -159,8 +163,8 @@ def asks_for_mixed(rubber: Rubber) -> bool:
     return rubber.bulk_modulus >= MIXED_FROM * rubber.shear_modulus
 
 
-def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loads:
-    """The loads of a problem at the given chamber pressures (MPa)."""
+def loads_of(problem: Problem, model: Model, pressures: dict[str, float], moves: Moves = NO_MOVES) -> Loads:
+    """The loads of a problem at the given chamber pressures (MPa) and displacements (mm) of obstacles."""
     effector, gravity = problem.end_effector, problem.gravity
     spring = effector.spring
     return build_loads(
@@ -169,6 +173,7 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float]) -> Loa
         acceleration=None if gravity is None else gravity.acceleration * np.asarray(gravity.direction),
         spring=np.array([getattr(spring, component) for component in COMPONENTS]),
         wrench=np.array([*effector.force, *effector.moment]),
+        moves=moves,
     )
 
 

@@ -12,13 +12,15 @@ from jax import Array
 
 from pneumorph.errors import ProblemError
 from pneumorph.objective.deadline import PROCESSOR, TooLong, deadline
-from pneumorph.objective.features import Features
+from pneumorph.objective.features import Features, Pressing
 from pneumorph.problem import Custom
 
 FILE = "<objective>"
 
+Names = tuple[str, ...]
 
-def custom(key: str, asked: Custom, chambers: tuple[str, ...]) -> Callable[[Features], Array]:
+
+def custom(key: str, asked: Custom, chambers: Names, obstacles: Names = ()) -> Callable[[Features], Array]:
     """Load a user's objective function, and check that it returns one number for features of this problem's shapes.
 
     Raises
@@ -37,6 +39,7 @@ def custom(key: str, asked: Custom, chambers: tuple[str, ...]) -> Callable[[Feat
         {name: jnp.zeros(()) for name in chambers},
         jnp.zeros((asked.sections, 3)),
         jnp.zeros((asked.sections, 3, 3)),
+        {name: Pressing(jnp.zeros(3), jnp.zeros(()), jnp.zeros(())) for name in obstacles},
     )
 
     def measure(f: Features) -> Array:

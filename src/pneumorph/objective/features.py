@@ -1,8 +1,8 @@
-"""Features of an equilibrium, differentiable by JAX: motion of the end-effector and of sections, chamber volumes."""
+"""Features of an equilibrium, differentiable by JAX: motion of the tip and of sections, chamber volumes, contact."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly import sums
+from pneumorph.mechanics.assembly import pressing, sums
 from pneumorph.mechanics.assembly.element import (
     TET_N,
     TET_WEIGHT,
@@ -29,6 +29,24 @@ from pneumorph.mechanics.material.energies import determinant
 from pneumorph.objective.rotations import continued_logarithm, polar_rotation
 
 
+class Pressing(NamedTuple):
+    """What the body presses on an obstacle with.
+
+    Attributes
+    ----------
+    force : (3,) array
+        On the obstacle, N.
+    normal : scalar
+        Sum of the normal forces, N: forces that oppose each other count too.
+    area : scalar
+        Of the deformed surface that touches, mm².
+    """
+
+    force: Array
+    normal: Array
+    area: Array
+
+
 class Features(NamedTuple):
     """The arguments of objectives; they describe the whole body even if the model is a half or a quarter of it.
 
@@ -44,6 +62,8 @@ class Features(NamedTuple):
         Centres of equidistant sections in the deformed state, mm.
     section_rotation : (S, 3, 3) array
         Rotation of each section from the undeformed state.
+    contact : {obstacle: Pressing}
+        What the body presses on every obstacle with.
     """
 
     translation: Array
@@ -51,6 +71,7 @@ class Features(NamedTuple):
     volume: dict[str, Array]
     section_position: Array
     section_rotation: Array
+    contact: Mapping[str, Pressing] = {}
 
 
 class Slabs(NamedTuple):
@@ -89,6 +110,8 @@ class ElementSums(NamedTuple):
         Moments of a free tip's face; the origin, its undeformed centroid, is subtracted from x too.
     below : (SECTIONS_TO_TIP, 16) array
         Moments of the slabs below a free tip.
+    contact : (K, 5) array
+        Of every obstacle, see `pressing.pressed`.
     """
 
     plate: Values
@@ -96,6 +119,7 @@ class ElementSums(NamedTuple):
     sections: Values
     face: Values
     below: Values
+    contact: Values
 
 
 class ModelTraits(NamedTuple):
@@ -111,29 +135,37 @@ class ModelTraits(NamedTuple):
         Whether the tip carries a plate.
     even : (float, float, float)
         0 for components normal to a mirror plane, otherwise 1.
+    obstacles : tuple of str
+        Names.
     """
 
     chambers: tuple[str, ...]
     copies: int
     plate: bool
     even: tuple[float, ...]
+    obstacles: tuple[str, ...]
 
 
 def traits_of(model: Model) -> ModelTraits:
     """The traits of a model."""
-    return ModelTraits(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)))
+    obstacles = () if model.contact is None else tuple(model.contact.obstacles)
+    return ModelTraits(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)), obstacles)
 
 
-def measure_features(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> Features:
-    """Features of a state on nodes X (N, 3) in mm.
+def measure_features(
+    model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None
+) -> Features:
+    """Features of a state on nodes X (N, 3) in mm, where obstacles are displaced by shift (K, 3) mm.
 
     The motion of the end-effector is that of the plate. For a free tip, the translation is the area mean of the
     displacement, and the rotation is the polar factor of the mean deformation; sections below it count full turns.
     """
-    return features_of(traits_of(model), element_sums(model, X, state, slabs))
+    return features_of(traits_of(model), element_sums(model, X, state, slabs, shift))
 
 
-def element_sums(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS) -> ElementSums:
+def element_sums(
+    model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None
+) -> ElementSums:
     """The plate's motion and the sums over elements for a state on nodes X (N, 3) in mm."""
     u = displacement(model.tip, X, state)
     face, below = np.zeros(16), np.zeros((0, 16))
@@ -142,11 +174,17 @@ def element_sums(model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SL
         face = sums.summed(_face_moments, model.face, X, u, centre)
         below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
     volume = sums.summed(sums.volumes, model.cavities, X, u)
-    return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below)
+    touching = pressing.pressed(model.contact, X + u, _places(model, shift))
+    return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below, touching)
 
 
 def sums_pulled_back(
-    model: Model, X: np.ndarray, state: State, slabs: Slabs, cotangents: ElementSums
+    model: Model,
+    X: np.ndarray,
+    state: State,
+    slabs: Slabs,
+    cotangents: ElementSums,
+    shift: np.ndarray | None = None,
 ) -> tuple[np.ndarray, list[State]]:
     """Derivatives of cotangents·sums with respect to X (k, N, 3) and the unknowns, for k cotangents at once."""
     u = displacement(model.tip, X, state)
@@ -164,6 +202,10 @@ def sums_pulled_back(
             one, other = sums.pulled_back(function, seen, X, u, bars[some], *given)
             by_X[some] += one
             by_u[some] += other
+    if model.contact is not None:
+        by_x = pressing.pulled_back(model.contact, X + u, _places(model, shift), cotangents.contact)
+        by_X += by_x
+        by_u += by_x
     states = []
     for number, plate in enumerate(cotangents.plate):
         by_state, by_tip = pulled_to_unknowns(model.tip, X, state, by_u[number])
@@ -172,18 +214,27 @@ def sums_pulled_back(
     return by_X, states
 
 
+def _places(model: Model, shift: np.ndarray | None) -> np.ndarray:
+    """The displacements (K, 3) of obstacles; by default all are in their places."""
+    return np.zeros((len(traits_of(model).obstacles), 3)) if shift is None else shift
+
+
 @partial(jax.jit, static_argnums=0)
 def features_of(traits: ModelTraits, at: ElementSums) -> Features:
     """Features as functions of the element sums."""
     volume = dict(zip(traits.chambers, traits.copies * jnp.asarray(at.volume), strict=True))
     even = jnp.asarray(traits.even)
     position, _, rotation = _fitted(even, at.sections)
+    contact = {
+        name: Pressing(row[pressing.FORCE], row[pressing.NORMAL], row[pressing.AREA])
+        for name, row in zip(traits.obstacles, jnp.asarray(at.contact), strict=True)
+    }
     if traits.plate:
         plate = jnp.asarray(at.plate)
-        return Features(plate[:3], plate[3:], volume, position, rotation)
+        return Features(plate[:3], plate[3:], volume, position, rotation, contact)
     moved, place, turned = _fitted(even, jnp.asarray(at.face)[None])
     _, _, below = _fitted(even, jax.lax.stop_gradient(at.below))
-    return Features((moved - place)[0], continued_logarithm(turned[0], below), volume, position, rotation)
+    return Features((moved - place)[0], continued_logarithm(turned[0], below), volume, position, rotation, contact)
 
 
 def _fitted(even: Array, moments: Array) -> tuple[Array, Array, Array]:

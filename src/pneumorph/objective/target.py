@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -32,7 +32,7 @@ from pneumorph.objective.features import (
     traits_of,
 )
 from pneumorph.objective.rotations import angle_residual
-from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Reach, TargetMotion
+from pneumorph.problem import ContactArea, Custom, MatchCurve, MatchSections, Maximize, Press, Reach, TargetMotion
 from pneumorph.problem.components import MOTIONS
 
 if TYPE_CHECKING:
@@ -58,37 +58,43 @@ class Objective:
     slabs : Slabs
         The sections whose features it needs.
     errors : {name: function of Features}
-        Reported distances from the target; names end in the unit, "_mm" or "_rad".
+        Reported distances from the target; names end in the unit, "_mm", "_rad", "_N" or "_mm2".
     residuals : function of Features, optional
         The residuals (k,) of which J is the sum of squares; None if J is not such a sum.
+    shift : (K, 3) array, optional
+        Displacements of the obstacles, mm; by default they are in their places.
     """
 
     value: FeatureFunction
     slabs: Slabs = NO_SLABS
     errors: Mapping[str, FeatureFunction] = field(default_factory=dict)
     residuals: FeatureFunction | None = None
+    shift: np.ndarray | None = None
 
     def features(self, model: Model, X: np.ndarray, state: State) -> Features:
         """The features of a state on nodes X (N, 3) in mm, with the sections that the objective needs."""
-        return measure_features(model, X, state, self.slabs)
+        return measure_features(model, X, state, self.slabs, self.shift)
 
     def at(self, model: Model, X: np.ndarray, state: State) -> float:
         """J for a state on nodes X."""
-        return float(_value(self, traits_of(model), element_sums(model, X, state, self.slabs)))
+        return float(_value(self, traits_of(model), self._sums(model, X, state)))
 
     def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
         """J for a state on nodes X, and its derivatives with respect to X (N, 3) and the unknowns."""
-        value, by_sums = _slope(self, traits_of(model), element_sums(model, X, state, self.slabs))
+        value, by_sums = _slope(self, traits_of(model), self._sums(model, X, state))
         by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: part[None], by_sums))
         return float(value), by_X[0], by_state[0]
 
     def jacobian(self, model: Model, X: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray, list[State]]:
         """Residuals (k,) for a state on nodes X, and their derivatives with respect to X (k, N, 3) and the unknowns."""
-        residuals, by_sums = _jacobian(self, traits_of(model), element_sums(model, X, state, self.slabs))
+        residuals, by_sums = _jacobian(self, traits_of(model), self._sums(model, X, state))
         return np.asarray(residuals), *self._pulled_back(model, X, state, by_sums)
 
+    def _sums(self, model: Model, X: np.ndarray, state: State) -> ElementSums:
+        return element_sums(model, X, state, self.slabs, self.shift)
+
     def _pulled_back(self, model: Model, X: np.ndarray, state: State, bars: ElementSums):
-        return sums_pulled_back(model, X, state, self.slabs, jax.tree.map(np.asarray, bars))
+        return sums_pulled_back(model, X, state, self.slabs, jax.tree.map(np.asarray, bars), self.shift)
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -123,6 +129,7 @@ def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[s
         If a target curve has no direction at some point, or a user's function fails or does not return a number.
     """
     length, chambers = problem.body.length, tuple(chamber.name for chamber in problem.body.chamber)
+    obstacles = tuple(obstacle.name for obstacle in problem.obstacle)
     found = {}
     for number, task in enumerate(problem.task):
         if isinstance(task.objective, without):
@@ -144,10 +151,16 @@ def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[s
                 found[task.name] = reach(asked, length)
             case TargetMotion() as asked:
                 found[task.name] = target_motion(asked)
+            case Press() as asked:
+                found[task.name] = press(asked)
+            case ContactArea() as asked:
+                found[task.name] = contact_area(asked)
             case Custom() as asked:
                 slabs = equidistant(asked.sections, length)
-                measure = custom(f"task[{number}].objective", asked, chambers)
+                measure = custom(f"task[{number}].objective", asked, chambers, obstacles)
                 found[task.name] = Objective(measure, slabs)
+        shift = [task.moves.get(name, (0.0, 0.0, 0.0)) for name in obstacles]
+        found[task.name] = replace(found[task.name], shift=np.array(shift).reshape(-1, 3))
     return found
 
 
@@ -242,6 +255,28 @@ def target_motion(asked: TargetMotion) -> Objective:
         parts.append((asked.weight_of(motions[given[0]]), off))
         errors[name] = lambda f, off=off: jnp.sqrt(jnp.sum(off(f) ** 2))
     return _squares(parts, NO_SLABS, errors)
+
+
+def press(asked: Press) -> Objective:
+    """The largest force on an obstacle, or a target for it: a component, or the sum of the normal forces; N or N²."""
+
+    def force(f: Features) -> Array:
+        on = f.contact[asked.obstacle]
+        return on.normal if asked.direction is None else jnp.dot(on.force, jnp.array(asked.direction))
+
+    return _amount(force, asked.force, "force_N")
+
+
+def contact_area(asked: ContactArea) -> Objective:
+    """The largest area of contact with an obstacle, or a target for it; mm² or mm⁴."""
+    return _amount(lambda f: f.contact[asked.obstacle].area, asked.area, "area_mm2")
+
+
+def _amount(of: FeatureFunction, wanted: float | None, name: str) -> Objective:
+    """The objective that makes an amount as large as possible, or as near as possible to what is wanted."""
+    if wanted is None:
+        return Objective(lambda f: -of(f))
+    return _squares([(1.0, lambda f: (of(f) - wanted)[None])], NO_SLABS, {name: lambda f: jnp.abs(of(f) - wanted)})
 
 
 def _squares(

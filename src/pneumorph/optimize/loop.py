@@ -49,7 +49,7 @@ from pneumorph.optimize.step import Step, Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.optimize.within import Within, within
-from pneumorph.problem import Problem
+from pneumorph.problem import ContactArea, Press, Problem
 from pneumorph.problem.symmetry import operations
 
 GROW, SHRINK = 2.0, 0.5
@@ -186,7 +186,20 @@ def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
         analysis = analyse(problem, space, disc, start.phi, explain=True)
     if isinstance(analysis, NoEquilibrium):
         raise ComputationError(f"the starting design cannot be analysed: {analysis.reason}")
+    _touches(problem, disc, analysis)
     return _standing(loop, 0, analysis, disc, start.report, clock, loop.stepper, no_curvature(space.n), 1.0, ())
+
+
+def _touches(problem: Problem, disc: Discretisation, analysis: Analysis) -> None:
+    """Refuse a start that does not touch what it is to press on: nothing would say which way to go."""
+    for task in problem.task:
+        if not isinstance(task.objective, Press | ContactArea):
+            continue
+        state, name = analysis.equilibria[task.name].state, task.objective.obstacle
+        if float(disc.objectives[task.name].features(disc.model, analysis.X, state).contact[name].normal) == 0.0:
+            raise ComputationError(
+                f'task {task.name}: the start does not touch obstacle "{name}"; put that nearer or raise the pressure'
+            )
 
 
 def _start(loop: _Loop) -> tuple[Within, BroughtWithin | None]:

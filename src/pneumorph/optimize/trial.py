@@ -81,7 +81,8 @@ def analyse_trial(
         yield Remeshed(number, poor, disc.model.elements, _quality(disc, points))
     before = now.value
     with clock.phase("equilibrium"):
-        found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS)
+        same = None if poor is not None else now
+        found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS, near=same)
         if not isinstance(found, NoEquilibrium) and poor is not None and found.value > before:
             before = _before(problem, space, disc, now, found)
     spent = disc.factorisations - count

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from pneumorph.analysis import Curve, SweepStep
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, Figure, plain
-from pneumorph.output.sweeps import AXES, reactions
+from pneumorph.output.sweeps import AXES, reactions, touched
 
 DASHES = ("-", "--", ":", "-.")
 SHOWN = 0.02
@@ -67,6 +67,11 @@ def _diagrams(curves: Sequence[Curve]) -> list[Diagram]:
     blocked = reactions(curves)
     motion = {axis: part(lambda step: step.translation, number) for number, axis in enumerate(AXES)}
     turning = {axis: part(lambda step: step.rotation, number, 180.0 / np.pi) for number, axis in enumerate(AXES)}
+    on_obstacles = {
+        f"{name}, along {axis}": part(lambda step, name=name: step.contact[name], number)
+        for name in touched(curves)
+        for number, axis in enumerate(AXES)
+    }
     volumes = {name: part(lambda step: step.volumes, name) for name in curves[0].found[0].volumes}
     return [
         Diagram("translation of the tip", "mm", _named("along", motion), 0.01),
@@ -74,6 +79,7 @@ def _diagrams(curves: Sequence[Curve]) -> list[Diagram]:
         Diagram("force on what holds the tip", "N", _named("along", reaction_lines(COMPONENTS[:3])), 1e-3),
         Diagram("torque on what holds the tip", "N·mm", _named("about", reaction_lines(COMPONENTS[3:])), 1e-2),
         Diagram("volume of the chambers", "mm³", volumes),
+        Diagram("force on obstacles", "N", on_obstacles, 1e-3),
         Diagram("largest stretch", "stretch (1)", {"": lambda step: step.max_stretch}),
     ]
 
@@ -121,13 +127,21 @@ def _draw(axes: Axes, diagram: Diagram, curves: Sequence[Curve]) -> None:
 
 
 def _along(curve: Curve, step: SweepStep) -> float:
-    """Pressure of the first swept chamber, kPa."""
-    return 1e3 * step.pressures[curve.swept[0]]
+    """Pressure of the first swept chamber, kPa, or displacement of the obstacle that is swept first, mm."""
+    first = curve.swept[0]
+    if first in step.pressures:
+        return 1e3 * step.pressures[first]
+    name, axis = first.split(".")
+    return step.moves.get(name, (0.0, 0.0, 0.0))[AXES.index(axis)]
 
 
 def _pressure(curves: Sequence[Curve]) -> str:
-    """The label of the pressure axis."""
+    """The label of the axis of what is swept."""
     swept = {curve.swept for curve in curves}
+    moved = {curve.swept[0] for curve in curves if curve.swept[0] not in curve.steps[0].pressures}
+    if moved:
+        same = len(moved) == 1 and len({curve.swept[0] for curve in curves}) == 1
+        return f"displacement {moved.pop()}, mm" if same else "pressure, kPa, or displacement, mm"
     if len(swept) > 1:
         return "pressure of the swept chamber, kPa"
     first, *others = next(iter(swept))

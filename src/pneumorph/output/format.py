@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.analysis import SweepStep, TaskResult
 from pneumorph.mechanics import Rubber
-from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, TargetMotion, Task
+from pneumorph.problem import ContactArea, Custom, MatchCurve, MatchSections, Maximize, Press, TargetMotion, Task
 from pneumorph.problem.regions import REST
 
 WORDS = {
@@ -24,7 +24,7 @@ WORDS = {
 
 
 class Motion(NamedTuple):
-    """What a design achieves in a task: value, unit ("mm", "°" or ""), and the word for it."""
+    """What a design achieves in a task: value, unit ("mm", "°", "N", "mm²" or ""), and the word for it."""
 
     value: float
     unit: str
@@ -33,6 +33,8 @@ class Motion(NamedTuple):
     def __str__(self) -> str:
         if not self.unit:
             return f"{self.value:.4g}"
+        if self.unit == "N":
+            return f"{self.value:.3g} N"
         # Rounded before it is written, so that no -0.00 is shown.
         return f"{round(self.value, 2) + 0.0:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
 
@@ -46,7 +48,13 @@ def motion_of(task: Task, found: TaskResult) -> Motion:
             (name,) = asked.targets
             done = _motion(name, 1.0, found)
             wanted = float(np.degrees(asked.targets[name])) if done.unit == "°" else asked.targets[name]
-            return done._replace(word=f"{done.word}, target {done._replace(value=wanted)}")
+            return _aimed(done, wanted)
+        case Press() as asked:
+            return _aimed(_pressing(asked, found), asked.force)
+        case ContactArea() as asked:
+            return _aimed(
+                Motion(found.contact_area[asked.obstacle], "mm²", f"contact with {asked.obstacle}"), asked.area
+            )
         case Custom():
             return Motion(found.objective, "", "objective")
     errors = errors_of(task, found.errors)
@@ -68,7 +76,24 @@ def errors_of(task: Task, errors: Mapping[str, float]) -> list[Motion]:
         found.append(Motion(errors["position_mm"], "mm", place))
     if "orientation_rad" in errors:
         found.append(Motion(float(np.degrees(errors["orientation_rad"])), "°", turn))
+    if "force_N" in errors:
+        found.append(Motion(errors["force_N"], "N", "from the target force"))
+    if "area_mm2" in errors:
+        found.append(Motion(errors["area_mm2"], "mm²", "from the target area"))
     return found
+
+
+def _pressing(asked: Press, found: TaskResult) -> Motion:
+    """The force of a task on its obstacle."""
+    if asked.direction is None:
+        return Motion(found.contact_normal[asked.obstacle], "N", f"normal force on {asked.obstacle}")
+    value = float(np.dot(found.contact[asked.obstacle], asked.direction))
+    return Motion(value, "N", f"force on {asked.obstacle}")
+
+
+def _aimed(done: Motion, wanted: float | None) -> Motion:
+    """What is achieved, with the target in its words if there is one."""
+    return done if wanted is None else done._replace(word=f"{done.word}, target {done._replace(value=wanted)}")
 
 
 def _motion(name: str, sign: float, found: TaskResult) -> Motion:

@@ -13,7 +13,7 @@ from pneumorph.analysis import HistoryEntry
 from pneumorph.constraint.table import in_history
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
 from pneumorph.output.format import motion_of
-from pneumorph.problem import Custom, Limits, Maximize, Problem
+from pneumorph.problem import ContactArea, Custom, Limits, Maximize, Press, Problem
 
 PHASES = {
     "geometry": ("mesh", "#8da0b3"),
@@ -21,7 +21,7 @@ PHASES = {
     "gradient": ("gradient", "#56b4e9"),
     "subproblem": ("sub-problem", "#e69f00"),
 }
-UNITS = {"mm": "mm", "°": "degrees", "": "objective"}
+UNITS = {"mm": "mm", "°": "degrees", "N": "N", "mm²": "mm²", "": "objective"}
 OVER = 1.15
 """Where the diagram of the limits ends; larger values are written as numbers."""
 
@@ -76,7 +76,9 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
     for unit, scale in scales.items():
         # Errors are compared with zero.
         if not any(
-            isinstance(task.objective, Maximize | Custom) for task in problem.task if found[task.name][0].unit == unit
+            isinstance(task.objective, Maximize | Press | ContactArea | Custom)
+            for task in problem.task
+            if found[task.name][0].unit == unit
         ):
             scale.set_ylim(bottom=0.0)
     remeshed = [entry.iteration for entry in history if entry.remeshed]
@@ -92,6 +94,7 @@ def _heading(problem: Problem) -> str:
     """The title of the panel: what the curves of all tasks show."""
     words = {
         "motion of the tip" if isinstance(task.objective, Maximize)
+        else "contact" if isinstance(task.objective, Press | ContactArea)
         else "objective" if isinstance(task.objective, Custom)
         else "error"
         for task in problem.task

@@ -7,7 +7,7 @@ import numpy as np
 from pneumorph.mechanics.assembly.obstacles import Plane
 from pneumorph.mechanics.setup import shape_of
 from pneumorph.output.view import Shell
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, Task
 
 SAG = 0.02
 """How far the triangles of round obstacles are from them, as a fraction of the body's radius."""
@@ -16,15 +16,19 @@ MARGIN = 0.25
 """How far a plane is drawn beyond the body, as a fraction of the body's length."""
 
 
-def obstacles_of(problem: Problem, points: np.ndarray) -> tuple[Shell, ...]:
-    """The obstacles of a problem as triangles; of planes the part beside a body with these points (N, 3) mm."""
+def obstacles_of(problem: Problem, points: np.ndarray, task: Task | None = None) -> tuple[Shell, ...]:
+    """The obstacles of a problem as triangles, in their places or where a task moves them.
+
+    Of planes there is the part beside a body with these points (N, 3) mm.
+    """
     found = list[Shell]()
     for spec in problem.obstacle:
-        shape = shape_of(spec)
+        shape, moved = shape_of(spec), np.array(task.moves.get(spec.name, (0.0, 0.0, 0.0)) if task else (0.0, 0.0, 0.0))
         if isinstance(shape, Plane):
-            found.append(_part(shape, points, MARGIN * problem.body.length))
+            part = _part(shape, points, MARGIN * problem.body.length)
+            found.append(Shell(part.points + moved, part.triangles))
         elif (mesh := shape.mesh(SAG * problem.body.radius)) is not None:
-            found.append(Shell(mesh.points, mesh.triangles))
+            found.append(Shell(mesh.points + moved, mesh.triangles))
     return tuple(found)
 
 

@@ -17,7 +17,18 @@ from pneumorph.mechanics import rotation, rubbers_of
 from pneumorph.output.cuts import view_of
 from pneumorph.output.format import format_duration, format_pressures, motion_of, validity_warning
 from pneumorph.output.shape import target_centre_line
-from pneumorph.problem import Custom, MatchCurve, MatchSections, Maximize, Problem, Reach, TargetMotion, Task
+from pneumorph.problem import (
+    ContactArea,
+    Custom,
+    MatchCurve,
+    MatchSections,
+    Maximize,
+    Press,
+    Problem,
+    Reach,
+    TargetMotion,
+    Task,
+)
 from pneumorph.run import RunDirectory
 
 MOST_STEP = 3_000_000
@@ -85,7 +96,7 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
         case Reach(position=place, rotation=turn):
             axis = None if turn is None else np.asarray(rotation(jnp.array(turn)))[:, 2].tolist()
             return {"place": None if place is None else list(place), "axis": axis}
-        case Maximize() | TargetMotion() | Custom():
+        case Maximize() | TargetMotion() | Press() | ContactArea() | Custom():
             return None
 
 

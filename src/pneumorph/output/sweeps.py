@@ -29,12 +29,14 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     blocked = reactions(curves)
     header = ["task", "swept"]
     header += [f"pressure_{name}_kPa" for name in chambers]
+    header += [f"move_{name}_{axis}_mm" for name in _moved(curves) for axis in AXES]
     header += [f"translation_{axis}_mm" for axis in AXES]
     header += [f"rotation_{axis}_deg" for axis in AXES]
     header += [f"reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
     header += [f"volume_{name}_mm3" for name in chambers]
     header += [f"error_{name}" for name in _errors(curves)]
     header += [f"contact_{name}_{axis}_N" for name in touched(curves) for axis in AXES]
+    header += [f"contact_normal_{name}_N" for name in touched(curves)]
     header += [f"contact_area_{name}_mm2" for name in touched(curves)]
     header += ["self_contact_N"] if _touches_itself(curves) else []
     header += ["max_stretch", "beyond_validity", "converged", "reason"]
@@ -56,6 +58,11 @@ def touched(curves: Sequence[Curve]) -> list[str]:
     return list(dict.fromkeys(name for curve in curves for step in curve.found for name in step.contact))
 
 
+def _moved(curves: Sequence[Curve]) -> list[str]:
+    """The obstacles that some step moves from their places."""
+    return list(dict.fromkeys(name for curve in curves for step in curve.steps for name in step.moves))
+
+
 def _touches_itself(curves: Sequence[Curve]) -> bool:
     return any(step.self_contact > 0.0 for curve in curves for step in curve.found)
 
@@ -64,12 +71,14 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
     obstacles = touched(curves)
     return [
         *(1e3 * step.pressures[name] for name in chambers),
+        *(part for name in _moved(curves) for part in step.moves.get(name, (0.0, 0.0, 0.0))),
         *step.translation,
         *map(degrees, step.rotation),
         *(step.reaction.get(name, nan) for name in blocked),
         *(step.volumes.get(name, nan) for name in chambers),
         *(step.errors.get(name, nan) for name in _errors(curves)),
         *(part for name in obstacles for part in step.contact.get(name, (nan,) * 3)),
+        *(step.contact_normal.get(name, nan) for name in obstacles),
         *(step.contact_area.get(name, nan) for name in obstacles),
         *([step.self_contact if step.converged else nan] if _touches_itself(curves) else []),
         step.max_stretch,

@@ -21,7 +21,17 @@ from pneumorph.problem.models import (
     Symmetry,
     Task,
 )
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, ObjectiveSpec, Reach, TargetMotion
+from pneumorph.problem.objective import (
+    ContactArea,
+    Custom,
+    MatchCurve,
+    MatchSections,
+    Maximize,
+    ObjectiveSpec,
+    Press,
+    Reach,
+    TargetMotion,
+)
 from pneumorph.problem.regions import Layer, Region, Sleeve
 from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement, reinforcements
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
@@ -32,6 +42,7 @@ __all__ = [
     "BoxSpec",
     "ChamberSpec",
     "Code",
+    "ContactArea",
     "ContactSpec",
     "Custom",
     "CylinderSpec",
@@ -53,6 +64,7 @@ __all__ = [
     "ObstacleSpec",
     "OptimizerSpec",
     "PlaneSpec",
+    "Press",
     "Pressure",
     "Problem",
     "Reach",

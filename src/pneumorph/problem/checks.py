@@ -13,7 +13,16 @@ from pneumorph.problem import regions, reinforcement
 from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
-from pneumorph.problem.objective import Custom, MatchCurve, MatchSections, Maximize, Reach, TargetMotion
+from pneumorph.problem.objective import (
+    ContactArea,
+    Custom,
+    MatchCurve,
+    MatchSections,
+    Maximize,
+    Press,
+    Reach,
+    TargetMotion,
+)
 from pneumorph.problem.symmetry import operations
 
 if TYPE_CHECKING:
@@ -196,6 +205,8 @@ def _same_pressures(problem: Problem, task: Task, images: list[int]) -> bool:
 
 def _tasks(problem: Problem) -> Iterator[Fault]:
     names = [chamber.name for chamber in problem.body.chamber]
+    obstacles = [obstacle.name for obstacle in problem.obstacle]
+    known = f"the obstacles are {', '.join(obstacles)}" if obstacles else "add a table [[obstacle]]"
     for index, task in enumerate(problem.task):
         for name in task.pressure:
             if name not in names:
@@ -203,6 +214,14 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
                     f"task[{index}].pressure.{name}",
                     f'there is no chamber "{name}"; the chambers are {", ".join(names)}',
                 )
+        for name in task.moves:
+            if name not in obstacles:
+                yield f"task[{index}].move.{name}", f'there is no obstacle "{name}"; {known}'
+        if isinstance(task.objective, Press | ContactArea) and task.objective.obstacle not in obstacles:
+            yield (
+                f"task[{index}].objective.obstacle",
+                f'there is no obstacle "{task.objective.obstacle}"; {known}',
+            )
         if isinstance(task.objective, Reach) and problem.end_effector.kind != "plate":
             yield (
                 f"task[{index}].objective.kind",
@@ -272,6 +291,8 @@ def _limits(problem: Problem) -> Iterator[Fault]:
 def _contact(problem: Problem) -> Iterator[Fault]:
     """The activation distance is less than every wall and slot: surfaces at rest do not push each other."""
     distance, limits = problem.contact and problem.contact.distance, problem.limits
+    if problem.contact and problem.contact.friction and not problem.obstacle:
+        yield "contact.friction", "acts on obstacles alone, and there is none; add a table [[obstacle]] or leave it out"
     if distance:
         least, key = min((limits.wall, "wall"), (limits.fold.distance, "fold.distance"))
         if distance > least / 2:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Strict, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
 
 from pneumorph.errors import short
-from pneumorph.problem.models import Length, Name, Number, PositiveLength
+from pneumorph.problem.directions import Direction, Number, unit_vector
+from pneumorph.problem.models import Length, PositiveLength
+from pneumorph.problem.names import Name
 from pneumorph.problem.table import TAG, Example, InvalidKey, Table
 
 Place = tuple[Length, Length, Length]
-Direction = tuple[Number, Number, Number]
 
 
 class ContactSpec(Table):
-    """Contact without friction, which keeps deformed surfaces apart at the states of all tasks.
+    """Contact, which keeps deformed surfaces apart at the states of all tasks.
 
     Surfaces nearer to each other than the distance push each other away, the harder the nearer they are; none ever goes
     through another. With contact or obstacles the whole body is solved, not half of it.
@@ -26,6 +26,8 @@ class ContactSpec(Table):
     """Whether the surfaces of the body and its chambers may touch each other; false saves time."""
     distance: PositiveLength | None = None
     """At which surfaces begin to push; less than any wall or gap. By default a twentieth of mesh.size."""
+    friction: Annotated[Number, Field(ge=0, le=10)] = 0.0
+    """Coefficient of friction on obstacles, in `pneumorph simulate` alone: what it leads to depends on the way."""
 
 
 class _Obstacle(Table):
@@ -45,7 +47,7 @@ class PlaneSpec(_Obstacle):
 
     @model_validator(mode="after")
     def _unit_normal(self) -> PlaneSpec:
-        object.__setattr__(self, "normal", _unit("normal", self.normal))
+        object.__setattr__(self, "normal", unit_vector("normal", self.normal))
         return self
 
 
@@ -76,7 +78,7 @@ class CylinderSpec(_Obstacle):
 
     @model_validator(mode="after")
     def _unit_axis(self) -> CylinderSpec:
-        object.__setattr__(self, "axis", _unit("axis", self.axis))
+        object.__setattr__(self, "axis", unit_vector("axis", self.axis))
         return self
 
 
@@ -92,19 +94,6 @@ class BoxSpec(_Obstacle):
     ]
     """Its edges along x, y and z."""
 
-
-def _unit(key: str, direction: tuple[float, ...]) -> tuple[float, ...]:
-    largest = max(map(abs, direction))
-    if largest == 0:
-        raise InvalidKey(key, f"has length zero; write e.g. {key} = [0, 0, 1]")
-    if math.isclose(math.hypot(*direction), 1.0, rel_tol=1e-12):
-        return direction
-    # By the largest part first: squares of very small or large numbers leave the range of floats.
-    scaled = [part / largest for part in direction]
-    return tuple(part / math.hypot(*scaled) for part in scaled)
-
-
-MOST_OBSTACLES = 20
 
 KINDS = ("plane", "sphere", "cylinder", "box")
 

@@ -13,7 +13,6 @@ from pydantic import (
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
     Strict,
-    StringConstraints,
     model_serializer,
     model_validator,
 )
@@ -22,17 +21,16 @@ from pydantic_core import CoreSchema
 from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, renamed
+from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.images import WITHIN, copies, snapped
+from pneumorph.problem.names import Name
 from pneumorph.problem.objective import ObjectiveSpec
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
-
-MOST_OF_A_NAME = 64
-"""Characters of a name: results and files are called by it, and file systems take 255 bytes with all that is added."""
 
 RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(1, 10))}
 """Names of devices on Windows, which no file there can have."""
 
-MOST_CHAMBERS, MOST_TASKS = 100, 50
+MOST_CHAMBERS, MOST_TASKS, MOST_OBSTACLES = 100, 50, 20
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
@@ -42,9 +40,7 @@ Stiffness = Annotated[float, Quantity(units.STIFFNESS, "not negative")]
 RotationalStiffness = Annotated[float, Quantity(units.ROTATIONAL_STIFFNESS, "not negative")]
 Force = Annotated[float, Quantity(units.FORCE)]
 Moment = Annotated[float, Quantity(units.MOMENT)]
-Number = Annotated[float, Strict()]
 Whole = Annotated[int, Strict()]
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$", max_length=MOST_OF_A_NAME)]
 
 
 class Ripple(Table):
@@ -188,19 +184,12 @@ class Gravity(Table):
 
     acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = 9810.0
     """Magnitude of the acceleration."""
-    direction: Annotated[tuple[Number, Number, Number], Example("e.g. direction = [0, 0, -1]")]
+    direction: Annotated[Direction, Example("e.g. direction = [0, 0, -1]")]
     """Its direction, of any length; the body's axis is z, from the base to the tip."""
 
     @model_validator(mode="after")
     def _unit_direction(self) -> "Gravity":
-        largest = max(abs(part) for part in self.direction)
-        if largest == 0:
-            raise InvalidKey("direction", "has length zero; write e.g. direction = [0, 0, -1]")
-        if not math.isclose(math.hypot(*self.direction), 1.0, rel_tol=1e-12):
-            # By the largest part first: squares of very small or large numbers leave the range of floats.
-            scaled = [part / largest for part in self.direction]
-            length = math.hypot(*scaled)
-            object.__setattr__(self, "direction", tuple(part / length for part in scaled))
+        object.__setattr__(self, "direction", unit_vector("direction", self.direction))
         return self
 
 
@@ -255,8 +244,22 @@ class Task(Table):
         dict[Name, Pressure], Field(max_length=MOST_CHAMBERS), Example('e.g. pressure = { A = "60 kPa" }')
     ]
     """Gauge pressure of each chamber; one that is left out has none."""
+    move: (
+        Annotated[
+            dict[Name, tuple[Length, Length, Length]],
+            Field(max_length=MOST_OBSTACLES),
+            Example('e.g. move = { plate = ["0 mm", "0 mm", "-3 mm"] }'),
+        ]
+        | None
+    ) = None
+    """How far obstacles are displaced from their places: x, y, z. They may press into the body's place at rest."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
     """What the shape and the free pressures are designed for."""
+
+    @property
+    def moves(self) -> dict[str, tuple[float, float, float]]:
+        """Displacements of obstacles in mm; the others are in their places."""
+        return self.move or {}
 
 
 class Fold(Table):

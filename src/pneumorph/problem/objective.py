@@ -1,4 +1,4 @@
-"""Objectives of a task: the largest motion, a target shape, a target pose of the plate, or a user's function."""
+"""Objectives of a task: the largest motion, a target shape or pose of the plate, contact, or a user's function."""
 
 import io
 from collections.abc import Sequence
@@ -21,6 +21,8 @@ from pydantic_core import CoreSchema
 from pneumorph import units
 from pneumorph.errors import short
 from pneumorph.problem.components import MOTION_OF, MOTIONS, renamed
+from pneumorph.problem.directions import Direction, unit_vector
+from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
@@ -241,6 +243,53 @@ class TargetMotion(Table):
         return all(signs[motion] > 0 or value == 0 for motion, value in self.targets.items())
 
 
+class Press(Table):
+    """Objective: the largest force on an obstacle or, with `force`, one as near as possible to that.
+
+    Without a direction it is the sum of all normal forces, by which a grip holds: those of opposite sides add up. The
+    start must touch the obstacle, or nothing says which way to go.
+    """
+
+    kind: Literal["press"]
+    """The kind of objective."""
+    obstacle: Annotated[Name, Example('the name of an obstacle, e.g. obstacle = "cylinder"')]
+    """Name of the obstacle."""
+    direction: Annotated[Direction, Example("e.g. direction = [1, 0, 0]")] | None = None
+    """Direction, of any length, of the component of the force on it; without it all normal forces count."""
+    force: Annotated[float, Quantity(units.FORCE)] | None = None
+    """Target for the force; without it, as large as possible."""
+
+    @model_validator(mode="after")
+    def _unit_direction(self) -> "Press":
+        if self.direction is not None:
+            object.__setattr__(self, "direction", unit_vector("direction", self.direction))
+        if self.direction is None and self.force is not None and self.force <= 0:
+            raise InvalidKey("force", 'is not above zero, as normal forces are; write e.g. force = "2 N"')
+        return self
+
+    def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
+        """See `Maximize.keeps`; bodies that touch anything are solved whole."""
+        return False
+
+
+class ContactArea(Table):
+    """Objective: the largest area of contact with an obstacle or, with `area`, one as near as possible to that.
+
+    The area is that of the deformed surface. The start must touch the obstacle.
+    """
+
+    kind: Literal["contact_area"]
+    """The kind of objective."""
+    obstacle: Annotated[Name, Example('the name of an obstacle, e.g. obstacle = "cylinder"')]
+    """Name of the obstacle."""
+    area: Annotated[float, Quantity(units.AREA, "positive")] | None = None
+    """Target for the area; without it, as large as possible."""
+
+    def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
+        """See `Press.keeps`."""
+        return False
+
+
 class Custom(Table):
     """Objective: a function of the features to be minimised, written in Python with jax.numpy.
 
@@ -305,6 +354,8 @@ KINDS = {
     "match_sections": MatchSections,
     "reach": Reach,
     "motion": TargetMotion,
+    "press": Press,
+    "contact_area": ContactArea,
     "custom": Custom,
 }
 
@@ -327,6 +378,8 @@ ObjectiveSpec = Annotated[
     | Annotated[MatchSections, Tag(TAG + "match_sections")]
     | Annotated[Reach, Tag(TAG + "reach")]
     | Annotated[TargetMotion, Tag(TAG + "motion")]
+    | Annotated[Press, Tag(TAG + "press")]
+    | Annotated[ContactArea, Tag(TAG + "contact_area")]
     | Annotated[Custom, Tag(TAG + "custom")],
     Discriminator(_tag),
     BeforeValidator(_of_a_known_kind),

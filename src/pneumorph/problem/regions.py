@@ -12,7 +12,8 @@ from pydantic import Field, model_validator
 from pneumorph import units
 from pneumorph.problem.images import image
 from pneumorph.problem.material import Material
-from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, PositiveLength
+from pneumorph.problem.models import MOST_CHAMBERS, Length, PositiveLength
+from pneumorph.problem.names import Name
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 

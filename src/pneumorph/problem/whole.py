@@ -11,10 +11,11 @@ from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_va
 
 from pneumorph.problem.changes import change
 from pneumorph.problem.checks import faults
-from pneumorph.problem.contact import MOST_OBSTACLES, ContactSpec, ObstacleSpec
+from pneumorph.problem.contact import ContactSpec, ObstacleSpec
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
+    MOST_OBSTACLES,
     MOST_TASKS,
     BodySpec,
     EndEffector,
@@ -77,7 +78,7 @@ class Problem(Table):
     contact: ContactSpec | None = None
     """Contact of the body with itself; without it surfaces of the body may go through each other."""
     obstacle: tuple[ObstacleSpec, ...] = Field(default=(), max_length=MOST_OBSTACLES)
-    """Rigid obstacles that do not move, each a table [[obstacle]]."""
+    """Rigid obstacles, each a table [[obstacle]]; tasks may move them."""
     task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=MOST_TASKS)
     """Tasks, each a table [[task]]; all share the shape."""
     limits: Limits = Limits()

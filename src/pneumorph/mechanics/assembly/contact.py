@@ -9,7 +9,7 @@ depends on places x = X + u alone, and its mixed derivative by u and X is its He
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -181,19 +181,40 @@ class Contact:
     guards: Mapping[str, Pairs]
     own: Pairs | None
 
-    @property
-    def pairs(self) -> tuple[Pairs, ...]:
-        """All contact whose connectivity changes with the state."""
-        return (*self.guards.values(), *([] if self.own is None else [self.own]))
+    def pairs(self, shift: np.ndarray) -> Iterator[tuple[Pairs, int | None, np.ndarray]]:
+        """All contact whose connectivity changes with the state, where obstacles are displaced by shift (K, 3) mm.
 
-    def apart(self, x: np.ndarray) -> bool:
-        """Whether nothing interpenetrates with nodes at x (N, 3)."""
+        With the number of the obstacle, None where the body touches itself, and the displacement (3,): an obstacle and
+        a body touch as the obstacle in its place and a body that is displaced the other way.
+        """
+        for number, name in enumerate(self.obstacles):
+            if name in self.guards:
+                yield self.guards[name], number, shift[number]
+        if self.own is not None:
+            yield self.own, None, np.zeros(3)
+
+    def apart(self, x: np.ndarray, shift: np.ndarray) -> bool:
+        """Whether nothing interpenetrates with nodes at x (N, 3) and obstacles displaced by shift (K, 3)."""
         places = sample_places(self.surface, x)
-        clear = (np.all(distances(each.shape, self.surface, places) > 0.0) for each in self.obstacles.values())
-        return all(clear) and all(pairs.apart(x) for pairs in self.pairs)
+        clear = (
+            np.all(distances(each.shape, self.surface, places - moved) > 0.0)
+            for each, moved in zip(self.obstacles.values(), shift, strict=True)
+        )
+        return all(clear) and all(pairs.apart(x - moved) for pairs, _, moved in self.pairs(shift))
 
-    def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
-        """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets."""
+    def free_share(
+        self, start: np.ndarray, end: np.ndarray, shift: np.ndarray, moving: np.ndarray | None = None
+    ) -> float:
+        """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets.
+
+        Obstacles are displaced by shift (K, 3), and move by `moving` (K, 3) on the way.
+        """
+        further = np.zeros(shift.shape) if moving is None else moving
         first, last = sample_places(self.surface, start), sample_places(self.surface, end)
-        shares = [free_share(each.shape, self.surface, first, last) for each in self.obstacles.values()]
-        return min([1.0, *shares, *(pairs.free_share(start, end) for pairs in self.pairs)])
+        shares = [1.0]
+        for each, moved, more in zip(self.obstacles.values(), shift, further, strict=True):
+            shares.append(free_share(each.shape, self.surface, first - moved, last - moved - more))
+        for pairs, number, moved in self.pairs(shift):
+            more = 0.0 if number is None else further[number]
+            shares.append(pairs.free_share(start - moved, end - moved - more))
+        return min(shares)

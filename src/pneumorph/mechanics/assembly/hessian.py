@@ -48,9 +48,11 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np
     return data
 
 
-def contact_in_pairs(model: Model, X: np.ndarray, state: State, constrained: np.ndarray) -> sparse.coo_array:
+def contact_in_pairs(
+    model: Model, X: np.ndarray, state: State, loads: Loads, constrained: np.ndarray
+) -> sparse.coo_array:
     """What contact in pairs adds to the tangent: the upper triangle (n, n), without constrained (n,) unknowns."""
-    found, turned = contact_tangent(model.potential, X, state)
+    found, turned = contact_tangent(model.potential, X, state, loads)
     off, on, first = model.off_tip, model.tip.nodes, model.size - 6
     axes = np.arange(3)
     rows, columns = [(3 * off[:, None] + axes).ravel()], [np.arange(3 * len(off))]

@@ -224,7 +224,8 @@ def build_model(
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     if contact is not None:
-        terms += [Term(contact.surface, obstacle) for obstacle in contact.obstacles.values()]
+        obstacles = enumerate(contact.obstacles.values())
+        terms += [Term(contact.surface, replace(obstacle, number=number)) for number, obstacle in obstacles]
     terms += [Term(connect_covered(mesh.covers[name]), energy) for name, energy in laid.items()]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
     return Model(
@@ -256,6 +257,26 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
     contact, supports = model.potential.contact, model.supports
     return replace(
         model, **_assembled(terms, model.tip, contact, on_tip, hydrostatics, supports, model.plate, model.mirrors)
+    )
+
+
+def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
+    """The model with more terms, over connectivities with the nodes of one that it has: its sparsity stays.
+
+    A `Tangent` of the model serves the other one too.
+    """
+    on_tip = np.zeros(model.nodes, bool)
+    on_tip[model.tip.nodes] = True
+    terms = tuple(terms)
+    groups, potential = grouped(terms), model.potential
+    place = model.places[[group.connectivity for group in potential.groups].index(like)]
+    return replace(
+        model,
+        terms=(*model.terms, *terms),
+        potential=potential._replace(
+            groups=(*potential.groups, *groups), near_tip=(*potential.near_tip, *_near_tip(groups, on_tip))
+        ),
+        places=(*model.places, *[place for _ in groups]),
     )
 
 

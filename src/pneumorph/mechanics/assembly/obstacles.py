@@ -82,7 +82,7 @@ class Sphere:
     radius: Values
 
     def distance(self, x: Values) -> Array:
-        return _length(x - self.center) - self.radius
+        return length_of(x - self.center) - self.radius
 
     def mesh(self, sag: float) -> RigidMesh:
         # Points on a spiral; a hull of n of them has triangles of area 2πR²/n.
@@ -104,7 +104,7 @@ class Cylinder:
 
     def distance(self, x: Values) -> Array:
         along = (x - self.center) @ self.axis
-        away = _length(x - self.center - along[..., None] * self.axis)
+        away = length_of(x - self.center - along[..., None] * self.axis)
         return _outside(jnp.stack([away - self.radius, jnp.abs(along) - self.half], axis=-1))
 
     def mesh(self, sag: float) -> RigidMesh:
@@ -146,7 +146,7 @@ def _hull(points: np.ndarray) -> RigidMesh:
     return RigidMesh(points, np.where(outward[:, None], found.simplices, found.simplices[:, ::-1]))
 
 
-def _length(vector: Values) -> Array:
+def length_of(vector: Values) -> Array:
     """|v| of vectors (..., 3), with a derivative where it is zero too."""
     square = jnp.sum(vector * vector, axis=-1)
     return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
@@ -154,20 +154,25 @@ def _length(vector: Values) -> Array:
 
 def _outside(beyond: Array) -> Array:
     """The distance from a product of intervals, of how far places are beyond each of them (..., k)."""
-    return _length(jnp.maximum(beyond, 0.0)) + jnp.minimum(jnp.max(beyond, axis=-1), 0.0)
+    return length_of(jnp.maximum(beyond, 0.0)) + jnp.minimum(jnp.max(beyond, axis=-1), 0.0)
 
 
-@partial(register_dataclass, data_fields=["shape", "activation", "stiffness"], meta_fields=[])
+@partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """The barrier of a rigid body: the activation distance d̂ in mm, and the stiffness κ in MPa."""
+    """The barrier of a rigid body: the activation distance d̂ in mm, and the stiffness κ in MPa.
+
+    The body is displaced by the row `number` of `Loads.shift`.
+    """
 
     shape: Shape
     activation: Values
     stiffness: Values
+    number: Values = 0
 
     def energies(self, local: Local, loads: Loads) -> Array:
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
+        places = places - jnp.asarray(loads.shift)[self.number]
         return jnp.sum(local.data * barrier(self.shape.distance(places), self.activation, self.stiffness), axis=1)
 
 
@@ -199,13 +204,6 @@ def distances(shape: Shape, surface: Connectivity, places: np.ndarray) -> np.nda
 @jax.jit
 def _distances(shape: Shape, places: Values) -> Array:
     return shape.distance(places)
-
-
-def normals(surface: Connectivity, x: np.ndarray) -> np.ndarray:
-    """Unit normals (F, 7, 3) out of the solid at the sample points of a surface, with nodes at x (N, 3)."""
-    along, across = np.einsum("fai,qak->kfqi", x[surface.nodes], SAMPLE_DN)
-    normal = np.cross(along, across)
-    return normal / np.linalg.norm(normal, axis=-1, keepdims=True)
 
 
 def away_from(shape: Shape, surface: Connectivity, places: np.ndarray) -> np.ndarray:

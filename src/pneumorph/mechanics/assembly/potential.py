@@ -6,7 +6,8 @@ nothing here depends on which terms there are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import jax
@@ -14,7 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.assembly import derivatives
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.contact import Contact, Touch
 from pneumorph.mechanics.assembly.derivatives import Forces
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.points import add_rows
@@ -50,9 +51,15 @@ class Potential(NamedTuple):
     contact: Contact | None = None
 
     @property
-    def pairs(self) -> tuple[Pairs, ...]:
-        """Contact whose connectivity changes with the state."""
-        return () if self.contact is None else self.contact.pairs
+    def has_pairs(self) -> bool:
+        """Whether there is contact whose connectivity changes with the state."""
+        return self.contact is not None and bool(self.contact.guards or self.contact.own)
+
+    def touches(self, x: np.ndarray, loads: Loads) -> Iterator[tuple[Touch, int | None]]:
+        """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself."""
+        if self.contact is not None:
+            for pairs, number, moved in self.contact.pairs(np.asarray(loads.shift)):
+                yield pairs.touch(x - moved), number
 
 
 def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
@@ -72,8 +79,16 @@ def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> fl
 def value_and_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> tuple[float, State]:
     """Π and R = ∂Π/∂(u, plate, π)."""
     ride = Ride(potential.tip, X, state.plate)
-    value, full = _forces(potential.groups, potential.pairs, X, state, loads, ride)
+    value, full = _forces(potential, potential.groups, X, state, loads, ride)
     return value, _on_unknowns(ride, full)
+
+
+def contact_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> State:
+    """The part of R that obstacles exert."""
+    assert potential.contact is not None
+    ride, contact = Ride(potential.tip, X, state.plate), replace(potential.contact, own=None)
+    groups = [group for group in potential.groups if group.connectivity is contact.surface]
+    return _on_unknowns(ride, _forces(potential._replace(contact=contact), groups, X, state, loads, ride)[1])
 
 
 def tangent_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, direction: State) -> State:
@@ -110,13 +125,14 @@ def pullback(
                 for part, out in ((found.X, by_X[k]), (found.u, by_u[k]), (found.w, by_w[k])):
                     add_rows(part, seen.nodes, out)
                 acting[k] = jax.tree.map(np.add, acting[k], found.loads)
-    for pairs in potential.pairs:
-        touch = pairs.touch(X + u)
+    for touch, number in potential.touches(X + u, loads):
         for k, w in enumerate(ws):
             pulled = touch.product(_displacement(w.u, nodes, ride.along(w.plate)))
             by_X[k] += pulled
             by_u[k] += pulled
             by_w[k] += touch.slope
+            if number is not None:
+                acting[k].shift[number] -= pulled.sum(axis=0)
     if len(nodes):
         for k, w in enumerate(ws):
             by_X[k, nodes] += ride.on_places(by_u[k, nodes]) + ride.on_places_along(by_w[k, nodes], w.plate)
@@ -150,13 +166,14 @@ def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> 
     return _displacement(change.u, tip.nodes, Ride(tip, X, state.plate).along(change.plate))
 
 
-def contact_tangent(potential: Potential, X: np.ndarray, state: State) -> tuple[sparse.csr_array, np.ndarray]:
+def contact_tangent(
+    potential: Potential, X: np.ndarray, state: State, loads: Loads
+) -> tuple[sparse.csr_array, np.ndarray]:
     """Of contact in pairs: ∂²E/∂x∂x (3N, 3N) by the places of all nodes, and what the plate's turn adds (6, 6)."""
     ride = Ride(potential.tip, X, state.plate)
     x = X + _displacement(state.u, potential.tip.nodes, ride.displacement())
     found, turned = sparse.csr_array((X.size, X.size)), np.zeros((6, 6))
-    for pairs in potential.pairs:
-        touch = pairs.touch(x)
+    for touch, _ in potential.touches(x, loads):
         found = found + touch.hessian
         if len(potential.tip.nodes):
             forces = touch.slope[potential.tip.nodes]
@@ -165,9 +182,12 @@ def contact_tangent(potential: Potential, X: np.ndarray, state: State) -> tuple[
 
 
 def _forces(
-    groups: Iterable[Group], contact: Iterable[Pairs], X, state: State, loads: Loads, ride: Ride
+    potential: Potential, groups: Iterable[Group], X, state: State, loads: Loads, ride: Ride
 ) -> tuple[float, State]:
-    """The sum of energies, and its derivatives by all displacements, by π, and by the plate where elements see it."""
+    """The sum of energies, and its derivatives by all displacements, by π, and by the plate where elements see it.
+
+    Of `groups` of the potential's, and all its contact in pairs.
+    """
     u = _displacement(state.u, ride.tip.nodes, ride.displacement())
     value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
     for seen, energies in groups:
@@ -176,8 +196,7 @@ def _forces(
             part, found = derivatives.forces(energy, seen, at, loads)
             value += part
             _add(seen, found, by)
-    for pairs in contact:
-        touch = pairs.touch(X + u)
+    for touch, _ in potential.touches(X + u, loads):
         value += touch.energy
         by.u[:] += touch.slope
     return value, by
@@ -195,11 +214,12 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
         along = seen.local(motion, du, dstate.hydrostatic, dstate.plate)
         for energy in energies:
             _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
-    for pairs in potential.pairs:
-        by.u[:] += pairs.touch(X + u).product(motion + du)
+    for touch, number in potential.touches(X + u, loads):
+        moved = 0.0 if number is None else dloads.shift[number]
+        by.u[:] += touch.product(motion + du - moved)
     changed = _on_unknowns(ride, by)
     if len(nodes) and (dX is not None or np.any(dstate.plate)):
-        _, forces = _forces(potential.near_tip, potential.pairs, X, state, loads, ride)
+        _, forces = _forces(potential, potential.near_tip, X, state, loads, ride)
         turned = ride.on_plate_changed(forces.u[nodes], dstate.plate, None if dX is None else dX[nodes])
         changed = changed._replace(plate=changed.plate + turned)
     return changed

@@ -170,12 +170,12 @@ class Tangent:
             shift = 4 * shift or least
 
     def _assembled(self, at: Configuration, state: State) -> np.ndarray:
-        if at.model is not self._model:
+        if at.model.sparsity is not self._model.sparsity:
             raise ValueError("the configuration belongs to another model")
-        data = tangent(self._model, at.X, state, at.loads, at.blocked)
-        if not self._model.potential.pairs:
+        data = tangent(at.model, at.X, state, at.loads, at.blocked)
+        if not at.model.potential.has_pairs:
             return data
-        return self._with_contact(data, contact_in_pairs(self._model, at.X, state, at.constrained))
+        return self._with_contact(data, contact_in_pairs(at.model, at.X, state, at.loads, at.constrained))
 
     def _with_contact(self, data: np.ndarray, contact: sparse.coo_array) -> np.ndarray:
         """The values with those of contact, in a pattern that has both; the symbolic analysis is repeated if needed."""
@@ -213,7 +213,7 @@ class Tangent:
 
         Stops at the relative `tolerance` in the preconditioner's norm, after `most` products, or at negative curvature.
         """
-        model, constrained = self._model, at.constrained
+        model, constrained = at.model, at.constrained
         x, r = np.zeros_like(rhs), np.where(constrained, 0.0, rhs)
         z = self.precondition(r)
         p, rho = z, float(r @ z)

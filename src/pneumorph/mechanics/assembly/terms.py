@@ -25,12 +25,16 @@ Values = Any
 
 
 class Loads(NamedTuple):
-    """The loads: chamber pressures (C,) MPa, acceleration g (3,) mm/s², springs and dead loads of the plate (6,)."""
+    """The loads: chamber pressures (C,) MPa, acceleration g (3,) mm/s², springs and dead loads of the plate (6,).
+
+    `shift` (K, 3) are the displacements of rigid obstacles from their places, mm, in the order of `Contact.obstacles`.
+    """
 
     pressure: Values
     acceleration: Values
     spring: Values
     wrench: Values
+    shift: Values = np.zeros((0, 3))
 
 
 class Local(NamedTuple):

@@ -22,19 +22,25 @@ LARGEST_MOVE = 0.05
 """Largest motion of a node in a step with contact, relative to the diagonal of the body: what meets on a long way
 takes long to find."""
 
+BEFORE = 0.8
+"""Part of the way on which nothing meets that is gone where obstacles move."""
+
 MOST_SHORTENINGS = 20
 """How often a step is shortened until no surfaces meet on its way."""
 
 
 def scaled(full: Loads, fraction: float) -> Loads:
-    """A fraction of the pressures, weights and plate loads; springs stay."""
+    """A fraction of the pressures, weights, plate loads and displacements of obstacles; springs stay."""
     return full._replace(
-        pressure=full.pressure * fraction, acceleration=full.acceleration * fraction, wrench=full.wrench * fraction
+        pressure=full.pressure * fraction,
+        acceleration=full.acceleration * fraction,
+        wrench=full.wrench * fraction,
+        shift=full.shift * fraction,
     )
 
 
 def unloaded(at: Configuration) -> Configuration:
-    """The same body and springs without pressures, weights and plate loads."""
+    """The same body and springs without pressures, weights and plate loads, and with obstacles in their places."""
     return replace(at, loads=scaled(at.loads, 0.0))
 
 
@@ -66,9 +72,15 @@ def length(at: Configuration, change: np.ndarray) -> float:
 
 def applied_force(at: Configuration, state: State) -> float:
     """Norm of the applied nodal forces in N: residuals are relative to it."""
+    loads = at.loads
     _, full = evaluate(at, state)
-    _, internal = evaluate(unloaded(at), state)
+    _, internal = evaluate(replace(at, loads=scaled(loads, 0.0)._replace(shift=loads.shift)), state)
     difference = full - internal
+    if np.any(loads.shift):
+        # What is displaced loads the body by its contact alone.
+        difference = np.append(
+            difference, at.model.vector(kernels.contact_residual(at.model.potential, at.X, state, loads))
+        )
     # Moments count with a lever of 1 mm; the floor keeps the unloaded body solvable.
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
@@ -110,7 +122,17 @@ def places(at: Configuration, vector: np.ndarray) -> np.ndarray:
 def apart(at: Configuration, vector: np.ndarray) -> bool:
     """Whether no surface goes through another or through an obstacle; always where there is no contact."""
     contact = at.model.contact
-    return contact is None or contact.apart(places(at, vector))
+    return contact is None or contact.apart(places(at, vector), np.asarray(at.loads.shift))
+
+
+def free_way(at: Configuration, state: State, there: Configuration, end: State) -> float:
+    """A share of the straight way from a state to another, while obstacles move too, on which nothing meets."""
+    contact = at.model.contact
+    assert contact is not None
+    start, shift = places(at, at.model.vector(state)), np.asarray(at.loads.shift)
+    moving = np.asarray(there.loads.shift) - shift
+    found = contact.free_share(start, places(there, there.model.vector(end)), shift, moving)
+    return found if found == 1.0 else BEFORE * found
 
 
 def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float:
@@ -123,7 +145,7 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
     reach = LARGEST_MOVE * np.linalg.norm(np.ptp(at.X, axis=0))
     share = min(share, float(reach / max(far, 1e-300)))
     for _ in range(MOST_SHORTENINGS):
-        found = contact.free_share(start, places(at, vector + share * step))
+        found = contact.free_share(start, places(at, vector + share * step), np.asarray(at.loads.shift))
         if found == 1.0:
             return share
         # A plate that turns by less moves its nodes another way: the shorter way is checked too.

@@ -7,7 +7,9 @@ method (`saddle.py`). Both look for stable states; where there is none, `NoEquil
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import jax
 import numpy as np
@@ -21,8 +23,9 @@ from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
-from pneumorph.mechanics.solve.balance import applied_force, evaluate, free_share, largest_stretches, scaled
+from pneumorph.mechanics.solve.balance import applied_force, evaluate, free_share, free_way, largest_stretches, unloaded
 from pneumorph.mechanics.solve.descent import minimise
+from pneumorph.mechanics.solve.prediction import predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
 TOLERANCE = 1e-9
@@ -31,6 +34,12 @@ TOLERANCE = 1e-9
 
 SMALLEST_FRACTION = 1 / 20
 """Fraction of the load that is still halved once when the load is stepped up."""
+
+FIRST_RESHAPED = 1 / 2
+"""The first step where nodes move from one design to another."""
+
+SMALLEST_MOVE = 1e-4
+"""The same where obstacles move, which may have to be less than the gap to what they press on."""
 
 
 FIRST_WITH_CONTACT = 1 / 8
@@ -105,11 +114,14 @@ def build_loads(
     acceleration: np.ndarray | None = None,
     spring: np.ndarray | None = None,
     wrench: np.ndarray | None = None,
+    moves: Mapping[str, Sequence[float]] = MappingProxyType({}),
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
     They are given for the whole body. A part gets its share; they must be symmetric (see `mirror.mirrors_of`).
+    `moves` are the displacements (3,) in mm of obstacles by their names; the others are in their places.
     """
+    obstacles = () if model.contact is None else model.contact.obstacles
     zero = np.zeros(6)
     share = 1.0 / model.copies
     return Loads(
@@ -117,6 +129,7 @@ def build_loads(
         acceleration=np.asarray(zero[:3] if acceleration is None else acceleration, dtype=float),
         spring=share * np.asarray(zero if spring is None else spring, dtype=float),
         wrench=share * np.asarray(zero if wrench is None else wrench, dtype=float),
+        shift=np.array([moves.get(name, (0.0, 0.0, 0.0)) for name in obstacles], dtype=float).reshape(-1, 3),
     )
 
 
@@ -130,14 +143,15 @@ def solve(
     tangent: Tangent,
     start: State | None = None,
     tolerance: float = TOLERANCE,
-    since: tuple[Loads, State] | None = None,
+    since: tuple[Loads | Configuration, State] | None = None,
     most: float = math.inf,
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
     Newton's method goes to the full load at once from `start`. Without a start, or if that fails, the load is raised in
     adaptive steps: from `since`, the loads and equilibrium of another load case on the same nodes, or else from rest,
-    weights and plate loads first, then pressures. A state has converged when its residual is `tolerance` times the
+    weights and plate loads first, then pressures. `since` may also be a configuration with other places of the same
+    nodes, which are then moved in the same steps. A state has converged when its residual is `tolerance` times the
     norm of the applied forces. The search ends after `most` factorisations.
     """
     before = tangent.factorisations, tangent.solves
@@ -148,7 +162,9 @@ def solve(
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
         if since is not None:
-            return _raise(at, since, tangent, before, tolerance)
+            earlier, state = since
+            begin = earlier if isinstance(earlier, Configuration) else replace(at, loads=earlier)
+            return _raise(at, begin, state, tangent, before, tolerance)
         return _step_up(at, tangent, before, tolerance)
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
@@ -165,43 +181,54 @@ def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
     """Raise the load from rest: weights and plate loads first, under which the body sags, then the pressures."""
-    loads, since = at.loads, (scaled(at.loads, 0.0), rest(at.model))
+    loads, begin, state = at.loads, unloaded(at), rest(at.model)
     if np.any(loads.acceleration) or np.any(loads.wrench):
-        sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure))
+        sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure, shift=0.0 * loads.shift))
         # Relative to the full load: the forces of a small weight may be lost in rounding errors of the residual.
-        near = tolerance * max(1.0, applied_force(at, since[1]) / applied_force(sagging, since[1]))
-        sag = _raise(sagging, since, tangent, before, near)
-        if isinstance(sag, NoEquilibrium) or not np.any(loads.pressure):
+        near = tolerance * max(1.0, applied_force(at, state) / applied_force(sagging, state))
+        sag = _raise(sagging, begin, state, tangent, before, near)
+        if isinstance(sag, NoEquilibrium) or not (np.any(loads.pressure) or np.any(loads.shift)):
             return sag
-        since = sagging.loads, sag.state
-    return _raise(at, since, tangent, before, tolerance)
+        begin, state = sagging, sag.state
+    return _raise(at, begin, state, tangent, before, tolerance)
 
 
 def _raise(
-    whole: Configuration, since: tuple[Loads, State], tangent: Tangent, before, tolerance: float
+    whole: Configuration, begin: Configuration, state: State, tangent: Tangent, before, tolerance: float
 ) -> Equilibrium | NoEquilibrium:
-    """Raise the load from another equilibrium to the loads of `whole`, in adaptive steps."""
-    earlier, state = since
+    """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too."""
     residual, reached, step = 0.0, 0.0, 1.0 if whole.model.contact is None else FIRST_WITH_CONTACT
     last, at = None, None
     reason = ""
+    reshaped = not np.array_equal(whole.X, begin.X)
+    moving = reshaped or not np.array_equal(whole.loads.shift, begin.loads.shift)
+    step = FIRST_RESHAPED if reshaped else step
+    smallest = SMALLEST_MOVE if moving else SMALLEST_FRACTION
     while at is None or reached < 1.0:
         fraction = min(1.0, reached + step)
         # At the full load use the caller's own configuration, so that its factorisation is recognised.
-        part = whole if fraction == 1.0 else replace(whole, loads=_between(earlier, whole.loads, fraction))
-        start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
-        start = _without_meeting(part, state, start)
+        part = _part(begin, whole, fraction)
+        if moving:
+            # What an obstacle presses on goes along with it.
+            here = at or begin
+            start = predict_change(here, tangent, state, part)
+            if (free := free_way(here, state, part, start)) < 1.0:
+                fraction, start = reached + free * (fraction - reached), _between(state, start, free)
+                part = _part(begin, whole, fraction)
+        else:
+            start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
+            start = _without_meeting(part, state, start)
         # From far away, `find_stable` needs fewer factorisations than descent, and fails sooner where nothing is found.
         # A barrier bends so sharply that Newton's method alone hardly finds a step that leads nearer.
         search = find_stable if part.model.contact is None else _find
         found = search(part, tangent, start, tolerance)
-        if isinstance(found, str) and last is not None:
+        if isinstance(found, str) and last is not None and not moving:
             found = search(part, tangent, state, tolerance)
-        if isinstance(found, str) and step < SMALLEST_FRACTION and not part.model.mixed:
+        if isinstance(found, str) and step < smallest and not part.model.mixed:
             found = minimise(part, tangent, state, tolerance)
         if isinstance(found, str):
-            reason, step = found, step / 2
-            if step < SMALLEST_FRACTION / 2:
+            reason, step = found, min(step, fraction - reached) / 2
+            if step < smallest / 2:
                 nearest = None if at is None else read_off(at, tangent, state, 0.0, before)
                 return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, nearest)
             continue
@@ -209,6 +236,14 @@ def _raise(
         (state, residual), reached, at = found, fraction, part
         step *= 1.5
     return read_off(at, tangent, state, residual, before)
+
+
+def _part(begin: Configuration, whole: Configuration, fraction: float) -> Configuration:
+    """The configuration at a fraction of the way from one to another; at its end the other one itself."""
+    if fraction == 1.0:
+        return whole
+    X = whole.X if whole.X is begin.X else _between(begin.X, whole.X, fraction)
+    return replace(whole, X=X, loads=_between(begin.loads, whole.loads, fraction))
 
 
 def _without_meeting(at: Configuration, state: State, end: State) -> State:
@@ -229,6 +264,8 @@ def _between(one, other, part: float):
 def _where(at: Configuration, fraction: float) -> str:
     """The loads near which no equilibrium was found, in words."""
     pressures = at.loads.pressure
+    if np.any(at.loads.shift):
+        return f"at {fraction:.2g} of the way of the obstacles"
     if not np.any(pressures):
         return f"at {fraction:.2g} of the weight and the plate's loads"
     named = zip(at.model.chambers, pressures, strict=True)

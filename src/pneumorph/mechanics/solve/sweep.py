@@ -47,9 +47,15 @@ def extrapolated(walked: list[tuple[Loads, State]], loads: Loads) -> State | Non
     if len(walked) < 2:
         return walked[-1][1] if walked else None
     (before, earlier), (now, state) = walked
-    done, ahead = now.pressure - before.pressure, loads.pressure - now.pressure
+    done, ahead = _change(before, now), _change(now, loads)
     length = float(np.sum(done * done))
     if length == 0.0:
         return state
     ratio = float(np.sum(done * ahead)) / length
     return jax.tree.map(lambda new, old: new + ratio * (new - old), state, earlier)
+
+
+def _change(one: Loads, other: Loads) -> np.ndarray:
+    """How pressures and the displacements of obstacles change; where all change in proportion units do not matter."""
+    parts = [(one.pressure, other.pressure), (one.shift, other.shift)]
+    return np.concatenate([np.ravel(np.asarray(b) - np.asarray(a)) for a, b in parts])

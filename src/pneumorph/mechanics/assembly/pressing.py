@@ -1,0 +1,87 @@
+"""What the body presses on obstacles with: the force, the sum of normal forces, and the area; with derivatives.
+
+All are functions of the places x = X + u of the nodes, so their derivatives by X and by u are equal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from pneumorph.mechanics.assembly import sums
+from pneumorph.mechanics.assembly.contact import Contact
+from pneumorph.mechanics.assembly.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, Obstacle, barrier
+from pneumorph.mechanics.assembly.terms import Values
+
+FORCE, NORMAL, AREA = slice(0, 3), 3, 4
+"""What is at which place in the five numbers of an obstacle."""
+
+FULL = 0.95
+"""Surface nearer than this share of the activation distance counts in full as area: there it presses by 0.8 % of κ."""
+
+
+def pressed(contact: Contact | None, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """For every obstacle (K, 5) the force on it (3,), N, the sum of the normal forces, N, and the area, mm².
+
+    Nodes are at x (N, 3), obstacles displaced by shift (K, 3); the area is that of the deformed surface.
+    """
+    if contact is None:
+        return np.zeros((0, 5))
+    found = np.zeros((len(contact.obstacles), 5))
+    for (name, obstacle), row, moved in zip(contact.obstacles.items(), found, shift, strict=True):
+        row[:] = sums.summed(_pressed, contact.surface, x - moved, np.zeros(x.shape), obstacle)
+        if name in contact.guards:
+            forces = contact.guards[name].touch(x - moved).slope
+            row[FORCE] += forces.sum(axis=0)
+            row[NORMAL] += np.linalg.norm(forces, axis=1).sum()
+    return found
+
+
+def pulled_back(contact: Contact, x: np.ndarray, shift: np.ndarray, cotangents: np.ndarray) -> np.ndarray:
+    """Derivatives (k, N, 3) of cotangent·`pressed` by the places of the nodes, for k cotangents (k, K, 5) at once."""
+    by_x = np.zeros((len(cotangents), *x.shape))
+    for number, (name, obstacle) in enumerate(contact.obstacles.items()):
+        bars, there = cotangents[:, number], x - shift[number]
+        some = bars.any(axis=1)
+        if not some.any():
+            continue
+        by_x[some] += sums.pulled_back(_pressed, contact.surface, there, np.zeros(x.shape), bars[some], obstacle)[0]
+        if name in contact.guards:
+            touch = contact.guards[name].touch(there)
+            for out, motion in zip(by_x, _motions(touch.slope, bars), strict=True):
+                out += touch.product(motion)
+    return by_x
+
+
+def _motions(forces: np.ndarray, bars: np.ndarray) -> Iterator[np.ndarray]:
+    """Motions (N, 3) of the nodes along which forces of theirs (N, 3) do the work cotangent·(force, normal force)."""
+    size = np.linalg.norm(forces, axis=1, keepdims=True)
+    along = np.divide(forces, size, out=np.zeros(forces.shape), where=size > 0.0)
+    for bar in bars:
+        yield bar[FORCE] + bar[NORMAL] * along
+
+
+def _pressed(x: Values, u: Values, data: Values, weight: Values, obstacle: Obstacle) -> Array:
+    places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), x)
+    distance = obstacle.shape.distance(places)
+    away = jax.grad(lambda places: jnp.sum(obstacle.shape.distance(places)))(places)
+    slope = jax.grad(lambda each: jnp.sum(barrier(each, obstacle.activation, obstacle.stiffness)))(distance)
+    normal = -weight[:, None] * data * slope
+    along, across = jnp.einsum("eai,qak->keqi", x, jnp.asarray(SAMPLE_DN))
+    area = jnp.asarray(SAMPLE_WEIGHTS)[:, None] * jnp.cross(along, across)
+    # Faces beside what touches, which stand on the obstacle, are near it too: only what faces it counts.
+    facing = jnp.maximum(-jnp.sum(area * away, axis=-1), 0.0)
+    share = _faded((1.0 - distance / obstacle.activation) / (1.0 - FULL))
+    touching = weight[:, None] * share * facing**2 / jnp.sqrt(jnp.sum(area**2, axis=-1))
+    force = -jnp.einsum("eq,eqi->i", normal, away)
+    return jnp.concatenate([force, jnp.sum(normal)[None], jnp.sum(touching)[None]])
+
+
+def _faded(share: Array) -> Array:
+    """From 0 to 1 as a share does, with two continuous derivatives."""
+    share = jnp.clip(share, 0.0, 1.0)
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)

@@ -1,0 +1,144 @@
+"""Sweeps with friction on obstacles: what a step finds depends on the way that the steps before it have gone.
+
+In each step friction is a potential (`assembly/friction.py`), whose normal forces and normals are lagged: they are
+those of the last solution, and solutions are repeated until the friction that they imply is that which they had.
+Anchors are kept during a step. After it those of points that have slipped by more than ε are drawn to ε behind them, so
+that what sticks does not creep, and those of points that do not touch are where the points are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from pneumorph.mechanics.assembly.contact import Contact
+from pneumorph.mechanics.assembly.friction import Friction, Hold
+from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.model import Model, with_more
+from pneumorph.mechanics.assembly.obstacles import Obstacle, away_from, distances, pressure, sample_places
+from pneumorph.mechanics.assembly.potential import displacement
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.assembly.terms import Loads, Term
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
+from pneumorph.mechanics.solve.sweep import extrapolated
+
+REACH = 1 / 20
+"""ε as a fraction of the activation distance."""
+
+LAGGED, MOST_LAGS = 1e-3, 30
+"""Change of friction, relative to the normal forces, at which lagging has converged; and most solutions in a step."""
+
+Holds = dict[str, Hold]
+Found = Equilibrium | NoEquilibrium
+
+
+def sweep_with_friction(
+    path: Iterable[Configuration], tangent: Tangent, coefficient: float
+) -> Iterator[tuple[Configuration, Found]]:
+    """The equilibrium of every configuration of a sweep, each solved from the one before; it starts at rest.
+
+    Yields each configuration with the friction that acts there. Parameters are those of `sweep.sweep`, and the
+    coefficient of friction.
+    """
+    walked: list[tuple[Loads, State]] = []
+    held: Holds | None = None
+    stopped: NoEquilibrium | None = None
+    for at in path:
+        if stopped is not None:
+            yield at, NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
+            continue
+        held = held or _at_rest(at)
+        here, found, held = _step(at, tangent, coefficient, held, walked)
+        if isinstance(found, NoEquilibrium):
+            stopped = found
+        else:
+            walked = [*walked[-1:], (at.loads, found.state)]
+        yield here, found
+
+
+def with_friction(model: Model, coefficient: float, held: Holds) -> Model:
+    """The model with the friction of every obstacle."""
+    contact, terms = _contact(model), []
+    for number, (name, obstacle) in enumerate(contact.obstacles.items()):
+        surface = replace(contact.surface, data=held[name].data())
+        terms.append(Term(surface, Friction(coefficient, _reach(obstacle), number)))
+    return with_more(model, terms, contact.surface)
+
+
+def _step(
+    at: Configuration, tangent: Tangent, coefficient: float, held: Holds, walked: list[tuple[Loads, State]]
+) -> tuple[Configuration, Found, Holds]:
+    """One step: its configuration with friction, what was found, and what the next one begins with."""
+    start, since = extrapolated(walked, at.loads), walked[-1] if walked else None
+    for _ in range(MOST_LAGS):
+        here = replace(at, model=with_friction(at.model, coefficient, held))
+        found = solve(here, tangent, start, since=since)
+        if isinstance(found, NoEquilibrium):
+            return here, found, held
+        again = _lagged(at, found.state, held)
+        settled = _settled(at, found.state, held, again)
+        held, start, since = again, found.state, (at.loads, found.state)
+        if settled:
+            return here, found, _drawn(at, found.state, held)
+    reason = f"friction did not settle in {MOST_LAGS} solutions; use smaller steps"
+    return at, NoEquilibrium(reason, 0.0, None), held
+
+
+def _contact(model: Model) -> Contact:
+    assert model.contact is not None
+    return model.contact
+
+
+def _reach(obstacle: Obstacle) -> float:
+    return REACH * float(obstacle.activation)
+
+
+def _seen(at: Configuration, state: State) -> Iterator[tuple[str, Obstacle, np.ndarray]]:
+    """Every obstacle, with the sample points (F, 7, 3) as it sees them when it is in its place."""
+    contact = _contact(at.model)
+    places = sample_places(contact.surface, at.X + displacement(at.model.tip, at.X, state))
+    for (name, obstacle), moved in zip(contact.obstacles.items(), np.asarray(at.loads.shift), strict=True):
+        yield name, obstacle, places - moved
+
+
+def _at_rest(at: Configuration) -> Holds:
+    """No friction, with anchors where the points are at rest, while obstacles are in their places."""
+    in_place = replace(at, loads=at.loads._replace(shift=0.0 * np.asarray(at.loads.shift)))
+    return {
+        name: Hold(np.zeros(places.shape[:2]), places, np.zeros(places.shape))
+        for name, _, places in _seen(in_place, rest(at.model))
+    }
+
+
+def _lagged(at: Configuration, state: State, held: Holds) -> Holds:
+    """Normal forces and normals at a state, with the same anchors."""
+    surface, found = _contact(at.model).surface, {}
+    for name, obstacle, places in _seen(at, state):
+        acting = pressure(distances(obstacle.shape, surface, places), obstacle)
+        force = surface.weight[:, None] * surface.data * acting
+        found[name] = Hold(force, held[name].anchor, away_from(obstacle.shape, surface, places))
+    return found
+
+
+def _settled(at: Configuration, state: State, before: Holds, after: Holds) -> bool:
+    """Whether friction changes little when normal forces and normals at a state take the place of those before."""
+    changed, most = 0.0, 0.0
+    for name, obstacle, places in _seen(at, state):
+        old, new = (each[name].traction(places, _reach(obstacle)) for each in (before, after))
+        changed += float(np.linalg.norm(new - old, axis=-1).sum())
+        most += float(after[name].force.sum())
+    return changed <= LAGGED * most
+
+
+def _drawn(at: Configuration, state: State, held: Holds) -> Holds:
+    """What the next step begins with."""
+    found = {}
+    for name, obstacle, places in _seen(at, state):
+        slip = held[name].slip(places)
+        size = np.linalg.norm(slip, axis=-1, keepdims=True)
+        beyond = np.maximum(1.0 - _reach(obstacle) / np.maximum(size, 1e-300), 0.0)
+        touches = held[name].force[..., None] > 0.0
+        found[name] = held[name]._replace(anchor=np.where(touches, held[name].anchor + beyond * slip, places))
+    return found
