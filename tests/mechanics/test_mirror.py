@@ -1,5 +1,6 @@
 """Half or a quarter of a body in place of the whole: the same answers and gradients, where the problem allows it."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -110,7 +111,7 @@ def test_states_are_those_of_the_whole(case):
     assert part.volumes == pytest.approx(both.volumes, rel=SAME)
     J = judge(mirrors)
     ours, theirs = J.features(at.model, at.X, part.state), J.features(there.model, there.X, both.state)
-    for mine, other in zip((*ours[:2], *ours[3:]), (*theirs[:2], *theirs[3:]), strict=True):
+    for mine, other in zip(*(jax.tree.leaves(one._replace(volume={})) for one in (ours, theirs)), strict=True):
         np.testing.assert_allclose(mine, other, atol=SAME)
     if len(mirrors) == 1:
         assert abs(float(ours.rotation[NORMAL[mirrors[0]]])) > 5e-4

@@ -3,6 +3,7 @@
 It designs, holds limits, goes on after a stop as if nothing had happened, and says why it ends.
 """
 
+import jax
 import numpy as np
 import pytest
 from texts import EXTEND, problem_text
@@ -98,8 +99,17 @@ def test_a_run_of_an_earlier_version_goes_on(three):
         next(design(problem, old | {"phi": old["phi"][:-1]}))
 
 
+@pytest.fixture
+def optimised_kernels():
+    """Its penalties are evaluated so often that they are worth being compiled well."""
+    as_elsewhere = jax.config.read("jax_disable_most_optimizations")
+    jax.config.update("jax_disable_most_optimizations", False)
+    yield
+    jax.config.update("jax_disable_most_optimizations", as_elsewhere)
+
+
 @pytest.mark.slow
-def test_the_papers_method_designs_too(three):
+def test_the_papers_method_designs_too(three, optimised_kernels):
     _, events = run(1, "dfp")
     designs = accepted(events)
     assert extension(designs[-1]) > 1.2 * extension(designs[0])

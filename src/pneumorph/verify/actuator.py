@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import resources
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from pneumorph.problem import Problem
 PRESSURE = 0.06
 """Pressure of the cases with these actuators, MPa."""
 
-LINEAR = {
+LINEAR: dict[str, Any] = {
     "title": "Linear actuator",
     "material": {"name": "Hei-Cast 8400"},
     "body": {
@@ -39,9 +40,11 @@ def linear_actuator() -> Problem:
     return Problem.model_validate(LINEAR)
 
 
-def several_rubbers() -> Problem:
-    """The same tube with a stiff layer along one side, so that it bends, and a softer sleeve around the chamber."""
-    layer = {"thickness": "1 mm", "span": ["10 mm", "80 mm"], "angles": ["-70 deg", "70 deg"]}
+def several_rubbers(length: float = 80.0) -> Problem:
+    """The same tube, or a shorter one, with a stiff layer on one side, so that it bends, and a soft sleeve inside."""
+    chamber = LINEAR["body"]["chamber"][0] | {"span": ["3 mm", f"{length - 3} mm"]}
+    body = LINEAR["body"] | {"length": f"{length} mm", "chamber": [chamber]}
+    layer = {"thickness": "1 mm", "span": [f"{length / 8} mm", f"{length} mm"], "angles": ["-70 deg", "70 deg"]}
     regions = [
         {"name": "spine", "material": _rubber("2 MPa", "16 MPa"), "layer": layer},
         {
@@ -50,7 +53,7 @@ def several_rubbers() -> Problem:
             "sleeve": {"thickness": "0.8 mm", "chambers": ["A"]},
         },
     ]
-    return Problem.model_validate(LINEAR | {"region": regions})
+    return Problem.model_validate(LINEAR | {"body": body, "region": regions})
 
 
 def _rubber(shear: str, bulk: str) -> dict[str, str]:
