@@ -7,6 +7,7 @@ a float is written as text that reads back as the same float to the last bit; th
 import re
 from dataclasses import dataclass
 from decimal import Context, Decimal
+from functools import lru_cache
 from tokenize import TokenError
 from typing import Any, cast
 
@@ -134,6 +135,7 @@ def write(value: float, kind: Kind) -> str:
     raise ValueError(f"{value} {kind.inside} cannot be written as {kind.name}")
 
 
+@lru_cache(maxsize=256)
 def _factor(unit: str, kind: Kind) -> Decimal:
     """Value of one `unit` in the unit used in the code."""
     fix = f'write e.g. "{kind.example}"'
