@@ -47,10 +47,8 @@ class Triangulated:
         row = np.concatenate([np.arange(len(nodes)), np.repeat(len(nodes) + np.arange(count), 6)])
         column = np.concatenate([np.arange(len(nodes)), corner.ravel()])
         value = np.concatenate([np.ones(len(nodes)), np.tile(SAMPLE_N[6], count)])
-        self.nodes, self.at_samples = (
-            nodes,
-            sparse.csr_array((value, (row, column)), shape=(len(self.area), len(nodes))),
-        )
+        self.nodes = nodes
+        self.at_samples = sparse.csr_array((value, (row, column)), shape=(len(self.area), len(nodes)))
         self._firsts = firsts(self.faces), firsts(mesh.triangles)
         moving = len(self.area)
         self._beside = ipctk.CollisionMesh(
