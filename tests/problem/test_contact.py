@@ -8,6 +8,7 @@ from tiny import tiny
 
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mechanics import mirrors_of, setup
+from pneumorph.output.obstacles import obstacles_of
 from pneumorph.problem import loads, stl
 from pneumorph.verify.solids import tube
 
@@ -62,6 +63,8 @@ def test_the_triangles_of_a_file_are_kept(written, tmp_path):
     again = loads(problem.to_toml())
     assert again == problem and "part.stl" not in problem.to_toml()
     mesh = setup.placed(again.obstacle[0])
+    (drawn,) = obstacles_of(again, np.zeros((1, 3)))
+    assert np.array_equal(drawn.points, mesh.points)
     a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
     assert np.einsum("ti,ti->", a, np.cross(b, c)) / 6 == pytest.approx(8.0)
     where = sorted(map(tuple, mesh.points.round(9) + 0.0))
