@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 
@@ -19,7 +20,16 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, Sphere, surface_of
+from pneumorph.mechanics.assembly.obstacles import (
+    Box,
+    Cylinder,
+    Obstacle,
+    Plane,
+    RigidMesh,
+    Sphere,
+    pressure,
+    surface_of,
+)
 from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.sensitivity import taylor_test
 from pneumorph.verify.solids import tube
@@ -158,6 +168,29 @@ def test_a_ball_of_triangles_presses_as_the_ball():
     assert near.on["o0"] == pytest.approx(exact.on["o0"], abs=0.04 * exact.normal["o0"])
     assert near.normal["o0"] == pytest.approx(exact.normal["o0"], rel=0.04)
     assert near.area["o0"] == pytest.approx(exact.area["o0"], rel=0.04)
+
+
+def test_a_box_of_triangles_is_the_box_however_it_is_divided():
+    """Beside its faces, edges and corners, and not beyond the activation distance."""
+    box, mesh = SHAPES["box"], SHAPES["box"].mesh(0.0)
+    for _ in range(2):
+        mesh = divided(mesh)
+    random = np.random.default_rng(0)
+    places = box.center + (box.half + 0.8) * random.uniform(-1.0, 1.0, (4000, 3)) * random.choice([0.9, 1.0], (4000, 3))
+    distance = np.asarray(box.distance(places))
+    places, distance = places[distance > 0.01], distance[distance > 0.01]
+    exact = pressure(distance, Obstacle(box, 0.7, 0.3))[:, None] * np.asarray(jax.vmap(jax.grad(box.distance))(places))
+    near = np.count_nonzero(np.any(exact, axis=1))
+    assert 500 < near < len(places)
+    assert Triangulated(SURFACE, mesh, 0.7, 0.3).pressures(places) == pytest.approx(exact, abs=1e-11)
+
+
+def divided(mesh):
+    """Every triangle in three, about a point that is not its centre."""
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
+    middle = len(mesh.points) + np.arange(len(mesh.triangles))
+    parts = [np.column_stack([mesh.triangles[:, [i, (i + 1) % 3]], middle]) for i in range(3)]
+    return RigidMesh(np.concatenate([mesh.points, 0.2 * a + 0.3 * b + 0.5 * c]), np.concatenate(parts))
 
 
 def test_a_ring_is_pressed_into_a_notch():
