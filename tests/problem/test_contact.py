@@ -102,6 +102,17 @@ def test_what_is_wrong_with_a_file_is_said_in_one_line(content, message, tmp_pat
     assert "\n" not in str(refused.value)
 
 
+def test_all_files_together_have_an_end():
+    many = TETRAHEDRON + 10.0 * np.arange(4000)[:, None, None, None]
+    text = stl.pack(stl.read_stl(binary(many.reshape(-1, 3, 3))))
+    parts = [f'[[obstacle]]\nname = "p{i}"\nkind = "mesh"\ntriangles = "{text}"\n' for i in range(3)]
+    assert len(loads(tiny() + "".join(parts[:2])).obstacle) == 2
+    with pytest.raises(
+        ProblemError, match="obstacle: those of kind mesh have 48000 triangles together"
+    ):
+        loads(tiny() + "".join(parts))
+
+
 KEPT = stl.pack(stl.read_stl(binary(TETRAHEDRON)))
 
 
