@@ -107,9 +107,7 @@ def test_all_files_together_have_an_end():
     text = stl.pack(stl.read_stl(binary(many.reshape(-1, 3, 3))))
     parts = [f'[[obstacle]]\nname = "p{i}"\nkind = "mesh"\ntriangles = "{text}"\n' for i in range(3)]
     assert len(loads(tiny() + "".join(parts[:2])).obstacle) == 2
-    with pytest.raises(
-        ProblemError, match="obstacle: those of kind mesh have 48000 triangles together"
-    ):
+    with pytest.raises(ProblemError, match="obstacle: those of kind mesh have 48000 triangles together"):
         loads(tiny() + "".join(parts))
 
 
