@@ -10,15 +10,19 @@ inside the body, by solid angles (Van Oosterom and Strackee 1983).
 The exit status is 1 if anything interpenetrates, 2 if RUN cannot be read.
 """
 
+import base64
 import re
 import sys
 import tomllib
+import zlib
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3, "um": 1e-3}
+ANGLES = {"deg": np.pi / 180.0, "°": np.pi / 180.0, "rad": 1.0}
 PARTS = 4
 POINTS = 400
 """Divisions of an edge of a face; points on an obstacle, roughly."""
@@ -117,6 +121,10 @@ def obstacle(table: dict, moved: np.ndarray):
         normal = np.array(table["normal"], float) / np.linalg.norm(table["normal"])
         point = place(table["point"]) + moved
         return lambda x: (x - point) @ normal, np.zeros((0, 3))
+    if table["kind"] == "mesh":
+        points, triangles = surface(table)
+        points = points + moved
+        return partial(distance_from, points, triangles), np.concatenate([points, points[triangles].mean(axis=1)])
     center = place(table["center"]) + moved
     if table["kind"] == "sphere":
         radius = mm(table["radius"])
@@ -146,6 +154,43 @@ def obstacle(table: dict, moved: np.ndarray):
         inside = distance(center + middle[:, None] * around) < 0.0
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
     return distance, center + low[:, None] * around
+
+
+def surface(table: dict) -> tuple[np.ndarray, np.ndarray]:
+    """Points (V, 3) and triangles (T, 3) of a body from a file, as they are stored: numbers of both, then both."""
+    data = zlib.decompress(base64.b64decode(table["triangles"]))
+    vertices, count = np.frombuffer(data, "<u4", 2)
+    points = table["scale"] * np.frombuffer(data, "<f4", 3 * vertices, 8).reshape(-1, 3).astype(float)
+    triangles = np.frombuffer(data, "<u4", 3 * count, 8 + 12 * vertices).reshape(-1, 3).astype(int)
+    turn = np.array([float(text.split()[0]) * ANGLES[text.split()[1]] for text in table["rotation"]])
+    angle = np.linalg.norm(turn)
+    axis = turn / angle if angle else turn
+    along = (points @ axis)[:, None] * axis
+    turned = np.cos(angle) * (points - along) + np.sin(angle) * np.cross(axis, points) + along
+    return turned + place(table["position"]), triangles
+
+
+def distance_from(points: np.ndarray, triangles: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Distances of places x (n, 3) from a surface of triangles, negative inside; of its box where they are beside."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    found = np.linalg.norm(np.maximum(0.0, np.maximum(low - x, x - high)), axis=1)
+    near = np.flatnonzero(found <= 1.0)
+    corners = points[triangles]
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    for chunk in np.array_split(near, len(near) * len(triangles) // AT_ONCE + 1):
+        away = x[chunk, None] - a
+        inside, least = np.ones(away.shape[:2], bool), np.full(away.shape[:2], np.inf)
+        for start, end in ((a, b), (b, c), (c, a)):
+            side, off = end - start, x[chunk, None] - start
+            share = np.clip(np.einsum("pti,ti->pt", off, side) / np.einsum("ti,ti->t", side, side), 0.0, 1.0)
+            least = np.minimum(least, np.linalg.norm(off - share[..., None] * side, axis=-1))
+            inside &= np.einsum("pti,ti->pt", off, np.cross(normal, side)) > 0.0
+        above = np.abs(np.einsum("pti,ti->pt", away, normal))
+        found[chunk] = np.where(inside, np.minimum(above, least), least).min(axis=1)
+    found[near] *= np.where(np.abs(winding(x[near], points, triangles)) > 0.5, -1.0, 1.0)
+    return found
 
 
 def check(problem: dict, arrays, task: dict) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tiny import tiny
 
+from pneumorph.problem import stl
 from pneumorph.verify.solids import tube
 
 SCRIPT = Path(__file__).parents[1] / "benchmarks" / "interpenetration.py"
@@ -16,6 +17,12 @@ X = MESH.points
 WALL = '[[obstacle]]\nname = "o"\nkind = "plane"\npoint = ["0 mm", "0 mm", "24 mm"]\nnormal = [0, 0, -1]\n'
 BALL = '[[obstacle]]\nname = "o"\nkind = "sphere"\ncenter = ["{x} mm", "0.3 mm", "7.3 mm"]\nradius = "0.5 mm"\n'
 BOX = '[[obstacle]]\nname = "o"\nkind = "box"\ncenter = ["8 mm", "0 mm", "10 mm"]\nsize = ["3 mm", "3 mm", "3 mm"]\n'
+CORNERS = np.array([[-1.5, -1.5, -1.5], [1.5, -1.5, -1.5], [0.0, 1.5, -1.5], [0.0, 0.0, 1.5]])
+SURFACE = stl.pack(stl.Surface(CORNERS, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])))
+TETRAHEDRON = (
+    f'[[obstacle]]\nname = "o"\nkind = "mesh"\ntriangles = "{SURFACE}"\nscale = 1.0\n'
+    'rotation = ["0 deg", "0 deg", "90 deg"]\nposition = ["7.9 mm", "0 mm", "10 mm"]\n'
+)
 FLAT = X * [1.0, 0.02, 1.0] - X
 
 
@@ -34,6 +41,8 @@ CASES = {
     "a ball beside the body": ("", BALL.format(x=7), 0 * X, ""),
     "a ball between the nodes": ("", BALL.format(x=5), 0 * X, "goes through o"),
     "a box": ("", BOX, 0 * X + [0.6, 0, 0], "goes through o"),
+    "beside triangles": ("", TETRAHEDRON, 0 * X, ""),
+    "triangles": ("", TETRAHEDRON, 0 * X + [0.7, 0, 0], "goes through o"),
     "itself": ("", "", pushed(3.0), "triangles intersect"),
 }
 

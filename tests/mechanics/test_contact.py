@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 
@@ -19,7 +20,17 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, Sphere, surface_of
+from pneumorph.mechanics.assembly.obstacles import (
+    Box,
+    Cylinder,
+    Obstacle,
+    Plane,
+    RigidMesh,
+    Sphere,
+    pressure,
+    surface_of,
+)
+from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.sensitivity import taylor_test
 from pneumorph.verify.solids import tube
 
@@ -35,14 +46,22 @@ def ring(*shapes, own=True, mixed=False):
     held = np.zeros(X.shape, bool)
     held[:, 2] = (X[:, 2] == 0) | (X[:, 2] > LENGTH - 1e-9)
     held[(np.abs(X[:, 1]) < 1e-6) & (X[:, 0] < 0.0)] = True
-    obstacles = {f"o{number}": Obstacle(shape, ACTIVATION, 0.3) for number, shape in enumerate(shapes)}
+    named = {f"o{number}": shape for number, shape in enumerate(shapes)}
+    obstacles = {name: pressed_on(shape) for name, shape in named.items()}
     itself = Pairs(SURFACE, X, True, [], ACTIVATION, 0.3) if own else None
-    around = {name: each.shape.mesh(ACTIVATION / 4) for name, each in obstacles.items()}
+    around = {
+        name: shape if isinstance(shape, RigidMesh) else shape.mesh(ACTIVATION / 4) for name, shape in named.items()
+    }
     guards = {
         name: Pairs(SURFACE, X, False, [mesh], ACTIVATION / 4, 0.3) for name, mesh in around.items() if mesh is not None
     }
     contact = Contact(SURFACE, obstacles, guards, itself)
     return build_model(MESH, RUBBER, plate=False, supports=held, mixed=mixed, contact=contact)
+
+
+def pressed_on(shape):
+    made = Triangulated if isinstance(shape, RigidMesh) else None
+    return made(SURFACE, shape, ACTIVATION, 0.3) if made else Obstacle(shape, ACTIVATION, 0.3)
 
 
 def loaded(model, pressure, X=None, pull=0.0, **moves):
@@ -124,6 +143,78 @@ def test_a_ring_that_grows_presses_on_an_obstacle(name, mixed):
     _, residual = kernels.value_and_residual(model.potential, at.X, there.state, at.loads)
     held = np.where(model.supports, residual.u, 0.0).sum(axis=0)
     assert held[:2] == pytest.approx(forces.on["o0"][:2], abs=1e-7)
+
+
+def notched():
+    """A block of triangles with a notch along z, into which the ring is pressed from above."""
+    outline = np.array([[-6, -8.2], [0, -11.5], [6, -8.2], [6, -16], [-6, -16]])
+    points = np.concatenate([np.column_stack([outline, np.full(5, z)]) for z in (-3.0, 6.0)])
+    sides = [[i, j, j + 5] for i, j in zip(range(5), np.roll(range(5), -1), strict=True)]
+    sides += [[i, j + 5, i + 5] for i, j in zip(range(5), np.roll(range(5), -1), strict=True)]
+    ends = np.array([[0, 1, 4], [1, 3, 4], [1, 2, 3]])
+    return RigidMesh(points, np.array([*np.array(sides)[:, ::-1], *ends, *(ends[:, ::-1] + 5)]))
+
+
+def pressed_at(at):
+    return contact_forces(at, found(at).state)
+
+
+NOTCH, BALL = notched(), Sphere(np.array([0.0, -12.6, 1.5]), 3.0)
+
+
+def test_a_ball_of_triangles_presses_as_the_ball():
+    """Triangles that are up to 8 µm outside it and tilted by up to 2° change the force by less than 4 %."""
+    exact, near = (pressed_at(loaded(ring(ball, own=False), 0.04)) for ball in (BALL, BALL.mesh(0.008)))
+    assert near.on["o0"] == pytest.approx(exact.on["o0"], abs=0.04 * exact.normal["o0"])
+    assert near.normal["o0"] == pytest.approx(exact.normal["o0"], rel=0.04)
+    assert near.area["o0"] == pytest.approx(exact.area["o0"], rel=0.04)
+
+
+def test_a_box_of_triangles_is_the_box_however_it_is_divided():
+    """Beside its faces, edges and corners, and not beyond the activation distance."""
+    box, mesh = SHAPES["box"], SHAPES["box"].mesh(0.0)
+    for _ in range(2):
+        mesh = divided(mesh)
+    random = np.random.default_rng(0)
+    places = box.center + (box.half + 0.8) * random.uniform(-1.0, 1.0, (4000, 3)) * random.choice([0.9, 1.0], (4000, 3))
+    distance = np.asarray(box.distance(places))
+    places, distance = places[distance > 0.01], distance[distance > 0.01]
+    exact = pressure(distance, Obstacle(box, 0.7, 0.3))[:, None] * np.asarray(jax.vmap(jax.grad(box.distance))(places))
+    near = np.count_nonzero(np.any(exact, axis=1))
+    assert 500 < near < len(places)
+    assert Triangulated(SURFACE, mesh, 0.7, 0.3).pressures(places) == pytest.approx(exact, abs=1e-11)
+
+
+def divided(mesh):
+    """Every triangle in three, about a point that is not its centre."""
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
+    middle = len(mesh.points) + np.arange(len(mesh.triangles))
+    parts = [np.column_stack([mesh.triangles[:, [i, (i + 1) % 3]], middle]) for i in range(3)]
+    return RigidMesh(np.concatenate([mesh.points, 0.2 * a + 0.3 * b + 0.5 * c]), np.concatenate(parts))
+
+
+def test_a_ring_is_pressed_into_a_notch():
+    """Both sides of it press, where the distance from it has a kink between them."""
+    model = ring(NOTCH, own=False)
+    at = loaded(model, 0.04)
+    there = found(at)
+    x = at.X + there.u
+    assert crossings(flat_triangles(x)) == 0 and x[:, 1].min() > -11.0
+    forces = contact_forces(at, there.state)
+    sides = x[x[:, 1] < -8.0, 0]
+    assert sides.min() < -1.0 and sides.max() > 1.0 and forces.normal["o0"] > 1.1 * np.linalg.norm(forces.on["o0"])
+    _, residual = kernels.value_and_residual(model.potential, at.X, there.state, at.loads)
+    held = np.where(model.supports, residual.u, 0.0).sum(axis=0)
+    assert held[:2] == pytest.approx(forces.on["o0"][:2], abs=1e-7)
+    follows_the_derivative(model, 0.04, "shake", 2e-3)
+
+
+def test_what_is_inside_an_obstacle_of_triangles_or_around_it_is_not_apart():
+    around = RigidMesh(30.0 * (NOTCH.points - NOTCH.points.mean(axis=0)), NOTCH.triangles)
+    within = RigidMesh(0.01 * (NOTCH.points - NOTCH.points.mean(axis=0)) + np.array([8.75, 0.1, 1.5]), NOTCH.triangles)
+    beside = replace(within, points=within.points + np.array([-8.75, 0.0, 0.0]))
+    apart = [ring(each, own=False).contact.apart(MESH.points, np.zeros((1, 3))) for each in (around, within, beside)]
+    assert apart == [False, False, True]
 
 
 def slope(at, there, seed):

@@ -15,7 +15,8 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.contact import Contact
-from pneumorph.mechanics.assembly.obstacles import Obstacle, Plane, surface_of
+from pneumorph.mechanics.assembly.obstacles import Box, Obstacle, Plane, surface_of
+from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.verify.solids import distorted_cube
 
 COEFFICIENT, ACTIVATION, HEIGHT = 0.1, 0.04, -0.05
@@ -25,12 +26,17 @@ WAY = [(x, PRESSED) for x in (0.0, 0.01, 0.01, 0.1, 0.2, 0.19, 0.0)]
 """Displacements of the plane along x and z, step by step."""
 
 
-@pytest.fixture(scope="module")
-def steps():
+SURFACE = surface_of(MESH)
+PLANE = Obstacle(Plane(np.array([0.0, 0.0, HEIGHT]), np.array([0.0, 0.0, 1.0])), ACTIVATION, 0.49)
+BLOCK = Box(np.array([0.5, 0.5, HEIGHT - 1.0]), np.array([4.0, 4.0, 1.0])).mesh(0.0)
+
+
+@pytest.fixture(scope="module", params=["plane", "triangles"])
+def steps(request):
     """A cube of 1 mm that hangs by its top, and a plane that is pressed onto it from below and moved along it."""
+    plane = PLANE if request.param == "plane" else Triangulated(SURFACE, BLOCK, ACTIVATION, 0.49)
     supports = np.repeat((MESH.points[:, 2] > 1 - 1e-9)[:, None], 3, axis=1)
-    plane = Obstacle(Plane(np.array([0.0, 0.0, HEIGHT]), np.array([0.0, 0.0, 1.0])), ACTIVATION, 0.49)
-    contact = Contact(surface_of(MESH), {"plane": plane}, {}, None)
+    contact = Contact(SURFACE, {"plane": plane}, {}, None)
     rubber = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
     model = build_model(MESH, rubber, plate=False, supports=supports, weight=False, contact=contact)
     path = [configure(model, MESH.points, build_loads(model, {}, moves={"plane": (x, 0.0, z)})) for x, z in WAY]

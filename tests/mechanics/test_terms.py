@@ -28,6 +28,7 @@ from pneumorph.mechanics.assembly.obstacles import (
 )
 from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane
 from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
+from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.mechanics.material import energies
 from pneumorph.mesh import Covered
 from pneumorph.mesh.cover import RULE
@@ -117,6 +118,15 @@ WEDGE = RigidMesh(
 )
 
 
+def lobed() -> Contact:
+    """A closed surface of triangles with hollows, beside the end and the side of the tube."""
+    found = SHAPES["sphere"].mesh(0.8)
+    away = found.points - SHAPES["sphere"].center
+    angle = np.arctan2(away[:, 1], away[:, 0])
+    lobes = RigidMesh(away * (1.0 + 0.35 * np.cos(3.0 * angle))[:, None] + np.array([4.0, 1.0, 13.0]), found.triangles)
+    return Contact(SURFACE, {"lobes": Triangulated(SURFACE, lobes, 2.5, 0.3)}, {}, None)
+
+
 def sliding() -> Term:
     """Friction of points that have slipped by less and by more than what mobilises all of it."""
     random, points = np.random.default_rng(3), sample_places(SURFACE, MESH.points)
@@ -141,6 +151,7 @@ CASES = {
     "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching("plane", "sphere", "cylinder", "box")),
     "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
     "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
+    "obstacle of triangles": partial(built, SOFT, kinds=Plate, contact=lobed()),
     "taut sheet": partial(built, SOFT, kinds=Membrane, laid={"sheet": Membrane(40.0, 0.3, 1.0)}),
     "wrinkled sheet": partial(built, SOFT, kinds=Membrane, laid={"sheet": LAID["sheet"]}),
     "braid": partial(built, SOFT, kinds=Fibres, laid={"braid": LAID["braid"]}),

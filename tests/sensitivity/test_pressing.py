@@ -10,10 +10,11 @@ from pneumorph.analysis import analyse, analyse_body, collect_task_results
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.mechanics import TOLERANCE
+from pneumorph.mechanics.assembly.obstacles import Cylinder
 from pneumorph.objective import build_objectives
 from pneumorph.optimize import design
 from pneumorph.output.format import motion_of
-from pneumorph.problem import loads
+from pneumorph.problem import loads, stl
 from pneumorph.sensitivity import TaylorTest, gradient
 
 WALL = """
@@ -32,7 +33,17 @@ axis = [0, 1, 0]
 radius = "5 mm"
 length = "30 mm"
 """
-OBSTACLES = WALL + ROD.format(name="rod", x=13.2) + ROD.format(name="left", x=-13.2)
+TRIANGLES = stl.pack(
+    stl.Surface(*vars(Cylinder(np.zeros(3), np.array([0.0, 1.0, 0.0]), 5.0, 15.0).mesh(0.05)).values())
+)
+LEFT = f"""
+[[obstacle]]
+name = "left"
+kind = "mesh"
+triangles = "{TRIANGLES}"
+position = ["-13.2 mm", "0 mm", "12 mm"]
+"""
+OBSTACLES = WALL + ROD.format(name="rod", x=13.2) + LEFT
 # The rod is pressed onto the body, whose own place at rest it takes.
 PRESSURE = '{ A = "80 kPa" }\nmove = { rod = ["-0.3 mm", "0 mm", "0.2 mm"] }'
 CODE = 'def objective(f):\n    return f.contact["rod"].normal + f.contact["left"].force[0] + f.contact["wall"].area\n'
@@ -42,6 +53,9 @@ OBJECTIVES = {
     "target": '{ kind = "press", obstacle = "wall", direction = [0, 0, 2], force = "1 N" }',
     "area": '{ kind = "contact_area", obstacle = "rod" }',
     "target area": '{ kind = "contact_area", obstacle = "rod", area = "5 mm^2" }',
+    "triangles": '{ kind = "press", obstacle = "left", direction = [-1, 0, 0.2] }',
+    "normal force of triangles": '{ kind = "press", obstacle = "left" }',
+    "area of triangles": '{ kind = "contact_area", obstacle = "left" }',
     "custom": f"{{ kind = 'custom', code = '''{CODE}''' }}",
 }
 

@@ -6,16 +6,27 @@ from collections.abc import Mapping, Sequence
 from math import inf, sqrt
 from types import MappingProxyType
 
+import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import root_scalar
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
 from pneumorph.mechanics.assembly.model import Model, build_model
-from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, Shape, Sphere, surface_of
-from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.mechanics.assembly.obstacles import (
+    Box,
+    Cylinder,
+    Obstacle,
+    Plane,
+    RigidMesh,
+    Shape,
+    Sphere,
+    surface_of,
+)
+from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation
 from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane, Reinforcement
 from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import build_loads
@@ -25,10 +36,10 @@ from pneumorph.problem import (
     CylinderSpec,
     FibresSpec,
     MembraneSpec,
-    ObstacleSpec,
     PlaneSpec,
     Problem,
     SphereSpec,
+    TriangulatedSpec,
     reinforcements,
 )
 from pneumorph.problem import Reinforcement as ReinforcementSpec
@@ -130,23 +141,35 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     own = problem.contact is not None and problem.contact.self
     given = problem.contact and problem.contact.distance
     activation, stiffness = given or ACTIVATION * problem.mesh.size, rubber.shear_modulus
-    surface, shapes = surface_of(mesh), {spec.name: shape_of(spec) for spec in problem.obstacle}
-    obstacles = {name: Obstacle(shape, activation, stiffness) for name, shape in shapes.items()}
+    surface, guard = surface_of(mesh), GUARD * activation
+    obstacles, guards = dict[str, Obstacle | Triangulated](), dict[str, Pairs]()
+    for spec in problem.obstacle:
+        if isinstance(spec, TriangulatedSpec):
+            around = placed(spec)
+            obstacles[spec.name] = Triangulated(surface, around, activation, stiffness)
+        else:
+            shape = shape_of(spec)
+            around = shape.mesh(guard)
+            obstacles[spec.name] = Obstacle(shape, activation, stiffness)
+        if around is not None:
+            guards[spec.name] = Pairs(surface, mesh.points, False, [around], guard, stiffness)
     for name, obstacle in obstacles.items():
-        if not Contact(surface, {name: obstacle}, {}, None).apart(mesh.points, np.zeros((1, 3))):
+        guarded = {name: guards[name]} if isinstance(obstacle, Triangulated) else {}
+        if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, np.zeros((1, 3))):
             raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
-    guard, around = GUARD * activation, {name: shape.mesh(GUARD * activation) for name, shape in shapes.items()}
-    guards = {
-        name: Pairs(surface, mesh.points, False, [found], guard, stiffness)
-        for name, found in around.items()
-        if found is not None
-    }
     itself = Pairs(surface, mesh.points, True, [], activation, stiffness) if own else None
     return Contact(surface, obstacles, guards, itself)
 
 
-def shape_of(spec: ObstacleSpec) -> Shape:
-    """The shape of an obstacle."""
+def placed(spec: TriangulatedSpec) -> RigidMesh:
+    """The triangles of an obstacle from a file, where it is."""
+    points, triangles = spec.surface
+    turn = np.asarray(rotation(jnp.asarray(spec.rotation)))
+    return RigidMesh(spec.scale * points @ turn.T + np.array(spec.position), triangles)
+
+
+def shape_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec) -> Shape:
+    """The shape of an obstacle whose distance has a formula."""
     match spec:
         case PlaneSpec():
             return Plane(np.array(spec.point), np.array(spec.normal))

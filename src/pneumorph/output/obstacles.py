@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.obstacles import Plane
-from pneumorph.mechanics.setup import shape_of
+from pneumorph.mechanics.setup import placed, shape_of
 from pneumorph.output.view import Shell
-from pneumorph.problem import Problem, Task
+from pneumorph.problem import PlaneSpec, Problem, Task, TriangulatedSpec
 
 SAG = 0.02
 """How far the triangles of round obstacles are from them, as a fraction of the body's radius."""
@@ -23,16 +22,18 @@ def obstacles_of(problem: Problem, points: np.ndarray, task: Task | None = None)
     """
     found = list[Shell]()
     for spec in problem.obstacle:
-        shape, moved = shape_of(spec), np.array(task.moves.get(spec.name, (0.0, 0.0, 0.0)) if task else (0.0, 0.0, 0.0))
-        if isinstance(shape, Plane):
-            part = _part(shape, points, MARGIN * problem.body.length)
+        moved = np.array(task.moves.get(spec.name, (0.0, 0.0, 0.0)) if task else (0.0, 0.0, 0.0))
+        if isinstance(spec, PlaneSpec):
+            part = _part(spec, points, MARGIN * problem.body.length)
             found.append(Shell(part.points + moved, part.triangles))
-        elif (mesh := shape.mesh(SAG * problem.body.radius)) is not None:
+            continue
+        mesh = placed(spec) if isinstance(spec, TriangulatedSpec) else shape_of(spec).mesh(SAG * problem.body.radius)
+        if mesh is not None:
             found.append(Shell(mesh.points + moved, mesh.triangles))
     return tuple(found)
 
 
-def _part(plane: Plane, points: np.ndarray, margin: float) -> Shell:
+def _part(plane: PlaneSpec, points: np.ndarray, margin: float) -> Shell:
     """A rectangle of a plane beside a body."""
     normal = np.asarray(plane.normal)
     across = np.linalg.svd(normal[None])[2][1:]

@@ -1,6 +1,14 @@
 """The design problem: body, material, tasks and limits, read from a file or built in Python, and validated."""
 
-from pneumorph.problem.contact import BoxSpec, ContactSpec, CylinderSpec, ObstacleSpec, PlaneSpec, SphereSpec
+from pneumorph.problem.contact import (
+    BoxSpec,
+    ContactSpec,
+    CylinderSpec,
+    ObstacleSpec,
+    PlaneSpec,
+    SphereSpec,
+    TriangulatedSpec,
+)
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
@@ -78,6 +86,7 @@ __all__ = [
     "Symmetry",
     "TargetMotion",
     "Task",
+    "TriangulatedSpec",
     "Trust",
     "admit",
     "codes_of",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.problem import regions, reinforcement
+from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
@@ -23,6 +24,7 @@ from pneumorph.problem.objective import (
     Reach,
     TargetMotion,
 )
+from pneumorph.problem.stl import MOST_TRIANGLES
 from pneumorph.problem.symmetry import operations
 
 if TYPE_CHECKING:
@@ -293,6 +295,12 @@ def _contact(problem: Problem) -> Iterator[Fault]:
     distance, limits = problem.contact and problem.contact.distance, problem.limits
     if problem.contact and problem.contact.friction and not problem.obstacle:
         yield "contact.friction", "acts on obstacles alone, and there is none; add a table [[obstacle]] or leave it out"
+    total = sum(len(each.surface.triangles) for each in problem.obstacle if isinstance(each, TriangulatedSpec))
+    if total > 2 * MOST_TRIANGLES:
+        yield (
+            "obstacle",
+            f"those of kind mesh have {total} triangles together, more than {2 * MOST_TRIANGLES}; make them coarser",
+        )
     if distance:
         least, key = min((limits.wall, "wall"), (limits.fold.distance, "fold.distance"))
         if distance > least / 2:

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    Strict,
+    Tag,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema
 
+from pneumorph import units
 from pneumorph.errors import short
+from pneumorph.problem import stl
 from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.models import Length, PositiveLength
 from pneumorph.problem.names import Name
-from pneumorph.problem.table import TAG, Example, InvalidKey, Table
+from pneumorph.problem.reading import read_bytes
+from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
+Angle = Annotated[float, Quantity(units.ANGLE)]
 Place = tuple[Length, Length, Length]
 
 
@@ -95,7 +111,74 @@ class BoxSpec(_Obstacle):
     """Its edges along x, y and z."""
 
 
-KINDS = ("plane", "sphere", "cylinder", "box")
+class TriangulatedSpec(_Obstacle):
+    """A body by its surface of triangles, from an STL file in mm.
+
+    `file` is its path, from the folder of the problem file. On reading, the triangles are stored as `triangles`, so
+    that a run does not depend on the file. The file's body is scaled, turned about the file's origin, and displaced.
+    """
+
+    kind: Literal["mesh"]
+    """The kind of obstacle."""
+    triangles: Annotated[
+        str, Strict(), Example('a file next to the problem file, e.g. file = "part.stl"'), Field(max_length=1_000_000)
+    ]
+    """Its closed surface, compressed; `file` is given in its place."""
+    scale: Annotated[Number, Field(gt=0)] = 1.0
+    """Factor of its size; 1000 for a file in metres."""
+    rotation: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
+    """Rotation vector of its turn about the file's origin."""
+    position: Place = (0.0, 0.0, 0.0)
+    """Where the file's origin is."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, dict) or "file" not in data:
+            return data
+        if "triangles" in data:
+            raise InvalidKey("file", "is given together with triangles; leave one of them out")
+        if not isinstance(data["file"], str):
+            raise InvalidKey("file", 'should be the name of an STL file; write e.g. file = "part.stl"')
+        path = Path((info.context or {}).get("folder", ".")) / data["file"]
+        shown = short(path, 120)
+        try:
+            content = read_bytes(path, stl.MOST_BYTES)
+        except (OSError, ValueError) as error:
+            why = getattr(error, "strerror", None) or error
+            raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
+        try:
+            surface = stl.read_stl(content)
+        except ValueError as error:
+            raise InvalidKey("file", f"{shown} {error}") from None
+        return {key: value for key, value in data.items() if key != "file"} | {"triangles": stl.pack(surface)}
+
+    @field_validator("triangles")
+    @classmethod
+    def _is_a_surface(cls, text: str) -> str:
+        stl.unpack(text)
+        return text
+
+    @property
+    def surface(self) -> stl.Surface:
+        """The surface in the file, mm."""
+        return stl.unpack(self.triangles)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        reference = handler(schema)
+        table = handler.resolve_ref_schema(reference)
+        table["properties"]["file"] = {
+            "type": "string",
+            "title": "File",
+            "description": 'Path of an STL file in mm, from the folder of the problem file, e.g. file = "part.stl".',
+        }
+        table["required"].remove("triangles")
+        table["oneOf"] = [{"required": ["file"]}, {"required": ["triangles"]}]
+        return reference
+
+
+KINDS = ("plane", "sphere", "cylinder", "box", "mesh")
 
 
 def _of_a_known_kind(data: Any) -> Any:
@@ -114,7 +197,8 @@ ObstacleSpec = Annotated[
     Annotated[PlaneSpec, Tag(TAG + "plane")]
     | Annotated[SphereSpec, Tag(TAG + "sphere")]
     | Annotated[CylinderSpec, Tag(TAG + "cylinder")]
-    | Annotated[BoxSpec, Tag(TAG + "box")],
+    | Annotated[BoxSpec, Tag(TAG + "box")]
+    | Annotated[TriangulatedSpec, Tag(TAG + "mesh")],
     Discriminator(_tag),
     BeforeValidator(_of_a_known_kind),
 ]

@@ -18,7 +18,9 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
+from pneumorph.mechanics.assembly.recent import Recent
 from pneumorph.mechanics.assembly.terms import Connectivity
+from pneumorph.mechanics.assembly.triangulated import Triangulated
 
 if TYPE_CHECKING:
     import ipctk
@@ -80,7 +82,8 @@ class Pairs:
             # ipctk gives the square of the distance.
             self._activation = 0.5 * neighbours.compute_minimum_distance(self._mesh, self._places(X)) ** 0.5
         self._potential = ipctk.BarrierPotential(self._activation, PER_PAIR * stiffness, True)
-        self._last: list[tuple[np.ndarray, Touch]] = []
+        self.touch = Recent(lambda x: Touch(self, x.shape[0], self._places(x)))
+        """The contact with nodes at x (N, 3)."""
 
     def _places(self, x: np.ndarray) -> np.ndarray:
         return np.asfortranarray(np.concatenate([x[self.nodes], self._rigid]))
@@ -92,15 +95,6 @@ class Pairs:
         found.use_area_weighting = True
         found.build(self._mesh, places, self._activation)
         return found
-
-    def touch(self, x: np.ndarray) -> Touch:
-        """The contact with nodes at x (N, 3)."""
-        for places, touch in self._last:
-            if np.array_equal(places, x):
-                return touch
-        touch = Touch(self, x.shape[0], self._places(x))
-        self._last = [*self._last[-1:], (np.array(x), touch)]
-        return touch
 
     def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
         """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets."""
@@ -168,8 +162,8 @@ class Contact:
     ----------
     surface : Connectivity
         Its faces; the data are areas at their sample points.
-    obstacles : dict of Obstacle by name
-        Rigid bodies with known distances, each a term of the potential.
+    obstacles : dict of Obstacle or Triangulated by name
+        Rigid bodies: with known distances, each a term of the potential, or with a surface of triangles.
     guards : dict of Pairs by name of an obstacle
         The body's surface and triangles around the obstacle, for what reaches in between the sample points.
     own : Pairs or None
@@ -177,17 +171,25 @@ class Contact:
     """
 
     surface: Connectivity
-    obstacles: Mapping[str, Obstacle]
+    obstacles: Mapping[str, Obstacle | Triangulated]
     guards: Mapping[str, Pairs]
     own: Pairs | None
 
-    def pairs(self, shift: np.ndarray) -> Iterator[tuple[Pairs, int | None, np.ndarray]]:
+    @property
+    def changes(self) -> bool:
+        """Whether there is contact whose connectivity changes with the state."""
+        triangulated = any(isinstance(each, Triangulated) for each in self.obstacles.values())
+        return triangulated or bool(self.guards) or self.own is not None
+
+    def pairs(self, shift: np.ndarray) -> Iterator[tuple[Pairs | Triangulated, int | None, np.ndarray]]:
         """All contact whose connectivity changes with the state, where obstacles are displaced by shift (K, 3) mm.
 
         With the number of the obstacle, None where the body touches itself, and the displacement (3,): an obstacle and
         a body touch as the obstacle in its place and a body that is displaced the other way.
         """
-        for number, name in enumerate(self.obstacles):
+        for number, (name, obstacle) in enumerate(self.obstacles.items()):
+            if isinstance(obstacle, Triangulated):
+                yield obstacle, number, shift[number]
             if name in self.guards:
                 yield self.guards[name], number, shift[number]
         if self.own is not None:
@@ -199,6 +201,7 @@ class Contact:
         clear = (
             np.all(distances(each.shape, self.surface, places - moved) > 0.0)
             for each, moved in zip(self.obstacles.values(), shift, strict=True)
+            if isinstance(each, Obstacle)
         )
         return all(clear) and all(pairs.apart(x - moved) for pairs, _, moved in self.pairs(shift))
 
@@ -213,7 +216,8 @@ class Contact:
         first, last = sample_places(self.surface, start), sample_places(self.surface, end)
         shares = [1.0]
         for each, moved, more in zip(self.obstacles.values(), shift, further, strict=True):
-            shares.append(free_share(each.shape, self.surface, first - moved, last - moved - more))
+            if isinstance(each, Obstacle):
+                shares.append(free_share(each.shape, self.surface, first - moved, last - moved - more))
         for pairs, number, moved in self.pairs(shift):
             more = 0.0 if number is None else further[number]
             shares.append(pairs.free_share(start - moved, end - moved - more))

@@ -13,6 +13,7 @@ from scipy.linalg import block_diag
 from pneumorph.mechanics.assembly import element
 from pneumorph.mechanics.assembly.contact import Contact
 from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.obstacles import Obstacle
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
 from pneumorph.mechanics.assembly.reinforcement import Reinforcement, connect_covered
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces, Sparsity, build_sparsity, places_of, touching
@@ -224,8 +225,11 @@ def build_model(
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     if contact is not None:
-        obstacles = enumerate(contact.obstacles.values())
-        terms += [Term(contact.surface, replace(obstacle, number=number)) for number, obstacle in obstacles]
+        terms += [
+            Term(contact.surface, replace(obstacle, number=number))
+            for number, obstacle in enumerate(contact.obstacles.values())
+            if isinstance(obstacle, Obstacle)
+        ]
     terms += [Term(connect_covered(mesh.covers[name]), energy) for name, energy in laid.items()]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
     return Model(
@@ -261,15 +265,17 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
 
 
 def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
-    """The model with more terms, over connectivities with the nodes of one that it has: its sparsity stays.
+    """The model with more terms, over connectivities with the nodes of `like`: its sparsity stays.
 
+    Every element of that has nodes of a single element of the model, as a face has those of a tetrahedron.
     A `Tangent` of the model serves the other one too.
     """
     on_tip = np.zeros(model.nodes, bool)
     on_tip[model.tip.nodes] = True
     terms = tuple(terms)
     groups, potential = grouped(terms), model.potential
-    place = model.places[[group.connectivity for group in potential.groups].index(like)]
+    places = {id(group.connectivity): place for group, place in zip(potential.groups, model.places, strict=True)}
+    place = places.get(id(like)) or places_of(model.sparsity, like)
     return replace(
         model,
         terms=(*model.terms, *terms),

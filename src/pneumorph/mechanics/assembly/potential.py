@@ -21,6 +21,7 @@ from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.points import add_rows
 from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Term
 from pneumorph.mechanics.assembly.tip import Ride, Tip
+from pneumorph.mechanics.assembly.triangulated import TriangulatedTouch
 
 
 class Group(NamedTuple):
@@ -53,9 +54,9 @@ class Potential(NamedTuple):
     @property
     def has_pairs(self) -> bool:
         """Whether there is contact whose connectivity changes with the state."""
-        return self.contact is not None and bool(self.contact.guards or self.contact.own)
+        return self.contact is not None and self.contact.changes
 
-    def touches(self, x: np.ndarray, loads: Loads) -> Iterator[tuple[Touch, int | None]]:
+    def touches(self, x: np.ndarray, loads: Loads) -> Iterator[tuple[Touch | TriangulatedTouch, int | None]]:
         """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself."""
         if self.contact is not None:
             for pairs, number, moved in self.contact.pairs(np.asarray(loads.shift)):

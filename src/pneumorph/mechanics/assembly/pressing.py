@@ -16,6 +16,7 @@ from pneumorph.mechanics.assembly import sums
 from pneumorph.mechanics.assembly.contact import Contact
 from pneumorph.mechanics.assembly.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, Obstacle, barrier
 from pneumorph.mechanics.assembly.terms import Values
+from pneumorph.mechanics.assembly.triangulated import Triangulated, TriangulatedTouch
 
 FORCE, NORMAL, AREA = slice(0, 3), 3, 4
 """What is at which place in the five numbers of an obstacle."""
@@ -33,7 +34,11 @@ def pressed(contact: Contact | None, x: np.ndarray, shift: np.ndarray) -> np.nda
         return np.zeros((0, 5))
     found = np.zeros((len(contact.obstacles), 5))
     for (name, obstacle), row, moved in zip(contact.obstacles.items(), found, shift, strict=True):
-        row[:] = sums.summed(_pressed, contact.surface, x - moved, np.zeros(x.shape), obstacle)
+        if isinstance(obstacle, Triangulated):
+            touch = obstacle.touch(x - moved)
+            row[:] = *touch.slope.sum(axis=0), touch.normal, touch.touching(FULL)[0]
+        else:
+            row[:] = sums.summed(_pressed, contact.surface, x - moved, np.zeros(x.shape), obstacle)
         if name in contact.guards:
             forces = contact.guards[name].touch(x - moved).slope
             row[FORCE] += forces.sum(axis=0)
@@ -49,12 +54,22 @@ def pulled_back(contact: Contact, x: np.ndarray, shift: np.ndarray, cotangents: 
         some = bars.any(axis=1)
         if not some.any():
             continue
-        by_x[some] += sums.pulled_back(_pressed, contact.surface, there, np.zeros(x.shape), bars[some], obstacle)[0]
+        if isinstance(obstacle, Triangulated):
+            by_x += _on_triangulated(obstacle.touch(there), bars)
+        else:
+            by_x[some] += sums.pulled_back(_pressed, contact.surface, there, np.zeros(x.shape), bars[some], obstacle)[0]
         if name in contact.guards:
             touch = contact.guards[name].touch(there)
             for out, motion in zip(by_x, _motions(touch.slope, bars), strict=True):
                 out += touch.product(motion)
     return by_x
+
+
+def _on_triangulated(touch: TriangulatedTouch, bars: np.ndarray) -> np.ndarray:
+    """Derivatives (k, N, 3) of cotangents (k, 5) times what is pressed on an obstacle of triangles."""
+    normal, area = touch.normal_slope(), touch.touching(FULL)[1]
+    along = (touch.product(np.broadcast_to(bar[FORCE], area.shape)) for bar in bars)
+    return np.stack([each + bar[NORMAL] * normal + bar[AREA] * area for each, bar in zip(along, bars, strict=True)])
 
 
 def _motions(forces: np.ndarray, bars: np.ndarray) -> Iterator[np.ndarray]:

@@ -20,7 +20,8 @@ from pneumorph.mechanics.assembly.model import Model, with_more
 from pneumorph.mechanics.assembly.obstacles import Obstacle, away_from, distances, pressure, sample_places
 from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Loads, Term
+from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Term
+from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
 from pneumorph.mechanics.solve.sweep import extrapolated
 
@@ -91,11 +92,11 @@ def _contact(model: Model) -> Contact:
     return model.contact
 
 
-def _reach(obstacle: Obstacle) -> float:
+def _reach(obstacle: Obstacle | Triangulated) -> float:
     return REACH * float(obstacle.activation)
 
 
-def _seen(at: Configuration, state: State) -> Iterator[tuple[str, Obstacle, np.ndarray]]:
+def _seen(at: Configuration, state: State) -> Iterator[tuple[str, Obstacle | Triangulated, np.ndarray]]:
     """Every obstacle, with the sample points (F, 7, 3) as it sees them when it is in its place."""
     contact = _contact(at.model)
     places = sample_places(contact.surface, at.X + displacement(at.model.tip, at.X, state))
@@ -116,10 +117,21 @@ def _lagged(at: Configuration, state: State, held: Holds) -> Holds:
     """Normal forces and normals at a state, with the same anchors."""
     surface, found = _contact(at.model).surface, {}
     for name, obstacle, places in _seen(at, state):
-        acting = pressure(distances(obstacle.shape, surface, places), obstacle)
-        force = surface.weight[:, None] * surface.data * acting
-        found[name] = Hold(force, held[name].anchor, away_from(obstacle.shape, surface, places))
+        acting, normal = _acting(obstacle, surface, places)
+        found[name] = Hold(surface.weight[:, None] * surface.data * acting, held[name].anchor, normal)
     return found
+
+
+def _acting(
+    obstacle: Obstacle | Triangulated, surface: Connectivity, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pressures (F, 7) in MPa on sample points (F, 7, 3), and the unit vectors (F, 7, 3) along which they act."""
+    if isinstance(obstacle, Obstacle):
+        acting = pressure(distances(obstacle.shape, surface, places), obstacle)
+        return acting, away_from(obstacle.shape, surface, places)
+    found = obstacle.pressures(places.reshape(-1, 3)).reshape(places.shape)
+    acting = np.linalg.norm(found, axis=-1)
+    return acting, found / np.maximum(acting, 1e-300)[..., None]
 
 
 def _settled(at: Configuration, state: State, before: Holds, after: Holds) -> bool:
