@@ -5,7 +5,7 @@
 - sets the environment variables KMP_BLOCKTIME and OMP_WAIT_POLICY unless they are set already: threads of the linear
   solver that spin while waiting occupy the cores and make the kernels that run in between twice as slow (measured);
 - switches jax to double precision, because equilibria are solved to nine digits and gradients are checked to eight;
-- lets jax run kernels in the thread that calls them: their answers are waited for at once, and handing a small kernel to
+- lets jax run kernels in the thread that calls them: their answers are waited for at once, and handing a small one to
   another thread took three times as long as running it;
 - lets jax cache compiled kernels in `cache_folder()`, unless it has a cache folder already: compiling takes about
   ten seconds, reading the kernels back one.
