@@ -3,8 +3,8 @@
     python benchmarks/third_medium.py
 
 A C in plane strain: two arms of 10 mm × 1 mm, 1 mm apart, that a wall of 1 mm joins on the left, where it is clamped.
-A plate on the last 2 mm of the upper arm moves down, until the arms touch and on; the lower arm is free below, or stands
-on the ground. In the gap is
+A plate on the last 2 mm of the upper arm moves down, until the arms touch and on; the lower arm is free below, or
+stands on the ground. In the gap is
 
 - nothing, and the arms have the barrier of `mechanics/assembly/contact.py`; or
 - a third medium (Wriggers, Schröder and Schwarz 2013): the elements that fill the gap have the energy
