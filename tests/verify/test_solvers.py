@@ -7,7 +7,7 @@ import pytest
 from installed import needs
 
 from pneumorph.geometry import starting_body
-from pneumorph.verify import calculix, solvers, symbolic
+from pneumorph.verify import calculix, ring, solvers, symbolic
 from pneumorph.verify.actuator import several_rubbers
 from pneumorph.verify.solids import octant
 
@@ -54,6 +54,37 @@ def test_a_solver_agrees_on_a_tube_of_three_rubbers(solver):
     assert len(verdicts) == 3
     for verdict in verdicts:
         assert verdict.passed, verdict
+
+
+def test_a_ring_on_itself_agrees():
+    needs(calculix.program)
+    verdicts = list(ring.self_contact(16, 0.005, (9.0, 10.4, 10.8), {}))
+    assert len(verdicts) == 3
+    for verdict in verdicts:
+        assert verdict.passed, verdict
+    assert verdicts[1].ours < 2.0 * verdicts[0].ours < 0.0, "the wall has not met itself"
+
+
+@pytest.mark.slow
+def test_a_fine_ring_agrees():
+    needs(calculix.program)
+    for verdict in ring.self_contact():
+        assert verdict.passed, verdict
+
+
+def test_a_ring_that_meets_itself_too_early_fails():
+    needs(calculix.program)
+    assert not list(ring.self_contact(16, 0.05, (9.0, 10.4), {}))[1].passed
+
+
+def test_sums_of_forces_are_read():
+    text = (
+        " total force (fx,fy,fz) for set TIP and time  0.1000000E+01\n\n"
+        "        1.5E-01 -6.47E-02 -4.6E-03\n\n"
+        " total force (fx,fy,fz) for set TIP and time  0.2000000E+01\n\n"
+        "       -1.0E-02  2.00E+00  3.0E+00\n"
+    )
+    assert calculix.total_forces(text).tolist() == [[0.15, -0.0647, -0.0046], [-0.01, 2.0, 3.0]]
 
 
 def test_another_answer_fails():

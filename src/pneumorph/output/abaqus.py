@@ -42,7 +42,9 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
         If a rubber is not neo-Hookean.
     """
     mesh, at = as_whole(mesh, at)
-    return "\n".join([*_mesh(mesh, at), *_rubbers(mesh, at), *_step(mesh, at, increment, tolerance), ""])
+    return "\n".join(
+        [*body_lines(mesh), *_supports(mesh, at), *rubber_lines(mesh, at), *_step(mesh, at, increment, tolerance), ""]
+    )
 
 
 def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
@@ -53,7 +55,8 @@ def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
     return whole.image.mesh, whole.configuration(at)
 
 
-def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
+def body_lines(mesh: TetMesh) -> Iterator[str]:
+    """Nodes (set ALL), elements (set BODY, and one for each region), and the nodes of the sets BASE and TIP."""
     yield "*HEADING"
     yield "pneumorph: units mm, N, MPa, t, s"
     yield "*NODE, NSET=ALL"
@@ -69,6 +72,10 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
     if "tip" in mesh.faces:
         yield "*NSET, NSET=TIP"
         yield from _rows(np.unique(mesh.faces["tip"]) + 1)
+
+
+def _supports(mesh: TetMesh, at: Configuration) -> Iterator[str]:
+    """The clamped base; the rigid plate with its springs and blocks."""
     centre, turn = plate_nodes(mesh)
     if at.model.plate:
         where = ", ".join(f"{x:.12e}" for x in tip_centre(mesh))
@@ -89,7 +96,8 @@ def _mesh(mesh: TetMesh, at: Configuration) -> Iterator[str]:
         yield f"{(centre, turn)[component // 3]}, {component % 3 + 1}, {component % 3 + 1}"
 
 
-def _rubbers(mesh: TetMesh, at: Configuration) -> Iterator[str]:
+def rubber_lines(mesh: TetMesh, at: Configuration) -> Iterator[str]:
+    """The materials, and which elements are made of them."""
     rubbers = at.model.rubbers
     if any(rubber.isochoric is not neo_hookean for rubber in rubbers.values()):
         raise ProblemError(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Configuration
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.output.abaqus import abaqus_input, as_whole, plate_nodes
+from pneumorph.output.abaqus import abaqus_input, as_whole, body_lines, element_faces, plate_nodes, rubber_lines
 from pneumorph.processes import run, temporary_folder
 from pneumorph.verify.verdict import Unavailable
 
@@ -42,21 +43,85 @@ def equilibrium(
     `increment` is the first fraction of the load, `tolerance` the residual over the mean force for convergence.
     """
     mesh, at = as_whole(mesh, at)
-    with temporary_folder() as folder:
-        (folder / "model.inp").write_text(abaqus_input(mesh, at, increment, tolerance), encoding="ascii")
-        try:
-            printed = run([program(), "model"], MOST_SECONDS, folder).stdout
-        except subprocess.TimeoutExpired:
-            raise ComputationError(f"CalculiX took more than {MOST_SECONDS} s") from None
-        table = folder / "model.dat"
-        rows = last_table(table.read_text(encoding="ascii")) if table.exists() else {}
-    if "Job finished" not in printed or len(rows) < len(mesh.points):
-        errors = [line.strip() for line in printed.splitlines() if "*ERROR" in line]
-        raise ComputationError(f"CalculiX did not finish: {errors[0] if errors else 'it gave no reason'}")
+    rows = last_table(_solved(abaqus_input(mesh, at, increment, tolerance)))
+    if len(rows) < len(mesh.points):
+        raise ComputationError("CalculiX did not give the displacements of all nodes")
     u = np.array([rows[node] for node in range(1, len(mesh.points) + 1)])
     if not at.model.plate:
         return u, np.zeros(6)
     return u, np.concatenate([rows[node] for node in plate_nodes(mesh)])
+
+
+def tip_forces(
+    mesh: TetMesh, at: Configuration, sides: tuple[np.ndarray, np.ndarray], stiffness: float, motions: Sequence[float]
+) -> np.ndarray:
+    """The forces (M, 3) in N that hold the tip, moved along y by each of the `motions` in mm, one after the other.
+
+    Parameters
+    ----------
+    at : Configuration
+        On the model of the mesh; only its rubbers and supports count.
+    sides : two (nf, 6) int arrays
+        Faces of the body that may touch each other: the second is where those of the first press.
+    stiffness : float
+        Contact pressure over the depth to which they go through each other, MPa/mm.
+    """
+    text = "\n".join([*body_lines(mesh), *rubber_lines(mesh, at), *_moved(mesh, at, sides, stiffness, motions), ""])
+    forces = total_forces(_solved(text))
+    if len(forces) != len(motions):
+        raise ComputationError(f"CalculiX gave {len(forces)} forces for {len(motions)} motions")
+    return forces
+
+
+def _moved(
+    mesh: TetMesh, at: Configuration, sides: tuple[np.ndarray, np.ndarray], stiffness: float, motions: Sequence[float]
+) -> Iterator[str]:
+    """Supports, frictionless contact of two surfaces face to face, and a step for each motion of the tip."""
+    tip = np.unique(mesh.faces["tip"])
+    yield "*BOUNDARY"
+    for node, component in np.argwhere(at.model.supports):
+        if node not in tip:
+            yield f"{node + 1}, {component + 1}, {component + 1}"
+    for name, triangles in zip(("SIDE1", "SIDE2"), sides, strict=True):
+        yield f"*SURFACE, NAME={name}, TYPE=ELEMENT"
+        yield from (f"{e + 1}, S{f + 1}" for e, f in zip(*element_faces(mesh, triangles), strict=True))
+    yield "*SURFACE INTERACTION, NAME=TOUCH"
+    yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR"
+    yield f"{stiffness:g}"
+    yield "*CONTACT PAIR, INTERACTION=TOUCH, TYPE=SURFACE TO SURFACE"
+    yield "SIDE1, SIDE2"
+    for motion in motions:
+        yield "*STEP, NLGEOM, INC=1000"
+        yield "*STATIC"
+        yield "0.2, 1., 1e-5, 0.5"
+        yield "*BOUNDARY"
+        yield "TIP, 1, 1"
+        yield f"TIP, 2, 2, {motion:.12e}"
+        yield "TIP, 3, 3"
+        yield "*NODE PRINT, NSET=TIP, TOTALS=ONLY, FREQUENCY=1000"
+        yield "RF"
+        yield "*END STEP"
+
+
+def _solved(text: str) -> str:
+    """What CalculiX writes to its .dat file for an input file."""
+    with temporary_folder() as folder:
+        (folder / "model.inp").write_text(text, encoding="ascii")
+        try:
+            printed = run([program(), "model"], MOST_SECONDS, folder).stdout
+        except subprocess.TimeoutExpired:
+            raise ComputationError(f"CalculiX took more than {MOST_SECONDS} s") from None
+        if "Job finished" not in printed:
+            errors = [line.strip() for line in printed.splitlines() if "*ERROR" in line]
+            raise ComputationError(f"CalculiX did not finish: {errors[0] if errors else 'it gave no reason'}")
+        table = folder / "model.dat"
+        return table.read_text(encoding="ascii") if table.exists() else ""
+
+
+def total_forces(text: str) -> np.ndarray:
+    """The forces (n, 3) from a .dat file that has nothing but sums over one set of nodes."""
+    rows = [line.split() for line in text.splitlines()]
+    return np.array([row for row in rows if len(row) == 3 and row[0][-1].isdigit()], dtype=float).reshape(-1, 3)
 
 
 def last_table(text: str) -> dict[int, np.ndarray]:

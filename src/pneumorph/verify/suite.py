@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from pneumorph.verify import beams, contact, element, homogeneous, inflation, solvers, work, wound
+from pneumorph.verify import beams, contact, element, homogeneous, inflation, ring, solvers, work, wound
 from pneumorph.verify.actuator import bellows, linear_actuator, several_rubbers
 from pneumorph.verify.verdict import Case
 
@@ -36,6 +36,7 @@ def cases() -> tuple[Case, ...]:
         Case("contact, patch test", contact.patch_test, "a homogeneous state with the stress of uniaxial tension"),
         Case("contact, sphere on plane", contact.hertz, "Hertz (Johnson 1985, ch. 4)"),
         Case("contact, energy balance", contact.energy_balance, "first law: ∫p dV by Gauss quadrature with six points"),
+        Case("contact, ring on itself", ring.self_contact, "CalculiX's contact face to face, C3D10 on the same nodes"),
         Case("fibres, magic angle", wound.magic_angle, _WOUND),
         Case("fibres, one family", wound.one_family, _WOUND),
         Case("tube in a sheet", wound.covered_tube, _WOUND),
