@@ -184,6 +184,7 @@ def _pressures(at: Configuration, found: Equilibrium) -> tuple[np.ndarray, np.nd
     contact = at.model.contact
     assert contact is not None
     seen, plane = contact.surface, contact.obstacles["plane"]
+    assert isinstance(plane, Obstacle)
     places = sample_places(seen, at.X + found.u)
     acting = pressure(distances(plane.shape, seen, places), plane)
     # The padding repeats a face.
