@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 import pneumorph as pm
+from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.objective import Custom
 from pneumorph.problem.schema import json_schema
 from pneumorph.problem.table import Table
@@ -56,7 +57,7 @@ def test_reference_lists_every_key():
     assert len(sections) == len(tables())
     for table in tables():
         rows = sections["" if table is pm.Problem else table.__name__.lower()]
-        assert list(rows) == [*table.model_fields, *(["file"] if table is Custom else [])], table.__name__
+        assert list(rows) == [*table.model_fields, *(["file"] if table in (Custom, TriangulatedSpec) else [])], table
         for key, field in table.model_fields.items():
             _, value, _, default, meaning = rows[key]
             assert value and meaning == field.description, f"{table.__name__}.{key}"
