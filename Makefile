@@ -12,9 +12,9 @@ demo: $(READY)
 	@echo "The pictures are in runs/linear:"
 	@find runs/linear -name '*.png' | sort
 
-# Two processes of one thread each: most of the suite is Python and compiling, which use one core.
+# Three processes of one thread each, for two cores: some tests wait for browsers and for other processes.
 test: $(READY)
-	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal
+	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist worksteal
 
 lint: $(READY)
 	$(BIN)/ruff check
