@@ -180,3 +180,27 @@ def test_a_failed_run_of_one_design_with_a_nasty_title(tmp_path, opened):
     assert "has not come to its end" in words(page, "reason")
     assert page.locator("#design").is_disabled() and not page.locator("#stop").is_disabled()
     assert page.complaints == [] and len(page.requests) == 1
+
+
+def test_obstacles_are_where_the_task_has_moved_them(tmp_path, opened):
+    ball = '[[obstacle]]\nname = "ball"\nkind = "sphere"\ncenter = ["0 mm", "22 mm", "8 mm"]\nradius = "6 mm"\n'
+    text = tiny() + ball + "[contact]\nself = false\n"
+    problem = loads(text.replace("[[task]]", '[[task]]\nmove = { ball = ["0 mm", "0 mm", "9 mm"] }', 1))
+    run = waving_run(tmp_path / "run", problem, 1, {0: analysed(problem, 0.0)})
+    page = opened(write_report(run))
+
+    def places():
+        drawn = []
+        for shown in (True, False):
+            page.set_checked("#marks", shown)
+            drawn.append(picture(page))
+        # The ball is beside the body, where nothing else is marked.
+        there = np.argwhere(np.abs(drawn[0] - drawn[1]).max(axis=2) > 0.05)
+        return there[:, 0].mean(), len(there)
+
+    moved, seen = places()
+    slide(page, "stop", 0)
+    resting, before = places()
+    assert min(seen, before) > 2000
+    assert resting - moved > 20
+    assert page.complaints == []

@@ -44,11 +44,11 @@ export class Comparison {
     return { name, number, packed, facts, shapes, points: framed(facts, shapes), ranges: new Ranges(facts, shapes) };
   }
 
-  #place({ name, number, facts }, points) {
+  #place({ name, number, shapes }, points) {
     this.bodies[number] ??= this.#figure(number);
     const { figure, view } = this.bodies[number];
     figure.querySelector("b").textContent = name;
-    view?.load(facts, points);
+    view?.load(shapes, points);
   }
 
   #figure(number) {

@@ -1,5 +1,6 @@
 // What of a run should be in the picture, and the ends of its colours.
 import { quantile } from "./colours.js";
+import { besides } from "./obstacles.js";
 
 const THICK = 3; // colours of walls end at most at so many times the least wall
 
@@ -17,7 +18,7 @@ export function framed(facts, shapes) {
   // The clamp too.
   const wide = 1.3 * facts.radius;
   for (const x of [-wide, wide]) for (const y of [-wide, wide]) points.push(x, y, -0.03 * facts.length);
-  return points;
+  return points.concat(besides(shapes.obstacles, moved, points, facts.length));
 }
 
 // The ends of the colours by what is coloured, the same for all designs.

@@ -57,7 +57,7 @@ export class RunPage {
     if (!same) this.#begin();
     this.#tasks();
     const points = framed(facts, this.shapes);
-    this.view?.load(facts, points, same);
+    this.view?.load(this.shapes, points, same);
     this.marked = historyPlots(facts, byId("plots"), (design) => this.choose({ design }));
     describe(facts, this.shapes, state);
     this.cut.load(facts, points, this.view, same);

@@ -3,6 +3,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { BodyView } from "./body.js";
 import { Marks, tipOf } from "./marks.js";
+import { Obstacles } from "./obstacles.js";
 
 // Small pictures are drawn in one place and copied: a browser has few places to draw in space.
 let shared;
@@ -34,7 +35,7 @@ export class View {
   }
 
   // points: everything that should be seen, three numbers each. The same run is looked at as before.
-  load(facts, points, same = false) {
+  load({ facts, obstacles }, points, same = false) {
     Object.assign(this, { facts, points });
     if (same) {
       this.marks.facts = facts;
@@ -47,6 +48,7 @@ export class View {
     this.extent = box.getSize(new THREE.Vector3()).length();
     this.body = new BodyView(this.scene, this.extent);
     this.marks = new Marks(this.scene, facts, facts.radius);
+    this.obstacles = new Obstacles(this.scene, obstacles);
     this.middle = box.getCenter(new THREE.Vector3());
     this.camera.up.copy(upward(facts));
     // What turns the camera holds on to how up was when it was made.
@@ -89,6 +91,7 @@ export class View {
     this.body.show(shape, colours);
     this.body.showGhost(ghost);
     this.marks.show(tipOf(shape, this.facts.length), task, found, marked);
+    this.obstacles.show(shape.obstacles, marked);
     this.draw();
   }
 

@@ -10,6 +10,11 @@ export class Shapes {
       const [, rows, columns] = packed.shape(`net ${surface.key}`);
       return { ...surface, rows, columns, nets: packed.array(`net ${surface.key}`) };
     });
+    this.obstacles = this.facts.obstacles.map((name) => ({
+      name,
+      positions: packed.array(`obstacle points ${name}`),
+      index: Uint32Array.from(packed.array(`obstacle triangles ${name}`)),
+    }));
     this.lattice = new Lattice(this.surfaces);
     this.kept = new Map();
   }
@@ -24,7 +29,7 @@ export class Shapes {
   atRest(design) {
     return this.#once(`rest ${design}`, () => {
       const positions = this.lattice.positions(this.surfaces.map((surface) => this.net(surface, design)));
-      return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design, skin: "rest" };
+      return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design, skin: "rest", obstacles: {} };
     });
   }
 
@@ -42,7 +47,7 @@ export class Shapes {
       const skin = this.#once(`skin ${design}`, () => {
         return this.#skin(this.packed, this.facts.states.find((state) => state.design === iteration));
       });
-      return { ...inflated(this.packed, skin, stop.name), design, skin: "stored" };
+      return { ...inflated(this.packed, skin, stop), design, skin: "stored" };
     });
   }
 
@@ -52,7 +57,7 @@ export class Shapes {
     const skin = this.#skin(packed, state);
     // Thickness is measured once for every mesh.
     const mesh = `explored ${skin.rest.length} ${skin.rest.reduce((sum, value) => sum + value, 0)}`;
-    return { ...inflated(packed, skin, state.tasks[0].stops[0].name), design, skin: mesh };
+    return { ...inflated(packed, skin, state.tasks[0].stops[0]), design, skin: mesh };
   }
 
   // Wall thickness at the vertices of a shape up to `most`, by the surfaces of its design at rest.
@@ -126,7 +131,7 @@ function gridOf(packed, name, design) {
   return { rows, columns, values: packed.array(name).subarray(design * rows * columns, (design + 1) * rows * columns) };
 }
 
-function inflated(packed, skin, name) {
+function inflated(packed, skin, { name, obstacles }) {
   const u = packed.array(`u ${name}`);
-  return { ...skin, positions: skin.rest.map((value, i) => value + u[i]), stretch: packed.array(`stretch ${name}`) };
+  return { ...skin, positions: skin.rest.map((value, i) => value + u[i]), stretch: packed.array(`stretch ${name}`), obstacles };
 }

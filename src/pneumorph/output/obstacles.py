@@ -20,17 +20,29 @@ def obstacles_of(problem: Problem, points: np.ndarray, task: Task | None = None)
 
     Of planes there is the part beside a body with these points (N, 3) mm.
     """
-    found = list[Shell]()
+    moved = displacements_of(problem, task)
+    return tuple(
+        Shell(shell.points + moved[name], shell.triangles) for name, shell in shells_of(problem, points).items()
+    )
+
+
+def displacements_of(problem: Problem, task: Task | None = None) -> dict[str, np.ndarray]:
+    """How far (3,) mm a task moves each obstacle; not at all without one."""
+    moves = task.moves if task else {}
+    return {spec.name: np.array(moves.get(spec.name, (0.0, 0.0, 0.0))) for spec in problem.obstacle}
+
+
+def shells_of(problem: Problem, points: np.ndarray) -> dict[str, Shell]:
+    """The obstacles of a problem as triangles in their places, by name; see `obstacles_of`."""
+    found = dict[str, Shell]()
     for spec in problem.obstacle:
-        moved = np.array(task.moves.get(spec.name, (0.0, 0.0, 0.0)) if task else (0.0, 0.0, 0.0))
         if isinstance(spec, PlaneSpec):
-            part = _part(spec, points, MARGIN * problem.body.length)
-            found.append(Shell(part.points + moved, part.triangles))
+            found[spec.name] = _part(spec, points, MARGIN * problem.body.length)
             continue
         mesh = placed(spec) if isinstance(spec, TriangulatedSpec) else shape_of(spec).mesh(SAG * problem.body.radius)
         if mesh is not None:
-            found.append(Shell(mesh.points + moved, mesh.triangles))
-    return tuple(found)
+            found[spec.name] = Shell(mesh.points, mesh.triangles)
+    return found
 
 
 def _part(plane: PlaneSpec, points: np.ndarray, margin: float) -> Shell:

@@ -13,7 +13,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.output.packed import as_text, pack
 from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import Known, packed_usage
-from pneumorph.output.report_shapes import packed_nets, packed_states
+from pneumorph.output.report_shapes import packed_nets, packed_obstacles, packed_states
 from pneumorph.run import RunDirectory
 from pneumorph.run.atomic import write_bytes
 
@@ -69,8 +69,9 @@ def facts_and_shapes(
     surfaces, nets = packed_nets(run.problem, designs)
     words, used = packed_usage(run.problem, designs, known)
     states, moved, notes = packed_states(run, history, numbers)
-    facts = facts_of(run, history) | words | {"surfaces": surfaces, "states": states, "notes": notes, **(more or {})}
-    return pack(facts, nets | used | moved, level)
+    obstacles, beside = packed_obstacles(run.problem)
+    shapes = {"surfaces": surfaces, "obstacles": obstacles, "states": states, "notes": notes}
+    return pack(facts_of(run, history) | words | shapes | dict(more or {}), nets | used | beside | moved, level)
 
 
 def page_of(blocks: Sequence[bytes], title: str) -> str:

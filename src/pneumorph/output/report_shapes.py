@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.analysis import Fields, HistoryEntry, nodal_stretch
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.mesh.tets import chambers_of
+from pneumorph.output.obstacles import displacements_of, shells_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
 from pneumorph.problem import Problem
 from pneumorph.run import RunDirectory, StoredDesign
@@ -38,6 +39,17 @@ def packed_nets(problem: Problem, designs: list[StoredDesign]) -> tuple[list[dic
     return told, arrays
 
 
+def packed_obstacles(problem: Problem) -> tuple[list[str], Arrays]:
+    """The names of the obstacles on a page, and their triangles in their places."""
+    start = starting_body(problem.body)
+    step, arrays = _length_step(start), Arrays()
+    shells = shells_of(problem, start.exterior.net.reshape(-1, 3))
+    for name, shell in shells.items():
+        arrays[f"obstacle points {name}"] = in_steps(shell.points, step)
+        arrays[f"obstacle triangles {name}"] = Steps(shell.triangles.ravel(), differences=True)
+    return list(shells), arrays
+
+
 def array_key(surface: TubeSurface) -> str:
     """What the names of a surface's arrays end with."""
     # A chamber may be called "exterior".
@@ -51,9 +63,13 @@ def _length_step(body: Body) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Stop:
-    """The nodes at some pressures (MPa): displacements (N, 3) in mm and largest principal stretches (N,)."""
+    """The nodes at some pressures (MPa): displacements (N, 3) in mm and largest principal stretches (N,).
+
+    `part` is the fraction of the task's pressures, and of the way that it moves obstacles.
+    """
 
     pressures: Mapping[str, float]
+    part: float
     u: np.ndarray
     stretch: np.ndarray
 
@@ -96,7 +112,7 @@ def packed_states(
         notes.append("fewer pressures are shown than are stored, to keep this file small")
     told, arrays = [], Arrays()
     for (entry, fields), by_task in zip(whole, stops, strict=True):
-        design, more = _packed_design(entry.iteration, fields, by_task, corners)
+        design, more = _packed_design(run.problem, entry.iteration, fields, by_task, corners)
         told.append(design)
         arrays |= more
     return told, arrays, notes
@@ -108,23 +124,23 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
     nothing, rest = dict.fromkeys(pressures, 0.0), np.zeros_like(fields.mesh.points)
     loaded = problem.gravity is not None or any((*problem.end_effector.force, *problem.end_effector.moment))
     if fields.sag is not None:
-        yield Stop(nothing, fields.sag, nodal_stretch(fields.mesh, fields.sag))
+        yield Stop(nothing, 0.0, fields.sag, nodal_stretch(fields.mesh, fields.sag))
     elif not loaded:
-        yield Stop(nothing, rest, np.ones(len(rest)))
+        yield Stop(nothing, 0.0, rest, np.ones(len(rest)))
     if task in fields.inflation:
         way, skin = fields.inflation[task], fields.skin
         for part, u, stretch in zip(way.parts, way.u, way.stretch, strict=True):
             moved, stretched = rest.copy(), np.ones(len(rest))
             moved[skin], stretched[skin] = u, stretch
-            yield Stop({name: float(part * value) for name, value in pressures.items()}, moved, stretched)
-    yield Stop(dict(pressures), fields.u[task], fields.stretch[task])
+            yield Stop({name: float(part * value) for name, value in pressures.items()}, float(part), moved, stretched)
+    yield Stop(dict(pressures), 1.0, fields.u[task], fields.stretch[task])
 
 
-def packed_state(fields: Fields, pressures: Mapping[str, float]) -> tuple[dict[str, Any], Arrays]:
+def packed_state(problem: Problem, fields: Fields, pressures: Mapping[str, float]) -> tuple[dict[str, Any], Arrays]:
     """The description for a page of a state that is not of a run, and its arrays; `fields` have one task."""
     whole = fields.whole()
     ((task, u),) = whole.u.items()
-    return _packed_design(0, whole, {task: [Stop(pressures, u, whole.stretch[task])]}, corners=False)
+    return _packed_design(problem, 0, whole, {task: [Stop(pressures, 1.0, u, whole.stretch[task])]}, corners=False)
 
 
 def _thinned(stops: list[Stop], part: float) -> list[Stop]:
@@ -135,7 +151,7 @@ def _thinned(stops: list[Stop], part: float) -> list[Stop]:
 
 
 def _packed_design(
-    number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool
+    problem: Problem, number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool
 ) -> tuple[dict[str, Any], Arrays]:
     skin, step = _skin(fields, corners), min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max()))
     arrays = {
@@ -143,14 +159,15 @@ def _packed_design(
         # Neighbouring triangles have similar numbers.
         f"triangles {number}": Steps(skin.triangles.ravel(), differences=True),
     }
-    tasks = []
+    tasks, asked = [], {task.name: task for task in problem.task}
     for task, stops in by_task.items():
-        told = []
+        moved, told = displacements_of(problem, asked[task]), []
         for place, stop in enumerate(stops):
             name = f"{number} {place} {task}"
             arrays[f"u {name}"] = in_parts(stop.u[skin.nodes])
             arrays[f"stretch {name}"] = in_steps(stop.stretch[skin.nodes], 1e-3)
-            told.append({"pressures": dict(stop.pressures), "name": name})
+            obstacles = {each: (stop.part * along).tolist() for each, along in moved.items() if along.any()}
+            told.append({"pressures": dict(stop.pressures), "name": name, "obstacles": obstacles})
         tasks.append({"task": task, "stops": told})
     return {"design": number, "parts": skin.parts, "tasks": tasks}, arrays
 

@@ -76,7 +76,9 @@ def _answer(wanted: RequestedState, connection: Connection) -> Answer | None:
         return None
     except PneumorphError as error:
         return failure(" ".join(str(error).split()))
-    state, arrays = ({}, {}) if found.fields is None else packed_state(found.fields, dict(wanted.pressures))
+    state, arrays = {}, {}
+    if found.fields is not None:
+        state, arrays = packed_state(explorer.problem, found.fields, dict(wanted.pressures))
     facts = {"step": to_json(found.step), "warnings": _warnings(explorer.problem, found), "state": state}
     return Answer(found.step.converged, pack(facts, arrays, level=1))
 
