@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 
 _CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 _POINTS = np.concatenate([TET_RULE, _CORNERS, _CORNERS[TET_EDGES].mean(axis=1)])
-# Columns: derivatives with respect to ξ₁ at every point, then ξ₂, then ξ₃.
-_GRADIENTS = np.ascontiguousarray(np.moveaxis(tet_gradient(_POINTS), 1, 0).transpose(0, 2, 1).reshape(10, -1))
+_GRADIENTS = np.ascontiguousarray(tet_gradient(_POINTS))  # (14, 10, 3)
 
 
 def scaled_jacobian(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
@@ -27,18 +27,36 @@ def scaled_jacobian(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     -------
     (M,) float
     """
-    determinant, length = jacobians(points, tets)
-    return np.sqrt(2) * determinant.min(axis=1) / length**3
+    return _each(np.ascontiguousarray(points, dtype=float), tets)
 
 
-def jacobians(points: np.ndarray, tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """det(dX/dξ) at the 14 points above (M, 14), and the root mean square of the corner distances (M,)."""
-    x, y, z = ((points[:, k][tets] @ _GRADIENTS).reshape(len(tets), 3, len(_POINTS)) for k in range(3))
-    determinant = (
-        x[:, 0] * (y[:, 1] * z[:, 2] - y[:, 2] * z[:, 1])
-        - x[:, 1] * (y[:, 0] * z[:, 2] - y[:, 2] * z[:, 0])
-        + x[:, 2] * (y[:, 0] * z[:, 1] - y[:, 1] * z[:, 0])
-    )
-    corners = points[tets[:, :4]]
-    sides = corners[:, TET_EDGES[:, 1]] - corners[:, TET_EDGES[:, 0]]
-    return determinant, np.sqrt((sides**2).sum(axis=(1, 2)) / 6)
+@numba.njit(cache=True, nogil=True)
+def _each(points, tets):
+    found, nodes = np.empty(len(tets)), np.empty((10, 3))
+    for e in range(len(tets)):
+        for a in range(10):
+            for i in range(3):
+                nodes[a, i] = points[tets[e, a], i]
+        found[e] = of_element(nodes)
+    return found
+
+
+@numba.njit(cache=True, nogil=True)
+def of_element(nodes):
+    """`scaled_jacobian` of one element with these nodes (10, 3)."""
+    least, tangents = np.inf, np.empty((3, 3))
+    for g in range(len(_GRADIENTS)):
+        tangents.fill(0.0)
+        for a in range(10):
+            for k in range(3):
+                for i in range(3):
+                    tangents[k, i] += _GRADIENTS[g, a, k] * nodes[a, i]
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = tangents
+        determinant = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        least = min(least, determinant)
+    squares = 0.0
+    for a in range(4):
+        for b in range(a):
+            for i in range(3):
+                squares += (nodes[a, i] - nodes[b, i]) ** 2
+    return np.sqrt(2.0) * least / (squares / 6.0) ** 1.5

@@ -12,10 +12,11 @@ from collections import defaultdict
 from dataclasses import dataclass
 from itertools import count
 
+import numba
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mesh.quality import of_element
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES
 
 _GOOD = 0.1  # quality above which an element is not repaired
@@ -100,12 +101,26 @@ class _Curved:
         self.mids = nodes[triangles[:, 3:].ravel()[first]]
 
     def quality(self, points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-        ends = np.sort(tets[:, TET_EDGES], axis=2)
-        keys = ends[..., 0] * self.n + ends[..., 1]
-        at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
-        mids = np.where((self.keys[at] == keys)[..., None], self.mids[at], points[ends].mean(axis=2))
-        nodes = np.concatenate([points[tets], mids], axis=1)
-        return scaled_jacobian(nodes.reshape(-1, 3), np.arange(10 * len(tets)).reshape(-1, 10))
+        """`scaled_jacobian` of elements with these corners (M, 4)."""
+        return _quality(points, tets, self.keys, self.mids, self.n)
+
+
+@numba.njit(cache=True, nogil=True)
+def _quality(points, tets, keys, mids, n):
+    found, nodes = np.empty(len(tets)), np.empty((10, 3))
+    for e in range(len(tets)):
+        for a in range(4):
+            for i in range(3):
+                nodes[a, i] = points[tets[e, a], i]
+        for k in range(6):
+            one, other = tets[e, TET_EDGES[k, 0]], tets[e, TET_EDGES[k, 1]]
+            key = min(one, other) * n + max(one, other)
+            at = np.searchsorted(keys, key)
+            curved = at < len(keys) and keys[at] == key
+            for i in range(3):
+                nodes[4 + k, i] = mids[at, i] if curved else (points[one, i] + points[other, i]) / 2.0
+        found[e] = of_element(nodes)
+    return found
 
 
 def _inward(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
