@@ -8,9 +8,12 @@ term has ρ₀ without a factor J, since mass is conserved.
 
 from __future__ import annotations
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from pneumorph.mechanics import Configuration, Equilibrium, Rubber
 from pneumorph.mechanics.assembly.element import mixed
@@ -86,9 +89,13 @@ def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, tr
 
 def _stress(energy: Energy, rubber: Rubber, F: np.ndarray, hydrostatic: np.ndarray) -> np.ndarray:
     """∂ψ/∂F (f, 6, 3, 3), MPa."""
-    parameters = jnp.asarray(rubber.parameters)
-    slope = jax.grad(lambda F: jnp.sum(energy(F, hydrostatic, parameters)))
-    return np.moveaxis(np.asarray(slope(jnp.moveaxis(jnp.asarray(F), (2, 3), (0, 1)))), (0, 1), (2, 3))
+    by_component = np.moveaxis(F, (2, 3), (0, 1))
+    return np.moveaxis(np.asarray(_slope(energy, by_component, hydrostatic, rubber.parameters)), (0, 1), (2, 3))
+
+
+@partial(jax.jit, static_argnums=0)
+def _slope(energy: Energy, F: Array, hydrostatic: Array, parameters: Array) -> Array:
+    return jax.grad(lambda F: jnp.sum(energy(F, hydrostatic, parameters)))(F)
 
 
 def _owners(tets: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
