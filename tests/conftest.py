@@ -11,6 +11,7 @@ os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 import jax
 import numpy as np
 import pytest
+from compiling import share_kernels
 from hypothesis import settings
 
 # The first call of a compiled kernel takes seconds and says nothing about the property: no deadline for examples.
@@ -38,6 +39,13 @@ def no_configuration_of_the_user(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         _configured(patch, tmp_path_factory)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kernels_of_all_processes(tmp_path_factory):
+    """Processes that run tests beside each other share what they compile."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        share_kernels(tmp_path_factory.getbasetemp().parent / "kernels")
 
 
 @pytest.fixture(autouse=True)
