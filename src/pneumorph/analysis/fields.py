@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.analysis.stored import floats, indices
 from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
+from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
@@ -251,11 +250,8 @@ def nodal_stress(mesh: TetMesh, u: np.ndarray, rubbers: Mapping[str, Rubber]) ->
 
 def _von_mises(F: np.ndarray, rubber: Rubber) -> np.ndarray:
     """Von Mises stress (..., ) in MPa at deformation gradients F (..., 3, 3)."""
-    parameters = jnp.asarray(rubber.parameters, dtype=float)
-    # Energies take the points as trailing axes.
-    nominal = jax.grad(lambda at: jnp.sum(rubber.isochoric(at, parameters)))(jnp.moveaxis(F, (-2, -1), (0, 1)))
-    stress = np.moveaxis(np.asarray(nominal), (0, 1), (-2, -1)) @ np.swapaxes(F, -1, -2)
-    stress /= np.linalg.det(F)[..., None, None]
+    nominal = nominal_stress(rubber.isochoric, F, np.array(rubber.parameters))
+    stress = nominal @ np.swapaxes(F, -1, -2) / np.linalg.det(F)[..., None, None]
     deviator = stress - np.trace(stress, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) / 3
     return np.sqrt(1.5 * (deviator**2).sum((-2, -1)))
 

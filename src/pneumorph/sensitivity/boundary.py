@@ -8,18 +8,13 @@ term has ρ₀ without a factor J, since mass is conserved.
 
 from __future__ import annotations
 
-from functools import partial
-
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
-from pneumorph.mechanics import Configuration, Equilibrium, Rubber
+from pneumorph.mechanics import Configuration, Equilibrium
 from pneumorph.mechanics.assembly.element import mixed
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import displacement_along
-from pneumorph.mechanics.material.rubber import Energy
+from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh.tets import (
     TRIANGLE_RULE,
     TetMesh,
@@ -80,22 +75,14 @@ def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, tr
             energy = mixed(rubber.isochoric)
             at_nodes = np.asarray(equilibrium.state.hydrostatic).reshape(len(at.model.rubbers), -1)[number]
             hydrostatic = np.einsum("fqc,fc->fq", linear[own], at_nodes[tets[own][:, :4]])
-        stress[own], density[own] = _stress(energy, rubber, F[own], hydrostatic), rubber.density
+        stress[own], density[own] = (
+            nominal_stress(energy, F[own], hydrostatic, np.array(rubber.parameters)),
+            rubber.density,
+        )
     cofactor = np.linalg.det(F)[..., None, None] * np.swapaxes(np.linalg.inv(F), -1, -2)
     total = stress + pressure * cofactor
     weight = density[:, None] * np.einsum("fqa,fai,i->fq", tet_shape(xi), w[tets], np.asarray(at.loads.acceleration))
     return np.einsum("fqij,fqij->fq", total, slope) - weight
-
-
-def _stress(energy: Energy, rubber: Rubber, F: np.ndarray, hydrostatic: np.ndarray) -> np.ndarray:
-    """∂ψ/∂F (f, 6, 3, 3), MPa."""
-    by_component = np.moveaxis(F, (2, 3), (0, 1))
-    return np.moveaxis(np.asarray(_slope(energy, by_component, hydrostatic, rubber.parameters)), (0, 1), (2, 3))
-
-
-@partial(jax.jit, static_argnums=0)
-def _slope(energy: Energy, F: Array, hydrostatic: Array, parameters: Array) -> Array:
-    return jax.grad(lambda F: jnp.sum(energy(F, hydrostatic, parameters)))(F)
 
 
 def _owners(tets: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

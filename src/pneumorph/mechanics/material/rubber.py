@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from numpy.typing import ArrayLike
 
 from pneumorph.mechanics.material.energies import OfInvariants, determinant, neo_hookean
 from pneumorph.mechanics.material.homogeneous import shear_modulus
@@ -73,6 +76,17 @@ def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
         shape = isochoric.function
         return OfInvariants(lambda of, *rest: shape(of, rest[-1]) + volumetric(of.ratio, *rest))
     return lambda F, *rest: isochoric(F, rest[-1]) + volumetric(determinant(F), *rest)
+
+
+def nominal_stress(energy: Energy, F: np.ndarray, *rest: ArrayLike) -> np.ndarray:
+    """∂ψ/∂F (…, 3, 3) in MPa of an energy ψ(F, …, parameters) at deformation gradients F (…, 3, 3)."""
+    # Energies take the points as trailing axes.
+    return np.moveaxis(np.asarray(_slope(energy, np.moveaxis(F, (-2, -1), (0, 1)), *rest)), (0, 1), (-2, -1))
+
+
+@partial(jax.jit, static_argnums=0)
+def _slope(energy: Energy, F: Array, *rest: Array) -> Array:
+    return jax.grad(lambda F: jnp.sum(energy(F, *rest)))(F)
 
 
 @cache
