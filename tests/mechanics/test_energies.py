@@ -13,6 +13,7 @@ from pneumorph.mechanics.assembly.element import mixed
 from pneumorph.mechanics.assembly.stiffness import moduli_by_invariants
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.energies import OfInvariants
+from pneumorph.mechanics.material.homogeneous import nominal_stress
 from pneumorph.mechanics.material.rubber import complete
 
 BULK = 5.0
@@ -173,3 +174,22 @@ def test_moduli_by_invariants_are_the_second_derivatives(name, shape):
         moduli_by_invariants(w, np.asarray(F), np.empty((3, 9)), found)
         expected = jax.jacfwd(jax.grad(lambda F, energy=energy, rest=rest: energy(F, *rest)))(F)
         assert found == pytest.approx(np.asarray(expected).reshape(9, 9), abs=1e-12 * float(jnp.abs(expected).max()))
+
+
+@names
+def test_the_short_way_by_stretches_is_the_general_one(name):
+    energy, parameters = getattr(energies, name), np.array(MODELS[name][0])
+    modes = np.array(["uniaxial", "equibiaxial", "planar"])
+    short, general = (
+        nominal_stress(asked, parameters, np.array([2.0, 1.5, 1.8]), modes)
+        for asked in (energy, lambda F, parameters: energy(F, parameters))
+    )
+    np.testing.assert_allclose(short, general, rtol=1e-12)
+    assert short == pytest.approx(
+        [
+            difference(name, (2.0, 2.0**-0.5, 2.0**-0.5), 0, 1) / 2.0,
+            difference(name, (1.5, 1.5, 1.5**-2), 0, 2) / 1.5,
+            difference(name, (1.8, 1.0, 1 / 1.8), 0, 2) / 1.8,
+        ],
+        rel=1e-12,
+    )

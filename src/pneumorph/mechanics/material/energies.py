@@ -77,6 +77,25 @@ class OfInvariants:
         return self.function(invariants(F), *rest)
 
 
+@dataclass(frozen=True)
+class OfStretches:
+    """A function of the principal stretches of F.
+
+    Attributes
+    ----------
+    general : callable
+        Takes F; its derivatives are exact also where stretches are equal.
+    function : callable
+        Takes the logarithms (3, …) of isochoric principal stretches in place of F.
+    """
+
+    general: Callable[..., Array]
+    function: Callable[..., Array]
+
+    def __call__(self, F: Array, *rest: Any) -> Array:
+        return self.general(F, *rest)
+
+
 def first_bar(of: Invariants) -> Array:
     """Ī₁ = J^(−2/3) I₁."""
     # exp and log run as vector instructions where a power does not.
@@ -145,16 +164,30 @@ def arruda_boyce(of: Invariants, parameters: Array) -> Array:
     return shear * locking**2 * sum(terms[1:], start=terms[0])
 
 
-def ogden(F: Array, parameters: Array) -> Array:
-    """Σ 2 μᵢ/αᵢ² (λ̄₁^αᵢ + λ̄₂^αᵢ + λ̄₃^αᵢ − 3), any number of terms (Ogden 1972). Parameters: μ₁, α₁, μ₂, α₂, …, κ.
-
-    The moduli (MPa) add up to the initial shear modulus, μ = Σ μᵢ. Ogden's own are 2 μᵢ/αᵢ.
-    """
+def _ogden(F: Array, parameters: Array) -> Array:
     C = jnp.sum(F[:, :, None] * F[:, None, :], axis=0)
     at = spectrum(C)
     isochoric = log_ratio(determinant(F)) / 3.0
     # All terms at once, on an axis before the points: one after the other, each would be compiled for itself.
-    modulus, exponent = parameters[:-1].reshape(-1, 2, *[1] * isochoric.ndim).swapaxes(0, 1)
+    modulus, exponent = _terms(parameters, isochoric.ndim)
     logs, Q = at
     powers = trace_of_power(C[:, :, None], 0.5 * exponent, Spectrum(logs[:, None], Q[:, :, None]))
     return jnp.sum(2.0 * modulus / exponent**2 * (powers * jnp.exp(-exponent * isochoric) - 3.0), axis=0)
+
+
+def _ogden_of_stretches(logs: Array, parameters: Array) -> Array:
+    modulus, exponent = _terms(parameters, logs.ndim - 1)
+    powers = jnp.exp(exponent * logs[:, None]).sum(axis=0)
+    return jnp.sum(2.0 * modulus / exponent**2 * (powers - 3.0), axis=0)
+
+
+def _terms(parameters: Array, dimensions: int) -> Array:
+    """Moduli and exponents (2, terms, …) with so many axes for the points."""
+    return parameters[:-1].reshape(-1, 2, *[1] * dimensions).swapaxes(0, 1)
+
+
+ogden = OfStretches(_ogden, _ogden_of_stretches)
+"""Σ 2 μᵢ/αᵢ² (λ̄₁^αᵢ + λ̄₂^αᵢ + λ̄₃^αᵢ − 3), any number of terms (Ogden 1972). Parameters: μ₁, α₁, μ₂, α₂, …, κ.
+
+The moduli (MPa) add up to the initial shear modulus, μ = Σ μᵢ. Ogden's own are 2 μᵢ/αᵢ.
+"""
