@@ -19,7 +19,7 @@ from pneumorph.mechanics.assembly.contact import Contact, Touch
 from pneumorph.mechanics.assembly.derivatives import Forces
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.points import add_rows
-from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Term
+from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Solid, Term
 from pneumorph.mechanics.assembly.tip import Ride, Tip
 from pneumorph.mechanics.assembly.triangulated import TriangulatedTouch
 
@@ -70,6 +70,15 @@ def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
         group = found.setdefault(id(connectivity), Group(connectivity, ()))
         found[id(connectivity)] = group._replace(energies=(*group.energies, energy))
     return tuple(found.values())
+
+
+def without_solid(potential: Potential) -> Potential:
+    """The terms but for solids and contact in pairs: all that loads enter."""
+    groups = [
+        Group(seen, tuple(energy for energy in energies if not isinstance(energy, Solid)))
+        for seen, energies in potential.groups
+    ]
+    return potential._replace(groups=tuple(group for group in groups if group.energies), contact=None)
 
 
 def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> float:
