@@ -10,9 +10,10 @@ import numpy as np
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.analysis.stored import floats, indices
 from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
+from pneumorph.mechanics.assembly.kinematics import deformation_gradients, largest_stretch, volume_ratio
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
-from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS
 
@@ -230,9 +231,7 @@ def _skin(mesh: TetMesh) -> np.ndarray:
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
     """Largest principal stretch at the nodes (N,), from displacements u (N, 3) in mm."""
-    F = _deformation_gradients(mesh, u)
-    squares = np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)
-    return _at_nodes(mesh, np.sqrt(squares[..., -1]))
+    return _at_nodes(mesh, largest_stretch(deformation_gradients(mesh.tets, mesh.points, u)).T)
 
 
 def nodal_stress(mesh: TetMesh, u: np.ndarray, rubbers: Mapping[str, Rubber]) -> np.ndarray:
@@ -240,28 +239,21 @@ def nodal_stress(mesh: TetMesh, u: np.ndarray, rubbers: Mapping[str, Rubber]) ->
 
     `rubbers` are those of the mesh's regions; of a mesh without regions there is one. Where rubbers meet, it is a mean.
     """
-    F = _deformation_gradients(mesh, u)
+    F = deformation_gradients(mesh.tets, mesh.points, u)
     regions = mesh.regions or {name: np.arange(len(mesh.tets)) for name in rubbers}
-    stress = np.empty(F.shape[:2])
+    stress = np.empty(F.shape[2:])
     for name, own in regions.items():
-        stress[own] = _von_mises(F[own], rubbers[name])
-    return _at_nodes(mesh, stress)
+        stress[:, own] = _von_mises(F[..., own], rubbers[name])
+    return _at_nodes(mesh, stress.T)
 
 
 def _von_mises(F: np.ndarray, rubber: Rubber) -> np.ndarray:
-    """Von Mises stress (..., ) in MPa at deformation gradients F (..., 3, 3)."""
+    """Von Mises stress (...) in MPa at deformation gradients F (3, 3, ...)."""
     nominal = nominal_stress(rubber.isochoric, F, np.array(rubber.parameters))
-    stress = nominal @ np.swapaxes(F, -1, -2) / np.linalg.det(F)[..., None, None]
-    deviator = stress - np.trace(stress, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) / 3
-    return np.sqrt(1.5 * (deviator**2).sum((-2, -1)))
-
-
-def _deformation_gradients(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
-    """F (M, 4, 3, 3) at the quadrature points."""
-    gradients = tet_gradient(TET_RULE)
-    jacobian = np.einsum("eai,gaj->egij", mesh.points[mesh.tets], gradients)
-    moved = np.einsum("eai,gaj->egij", (mesh.points + u)[mesh.tets], gradients)
-    return moved @ np.linalg.inv(jacobian)
+    stress = np.einsum("ik...,jk...->ij...", nominal, F) / volume_ratio(F)
+    mean = (stress[0, 0] + stress[1, 1] + stress[2, 2]) / 3.0
+    deviator = stress - mean * np.eye(3).reshape(3, 3, *[1] * (F.ndim - 2))
+    return np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1)))
 
 
 def _at_nodes(mesh: TetMesh, values: np.ndarray) -> np.ndarray:

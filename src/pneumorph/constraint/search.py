@@ -19,6 +19,7 @@ Ints = NDArray[np.integer]
 
 _SHARE = 2048  # queries that a thread takes at once
 _MOST = 64  # cubes along each side of the box around all samples
+_CERTAIN = 1.0 + 1e-9  # by which a cube must be farther than the nearest sample: samples are sorted up to rounding
 
 
 class Cubes(NamedTuple):
@@ -48,7 +49,7 @@ class Cubes(NamedTuple):
 def cubes(x: Floats, reach: float) -> Cubes:
     """Sort samples at x (n, 3) for queries within `reach` mm."""
     corner, extent = x.min(axis=0), np.ptp(x, axis=0)
-    side = max(reach, float(extent.max()) / _MOST, 1e-9)
+    side = max(reach / 2.0, float(extent.max()) / _MOST, 1e-9)
     size = (extent / side).astype(np.int64) + 1
     place = np.minimum(((x - corner) / side).astype(np.int64), size - 1)
     number = (place[:, 0] * size[1] + place[:, 1]) * size[2] + place[:, 2]
@@ -71,41 +72,66 @@ def _searched(
     points: Floats, ways: Floats, x: Floats, normals: Floats, reach: float, weight: float
 ) -> tuple[Floats, Ints]:
     sorted_ = cubes(x, reach)
+    x, least, most = x[sorted_.order], normals, normals
+    if weight:
+        normals = normals[sorted_.order]
+        filled = np.flatnonzero(np.diff(sorted_.first))
+        least, most = np.full((2, len(sorted_.first) - 1, 3), np.inf)
+        least[filled] = np.minimum.reduceat(normals, sorted_.first[filled])
+        most[filled] = np.maximum.reduceat(normals, sorted_.first[filled])
+    samples = x, normals, least, most
     distance, near = np.full(len(points), np.inf), np.zeros(len(points), dtype=np.int64)
 
     def work(some: slice) -> None:
         ways_here = ways[some] if weight else ways
-        _search(points[some], ways_here, x, normals, tuple(sorted_), reach, weight, distance[some], near[some])
+        _search(points[some], ways_here, samples, tuple(sorted_), reach, weight, distance[some], near[some])
 
     each(work, [slice(first, first + _SHARE) for first in range(0, max(len(points), 1), _SHARE)])
     return distance, near
 
 
 @numba.njit(cache=True, nogil=True)
-def _search(points, ways, x, normals, sorted_, reach, weight, distance, near):
-    """Fill distance and near; of equally near samples the one with the smallest index is taken."""
+def _search(points, ways, samples, sorted_, reach, weight, distance, near):
+    """Fill distance and near; of equally near samples the one with the smallest index is taken.
+
+    `samples` are places and normals in the order of the cubes, as they are neighbours in memory then, and the least and
+    largest components of the normals in each cube: a wall's own samples have none that come near.
+    """
+    x, normals, least, most = samples
     corner, side, size, first, order = sorted_
     low, high = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     for k in range(len(points)):
         for c in range(3):
             low[c] = max(int(np.floor((points[k, c] - reach - corner[c]) / side)), 0)
             high[c] = min(int(np.floor((points[k, c] + reach - corner[c]) / side)), size[c] - 1)
-        if low[2] > high[2]:
-            continue
         best, found = reach * reach, -1
         for i in range(low[0], high[0] + 1):
+            ahead = _outside(points[k, 0], corner[0] + i * side, corner[0] + (i + 1) * side)
             for j in range(low[1], high[1] + 1):
-                row = (i * size[1] + j) * size[2]
-                # Cubes along z are neighbours in memory.
-                for place in range(first[row + low[2]], first[row + high[2] + 1]):
-                    other = order[place]
-                    away = 0.0
-                    for c in range(3):
-                        away += (points[k, c] - x[other, c]) ** 2
-                    if weight and away < best:
+                beside = ahead + _outside(points[k, 1], corner[1] + j * side, corner[1] + (j + 1) * side)
+                if beside > _CERTAIN * best:
+                    continue
+                for cube in range((i * size[1] + j) * size[2] + low[2], (i * size[1] + j) * size[2] + high[2] + 1):
+                    if weight:
+                        away = beside
                         for c in range(3):
-                            away += (ways[k, c] - normals[other, c]) ** 2
-                    if away < best or (away == best and found > other):
-                        best, found = away, other
+                            away += _outside(ways[k, c], least[cube, c], most[cube, c])
+                        if away > _CERTAIN * best:
+                            continue
+                    for place in range(first[cube], first[cube + 1]):
+                        away = 0.0
+                        for c in range(3):
+                            away += (points[k, c] - x[place, c]) ** 2
+                        if weight and away < best:
+                            for c in range(3):
+                                away += (ways[k, c] - normals[place, c]) ** 2
+                        if away < best or (away == best and found > order[place]):
+                            best, found = away, order[place]
         if found >= 0:
             distance[k], near[k] = np.sqrt(best), found
+
+
+@numba.njit(cache=True, nogil=True)
+def _outside(value, start, end):
+    """Square of how far a value is from a range."""
+    return max(start - value, value - end, 0.0) ** 2

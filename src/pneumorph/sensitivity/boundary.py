@@ -75,10 +75,9 @@ def _integrand(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium, w, tr
             energy = mixed(rubber.isochoric)
             at_nodes = np.asarray(equilibrium.state.hydrostatic).reshape(len(at.model.rubbers), -1)[number]
             hydrostatic = np.einsum("fqc,fc->fq", linear[own], at_nodes[tets[own][:, :4]])
-        stress[own], density[own] = (
-            nominal_stress(energy, F[own], hydrostatic, np.array(rubber.parameters)),
-            rubber.density,
-        )
+        # Energies take the points as trailing axes.
+        nominal = nominal_stress(energy, np.moveaxis(F[own], (2, 3), (0, 1)), hydrostatic, np.array(rubber.parameters))
+        stress[own], density[own] = np.moveaxis(nominal, (0, 1), (2, 3)), rubber.density
     cofactor = np.linalg.det(F)[..., None, None] * np.swapaxes(np.linalg.inv(F), -1, -2)
     total = stress + pressure * cofactor
     weight = density[:, None] * np.einsum("fqa,fai,i->fq", tet_shape(xi), w[tets], np.asarray(at.loads.acceleration))

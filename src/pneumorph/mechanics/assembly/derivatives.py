@@ -57,6 +57,15 @@ def change(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, a
     )
 
 
+def tangent_map(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
+    """`change` as a function of a change of u, π and the plate alone."""
+    if isinstance(energy, Solid):
+        product = solid.tangent_map(energy, seen, at)
+        return lambda along: Forces(*product(along.u, along.hydrostatic), np.zeros(at.plate.shape))
+    still = jax.tree.map(np.zeros_like, loads)
+    return lambda along: change(energy, seen, at, loads, along, still)
+
+
 def pullback(
     energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, several: bool
 ) -> Callable[[Forces], Pulled]:

@@ -10,11 +10,20 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.assembly import derivatives, solid
+from pneumorph.mechanics.assembly.element import TRIANGLE_VOLUME
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import contact_tangent, displacement, plate_columns
 from pneumorph.mechanics.assembly.stiffness import gather, scatter
-from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Weight
+from pneumorph.mechanics.assembly.terms import (
+    ChamberPressure,
+    Connectivity,
+    ElementEnergy,
+    Loads,
+    Local,
+    Solid,
+    Weight,
+)
 from pneumorph.mechanics.assembly.tip import Ride
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -84,8 +93,21 @@ def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) 
             return None
         case Solid():
             return solid.blocks(energy, seen, at)
+        case ChamberPressure():
+            return _pressure_blocks(seen, at, loads)
         case _:
             return _cut(derivatives.hessians(energy, seen, at, loads), seen.nodes.shape[1])
+
+
+def _pressure_blocks(seen: Connectivity, at: Local, loads: Loads) -> Blocks:
+    """−p ∂²V of every triangle: V = Σ A_abc det(x_a, x_b, x_c), so ∂²V/∂x_a∂x_b is −6 Σ_c A_abc [x_c]×."""
+    count, (b, a) = seen.count, np.tril_indices(6)
+    pressure = at.data[:count] @ np.asarray(loads.pressure)
+    turning = (6.0 * TRIANGLE_VOLUME[a, b]) @ (at.X[:count] + at.u[:count])
+    x, y, z = np.moveaxis(pressure[:, None, None] * turning, -1, 0)
+    zero = np.zeros_like(x)
+    motion = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
+    return motion, np.zeros((count, 6, 0, 3)), np.zeros((count, 0, 0))
 
 
 def _cut(matrices: np.ndarray, nodes: int) -> Blocks:

@@ -6,7 +6,7 @@ nothing here depends on which terms there are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from pneumorph.mechanics.assembly.contact import Contact, Touch
 from pneumorph.mechanics.assembly.derivatives import Forces
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.points import add_rows
-from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Term
+from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Solid, Term
 from pneumorph.mechanics.assembly.tip import Ride, Tip
 from pneumorph.mechanics.assembly.triangulated import TriangulatedTouch
 
@@ -72,6 +72,15 @@ def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
     return tuple(found.values())
 
 
+def without_solid(potential: Potential) -> Potential:
+    """The terms but for solids and contact in pairs: all that loads enter."""
+    groups = [
+        Group(seen, tuple(energy for energy in energies if not isinstance(energy, Solid)))
+        for seen, energies in potential.groups
+    ]
+    return potential._replace(groups=tuple(group for group in groups if group.energies), contact=None)
+
+
 def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> float:
     """Π in N·mm for nodes X (N, 3)."""
     return value_and_residual(potential, X, state, loads)[0]
@@ -94,7 +103,35 @@ def contact_residual(potential: Potential, X: np.ndarray, state: State, loads: L
 
 def tangent_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, direction: State) -> State:
     """K·direction without a matrix: the derivative of the residual along a change of state."""
-    return _change(potential, X, state, loads, direction, None, _none(loads))
+    return tangent_map(potential, X, state, loads)(direction)
+
+
+def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> Callable[[State], State]:
+    """The same as a function of the direction, for several: what does not depend on it is computed once."""
+    ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
+    u = _displacement(state.u, nodes, ride.displacement())
+    prepared = []
+    for seen, energies in potential.groups:
+        at = seen.local(X, u, state.hydrostatic, state.plate)
+        prepared.append((seen, [derivatives.tangent_map(energy, seen, at, loads) for energy in energies]))
+    touches = [touch for touch, _ in potential.touches(X + u, loads)]
+    on_tip = _forces(potential, potential.near_tip, X, state, loads, ride)[1].u[nodes] if len(nodes) else None
+
+    def product(direction: State) -> State:
+        du = _displacement(direction.u, nodes, ride.along(direction.plate))
+        by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
+        for seen, maps in prepared:
+            along = seen.moving(du, direction.hydrostatic, direction.plate)
+            for each in maps:
+                _add(seen, each(along), by)
+        for touch in touches:
+            by.u[:] += touch.product(du)
+        changed = _on_unknowns(ride, by)
+        if on_tip is None or not np.any(direction.plate):
+            return changed
+        return changed._replace(plate=changed.plate + ride.on_plate_changed(on_tip, direction.plate))
+
+    return product
 
 
 def shape_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, dX: np.ndarray) -> State:
@@ -144,7 +181,8 @@ def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Load
     """∂R/∂plate without contact in pairs: u (N, 3, 6), plate (6, 6), and in mixed elements π (…, 6)."""
     near = potential._replace(groups=potential.near_tip, contact=None)
     still = jax.tree.map(np.zeros_like, state)
-    columns = [_change(near, X, state, loads, still._replace(plate=unit), None, _none(loads)) for unit in np.eye(6)]
+    product = tangent_map(near, X, state, loads)
+    columns = [product(still._replace(plate=unit)) for unit in np.eye(6)]
     return State(*(np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)))
 
 

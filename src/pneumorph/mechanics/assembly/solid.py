@@ -81,6 +81,30 @@ def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[n
     return u, hydrostatic
 
 
+def tangent_map(
+    solid: Solid, seen: Connectivity, at: Local
+) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """`change` as a function of changes of u (E, 10, 3) and π (E, c) alone: the rest is computed once."""
+    prepared = each(lambda chunk: _linearised(solid, seen, at, chunk, True), seen.chunks())
+    still = np.zeros((seen.chunk, 10, 3))
+
+    def product(du: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
+
+        def work(part: Linearised) -> None:
+            (chunk, here, along), (dF, dA, growth) = part, _room(seen)
+            points.straining(still, du[chunk], TET_DN, here.F, here.A, dF, dA, growth)
+            _, _, dstress, dslope = along(dF, _at_points(by_hydrostatic[chunk], seen.chunk))
+            points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
+            if seen.hydrostatics.shape[1]:
+                hydrostatic[chunk] = (here.measure * dslope).T @ TET_CORNER_N
+
+        each(work, prepared)
+        return u, hydrostatic
+
+    return product
+
+
 Pull = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
@@ -90,16 +114,12 @@ def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull
     What does not depend on w is computed once; with `several` w to come, the moduli at the points too.
     """
 
-    def linearised(chunk: slice):
-        here = strained(seen, at, chunk)
-        return chunk, here, _along(solid, here, several)
-
-    prepared = each(linearised, seen.chunks())
+    prepared = each(lambda chunk: _linearised(solid, seen, at, chunk, several), seen.chunks())
 
     def pull(w: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         X, u, own = (np.empty(at.u.shape) for _ in range(3))
 
-        def work(part: tuple[slice, StrainedPoints, Along]) -> None:
+        def work(part: Linearised) -> None:
             (chunk, here, along), (slope, dA, growth) = part, _room(seen)
             points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
             dhydrostatic = _at_points(by_hydrostatic[chunk], seen.chunk)
@@ -140,6 +160,12 @@ def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.
 
 
 Along = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
+Linearised = tuple[slice, StrainedPoints, Along]
+
+
+def _linearised(solid: Solid, seen: Connectivity, at: Local, chunk: slice, several: bool) -> Linearised:
+    here = strained(seen, at, chunk)
+    return chunk, here, _along(solid, here, several)
 
 
 def _along(solid: Solid, here: StrainedPoints, several: bool = False) -> Along:

@@ -214,6 +214,7 @@ class Tangent:
         Stops at the relative `tolerance` in the preconditioner's norm, after `most` products, or at negative curvature.
         """
         model, constrained = at.model, at.constrained
+        along = kernels.tangent_map(model.potential, at.X, state, at.loads)
         x, r = np.zeros_like(rhs), np.where(constrained, 0.0, rhs)
         z = self.precondition(r)
         p, rho = z, float(r @ z)
@@ -221,8 +222,7 @@ class Tangent:
         for count in range(most):
             if rho <= target or rho <= 0:
                 return Solution(x, True, False, count)
-            product = kernels.tangent_product(model.potential, at.X, state, at.loads, model.state(p))
-            Kp = np.where(constrained, 0.0, model.vector(product))
+            Kp = np.where(constrained, 0.0, model.vector(along(model.state(p))))
             curvature = p @ Kp
             if not curvature > 0:
                 return Solution(x if count else p, False, True, count)

@@ -95,8 +95,16 @@ class Connectivity:
 
     def local(self, X: np.ndarray, u: np.ndarray, hydrostatic: np.ndarray, plate: np.ndarray) -> Local:
         """Gather what the elements see of nodes X (N, 3), displacements u (N, 3), all π and the plate (6,)."""
+        return Local(X[self.nodes], u[self.nodes], *self._others(hydrostatic, plate), self.data)
+
+    def moving(self, du: np.ndarray, dhydrostatic: np.ndarray, dplate: np.ndarray) -> Local:
+        """Gather what they see of a change of displacements (N, 3), of all π and of the plate, at nodes that rest."""
+        u = du[self.nodes]
+        return Local(np.zeros(u.shape), u, *self._others(dhydrostatic, dplate), self.data)
+
+    def _others(self, hydrostatic: np.ndarray, plate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         seen = hydrostatic[self.hydrostatics] if self.hydrostatics.shape[1] else self.hydrostatics.astype(float)
-        return Local(X[self.nodes], u[self.nodes], seen, plate if self.plate else np.zeros(0), self.data)
+        return seen, plate if self.plate else np.zeros(0)
 
     def chunks(self) -> list[slice]:
         """The elements of every chunk."""

@@ -79,9 +79,8 @@ def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
 
 
 def nominal_stress(energy: Energy, F: np.ndarray, *rest: ArrayLike) -> np.ndarray:
-    """∂ψ/∂F (…, 3, 3) in MPa of an energy ψ(F, …, parameters) at deformation gradients F (…, 3, 3)."""
-    # Energies take the points as trailing axes.
-    return np.moveaxis(np.asarray(_slope(energy, np.moveaxis(F, (-2, -1), (0, 1)), *rest)), (0, 1), (-2, -1))
+    """∂ψ/∂F (3, 3, …) in MPa of an energy ψ(F, …, parameters) at deformation gradients F (3, 3, …)."""
+    return np.asarray(_slope(energy, F, *rest))
 
 
 @partial(jax.jit, static_argnums=0)

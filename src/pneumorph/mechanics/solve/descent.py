@@ -29,6 +29,9 @@ MOST_NEWTON_STEPS, MOST_WITH_CONTACT = 40, 100
 MOST_PRODUCTS = 6
 """Conjugate-gradient steps with an old factorisation; a new one costs about as much as five."""
 
+SPARE = 0.1
+"""Part of the tolerance to which the last step aims."""
+
 LEAST_SHIFT = 1e-3
 """Least fraction by which the diagonal of an unstable tangent is raised."""
 
@@ -72,7 +75,7 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
             if relaxing:
                 direction = supported(at, tangent.precondition(-residual))
             else:
-                direction, raised = _direction(at, tangent, state, residual, size, raised)
+                direction, raised = _direction(at, tangent, state, residual, size, raised, tolerance)
         except SingularMatrix:
             return "the tangent is singular"
         moved = _line_search(at, vector, energy, residual, direction, scale)
@@ -89,13 +92,16 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
     return f"Newton's method did not converge in {most} steps (relative residual {size:.1e})"
 
 
-def _direction(at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, raised):
+def _direction(
+    at: Configuration, tangent: Tangent, state: State, residual: np.ndarray, size: float, raised, tolerance: float
+):
     """A descent direction, and by what fraction the last factorisation's diagonal is raised; None before the first.
 
     The factorisation of a nearby tangent is good for a few conjugate-gradient steps; if they do not converge, the
     tangent is factorised. Where it is indefinite, conjugate gradients follow its negative curvature.
     """
-    accuracy = float(np.clip(np.sqrt(size), 1e-3, 0.1))
+    # More accurate than the state has to be is wasted.
+    accuracy = float(np.clip(max(np.sqrt(size), SPARE * tolerance / size), 1e-3, 0.1))
     if raised == 0:
         solution = tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS)
         if solution.converged:
