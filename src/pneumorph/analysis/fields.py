@@ -13,7 +13,7 @@ from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_
 from pneumorph.mechanics.assembly.kinematics import deformation_gradients, largest_stretch, volume_ratio
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
-from pneumorph.mesh.tets import TET_EDGES, TET_RULE
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS
 
