@@ -69,6 +69,7 @@ class Analysis:
     points : (n_points, 3) control points, mm.
     X : (N, 3) mesh nodes, mm.
     pressures : by task and chamber, MPa.
+    reinforcements : what is designed of sheets and fibres, by name and key, N/mm and rad.
     configurations, equilibria : by task.
     values : the tasks' objectives.
     value : J, their weighted sum.
@@ -78,6 +79,7 @@ class Analysis:
     points: np.ndarray
     X: np.ndarray
     pressures: dict[str, dict[str, float]]
+    reinforcements: dict[str, dict[str, float]]
     configurations: dict[str, Configuration]
     equilibria: dict[str, Equilibrium]
     values: dict[str, float]
@@ -146,10 +148,10 @@ def analyse(
         If the objective of a task is not a finite number for this design.
     """
     points = space.control_points(phi)
-    X, pressures = disc.morph.positions(points), space.pressures(phi)
+    X, pressures, laid = disc.morph.positions(points), space.pressures(phi), space.laid(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        loads = loads_of(problem, disc.model, pressures[task.name], task.moves)
+        loads = loads_of(problem, disc.model, pressures[task.name], task.moves, laid)
         at = configure(disc.model, X, loads, guided_of(problem))
         start = starts[task.name] if starts else None
         since = None
@@ -165,7 +167,7 @@ def analyse(
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
     value = sum(task.weight * values[task.name] for task in problem.task)
-    return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
+    return Analysis(phi, points, X, pressures, space.data(phi), configurations, equilibria, values, value)
 
 
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
@@ -183,11 +185,12 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
     """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh."""
     dX = disc.morph.push(space.control_points(phi) - analysis.points)
-    pressures = space.pressures(phi)
+    pressures, laid = space.pressures(phi), space.laid(phi)
     states = {}
     for name, at in analysis.configurations.items():
-        dp = [pressures[name][chamber] - analysis.pressures[name][chamber] for chamber in disc.model.chambers]
-        states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, np.array(dp))
+        pressure = np.array([pressures[name][chamber] for chamber in disc.model.chambers])
+        loads = at.loads._replace(pressure=pressure, laid=laid)
+        states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
     return states
 
 

@@ -3,7 +3,7 @@
 from pneumorph.geometry.body import Body, adjusted_columns, starting_body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
 from pneumorph.geometry.cover import Cover, build_covers
-from pneumorph.geometry.design_space import DesignSpace, FreePressure, build_design_space
+from pneumorph.geometry.design_space import DesignSpace, FreeDatum, FreePressure, build_design_space
 from pneumorph.geometry.lining import Lining, build_linings
 from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
 
@@ -12,6 +12,7 @@ __all__ = [
     "Body",
     "Cover",
     "DesignSpace",
+    "FreeDatum",
     "FreePressure",
     "Lining",
     "TubeSurface",

@@ -1,4 +1,4 @@
-"""The design variables, and the constant linear map from them to control points and pressures."""
+"""The design variables, and the constant linear map from them to control points, pressures and what is laid on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from pneumorph.geometry.body import Body, starting_body
 from pneumorph.geometry.symmetry import column_sums, symmetric_basis
 from pneumorph.geometry.tube import TubeSurface
 from pneumorph.problem.models import Symmetry
+from pneumorph.problem.reinforcement import DATA, designed, reinforcements
 from pneumorph.problem.symmetry import operations
+from pneumorph.problem.variable import Variable
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Problem
@@ -22,8 +24,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ByTask = Mapping[str, Mapping[str, float]]
 
-# The whole range of a free pressure in mm of Φ: a step of 0.2 mm changes it by a tenth of its range.
-PRESSURE_SPAN = 2.0
+# The whole range of a variable that is no shape in mm of Φ: a step of 0.2 mm changes it by a tenth of its range.
+SPAN = 2.0
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,30 @@ class FreePressure:
     scale: float
 
 
+@dataclass(frozen=True)
+class FreeDatum:
+    """A stiffness or winding angle of a sheet or of fibres that is designed along with the shape.
+
+    Attributes
+    ----------
+    name, key : str
+        That of its table, and its key there.
+    place : (int, int)
+        Where it is in `Loads.laid`.
+    start, scale : float
+        Its value at the start in N/mm or rad, and its scale in mm of Φ.
+    """
+
+    name: str
+    key: str
+    place: tuple[int, int]
+    start: float
+    scale: float
+
+
 @dataclass(frozen=True, eq=False)
 class DesignSpace:
-    """The design variables Φ = [shape variables in mm, free pressures scaled to mm] and what they determine.
+    """The design variables Φ = [shape in mm, free pressures scaled to mm, free data of sheets and fibres scaled to mm].
 
     Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end have
     the same z; a pole is one point, and the row next to it has the same z, without which the end would be a cone. For
@@ -55,8 +78,11 @@ class DesignSpace:
     start, lower, upper : (n,) arrays
         Φ of the reference body, and the bounds of Φ (infinite for the shape).
     free_pressures : tuple of FreePressure
-        The last entries of Φ, in this order.
+    free_data : tuple of FreeDatum
+        The last entries of Φ, in this order, after those of the pressures.
     fixed_pressures : {task: {chamber: MPa}}
+    reinforcements : int
+        Number of sheets and fibres.
     """
 
     reference: Body
@@ -66,7 +92,9 @@ class DesignSpace:
     lower: Array
     upper: Array
     free_pressures: tuple[FreePressure, ...]
+    free_data: tuple[FreeDatum, ...]
     fixed_pressures: Mapping[str, Mapping[str, float]]
+    reinforcements: int
 
     @property
     def n(self) -> int:
@@ -75,8 +103,8 @@ class DesignSpace:
 
     @property
     def n_shape(self) -> int:
-        """Number of variables that move control points; the rest are pressures."""
-        return len(self.start) - len(self.free_pressures)
+        """Number of variables that move control points; the rest are pressures, and data of sheets and fibres."""
+        return len(self.start) - len(self.free_pressures) - len(self.free_data)
 
     def control_points(self, phi: Array) -> Array:
         """Control points (n_points, 3) in mm."""
@@ -89,12 +117,30 @@ class DesignSpace:
     def pressures(self, phi: Array) -> dict[str, dict[str, float]]:
         """Pressure in MPa of every chamber in every task, fixed and free."""
         result = {task: dict(chambers) for task, chambers in self.fixed_pressures.items()}
-        for free, value in zip(self.free_pressures, phi[self.n_shape :], strict=True):
+        for free, value in zip(self.free_pressures, phi[self.n_shape : self._data.start], strict=True):
             result[free.task][free.chamber] = float(value) / free.scale
         return result
 
-    def pullback(self, dP: Array, dp: ByTask | None = None) -> Array:
-        """Gradient with respect to Φ from those with respect to control points and pressures.
+    def data(self, phi: Array) -> dict[str, dict[str, float]]:
+        """What is designed of sheets and fibres, by their names and by key, in N/mm and rad."""
+        result: dict[str, dict[str, float]] = {}
+        for free, value in zip(self.free_data, phi[self._data], strict=True):
+            result.setdefault(free.name, {})[free.key] = float(value) / free.scale
+        return result
+
+    def laid(self, phi: Array) -> Array:
+        """The changes (R, 2) of all sheets and fibres since the start, as in `Loads.laid`."""
+        result = np.zeros((self.reinforcements, 2))
+        for free, value in zip(self.free_data, phi[self._data], strict=True):
+            result[free.place] = value / free.scale - free.start
+        return result
+
+    @property
+    def _data(self) -> slice:
+        return slice(len(self.start) - len(self.free_data), len(self.start))
+
+    def pullback(self, dP: Array, dp: ByTask | None = None, laid: Array | None = None) -> Array:
+        """Gradient with respect to Φ from those with respect to control points, pressures and what is laid on.
 
         Parameters
         ----------
@@ -102,6 +148,8 @@ class DesignSpace:
             Derivatives with respect to the control points' coordinates, per mm.
         dp : {task: {chamber: float}}, optional
             Derivatives with respect to the pressures, per MPa; missing ones are zero.
+        laid : (R, 2) array, optional
+            Derivatives with respect to stiffnesses and angles of sheets and fibres; zero by default.
 
         Returns
         -------
@@ -109,7 +157,8 @@ class DesignSpace:
         """
         dp = dp or {}
         by_pressure = [dp.get(free.task, {}).get(free.chamber, 0.0) / free.scale for free in self.free_pressures]
-        return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure])
+        by_datum = [0.0 if laid is None else laid[free.place] / free.scale for free in self.free_data]
+        return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure, by_datum])
 
 
 def build_design_space(problem: Problem, body: Body) -> DesignSpace:
@@ -129,7 +178,7 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     if problem.body.symmetry != Symmetry():
         L, offset, shape = _symmetric(problem.body, L, offset, shape)
 
-    free, values, lower, upper = [], [], [], []
+    pressures, data, variables = [], [], []
     fixed: dict[str, dict[str, float]] = {}
     for task in problem.task:
         fixed[task.name] = {}
@@ -137,11 +186,17 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
             if not pressure.free:
                 fixed[task.name][chamber] = pressure.start
                 continue
-            scale = PRESSURE_SPAN / (pressure.max - pressure.min)
-            free.append(FreePressure(task.name, chamber, scale))
-            values.append(pressure.start * scale)
-            lower.append(pressure.min * scale)
-            upper.append(pressure.max * scale)
+            pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
+            variables.append(pressure)
+    names = [each.name for each in reinforcements(problem)]
+    for name, own in designed(problem).items():
+        for key, datum in own.items():
+            place = names.index(name), DATA.index(key)
+            data.append(FreeDatum(name, key, place, datum.start, _scale(datum)))
+            variables.append(datum)
+    # Those that are no shape, in mm of Φ.
+    others = np.array([[_scale(each) * bound for bound in (each.start, each.min, each.max)] for each in variables])
+    values, lower, upper = others.reshape(-1, 3).T
     return DesignSpace(
         reference=body,
         L=L,
@@ -149,9 +204,16 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
         start=np.concatenate([shape, values]),
         lower=np.concatenate([np.full(len(shape), -np.inf), lower]),
         upper=np.concatenate([np.full(len(shape), np.inf), upper]),
-        free_pressures=tuple(free),
+        free_pressures=tuple(pressures),
+        free_data=tuple(data),
         fixed_pressures=fixed,
+        reinforcements=len(names),
     )
+
+
+def _scale(variable: Variable) -> float:
+    """What of Φ, in mm, one unit of a variable that is no shape is."""
+    return SPAN / (variable.max - variable.min)
 
 
 def _symmetric(
