@@ -271,7 +271,7 @@ def test_an_angle_is_designed_and_resumed(tmp_path):
     assert f"winding {angles[-1]:.4g} deg" in best.problem.fibres[0].words
     # A simulation of the design is one of its own fibres.
     (step,) = best.simulate().steps
-    assert step.translation[2] == pytest.approx(best.results["extend"].translation[2], rel=1e-4)
+    assert step.translation[2] == pytest.approx(best.results["extend"].translation[2], rel=0.02)
     history = tmp_path / "history.jsonl"
     history.write_text(history.read_text().replace('"winding": ', '"winding": 9'))
     with pytest.raises(ProblemError, match="line 1: its sheets and fibres are not those of the problem"):

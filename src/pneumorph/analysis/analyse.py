@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import Body, build_covers, build_linings
+from pneumorph.geometry import Body, build_covers, build_levels, build_linings
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
@@ -94,7 +94,9 @@ def discretise(problem: Problem, body: Body) -> Discretisation:
 def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float | None = None) -> Morph:
     """Mesh a body of a problem with its regions and covers, or its half or quarter; the size of elements is in mm."""
     covers = build_covers(problem.body, reinforcements(problem))
-    return mesh_body(body, size or problem.mesh.size, mirrors, build_linings(problem.body, problem.region), covers)
+    linings = build_linings(problem.body, problem.region)
+    levels = build_levels(problem.body, problem.region)
+    return mesh_body(body, size or problem.mesh.size, mirrors, linings, covers, levels)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:

@@ -134,6 +134,8 @@ def _rubbers(table: dict[str, Any], rubbers: list[Rubber]) -> Iterator[str]:
 def _shape(region: dict[str, Any]) -> str:
     if sleeve := region.get("sleeve"):
         return f"{sleeve['thickness']} around {', '.join(sleeve['chambers'])}"
+    if beyond := region.get("beyond"):
+        return f"beyond z = {beyond}"
     layer = region["layer"]
     parts = [f"{layer['thickness']} under the exterior"]
     if layer.get("span"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from pneumorph.geometry.body import Body, starting_body
+from pneumorph.geometry.level import Sides, sides_of
 from pneumorph.geometry.symmetry import column_sums, symmetric_basis
 from pneumorph.geometry.tube import TubeSurface
 from pneumorph.problem.models import Symmetry
@@ -63,9 +64,9 @@ class DesignSpace:
     """The design variables Φ = [shape in mm, free pressures scaled to mm, free data of sheets and fibres scaled to mm].
 
     Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end have
-    the same z; a pole is one point, and the row next to it has the same z, without which the end would be a cone. For
-    a symmetric design Φ holds the independent variables only, and L carries them to all images. The columns of L are
-    orthogonal, so LᵀL is diagonal.
+    the same z; rings in planes between rubbers keep theirs (see `level.py`); a pole is one point, and the row next to
+    it has the same z, without which the end would be a cone. For a symmetric design Φ holds the independent variables
+    only, and L carries them to all images. The columns of L are orthogonal, so LᵀL is diagonal.
 
     Attributes
     ----------
@@ -76,7 +77,8 @@ class DesignSpace:
     offset : (3·n_points,) array
         Fixed coordinates in mm.
     start, lower, upper : (n,) arrays
-        Φ of the reference body, and the bounds of Φ (infinite for the shape).
+        Φ of the reference body, and the bounds of Φ. Those of the shape are infinite, but where planes between rubbers
+        keep surfaces to one side.
     free_pressures : tuple of FreePressure
     free_data : tuple of FreeDatum
         The last entries of Φ, in this order, after those of the pressures.
@@ -163,7 +165,8 @@ class DesignSpace:
 
 def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     """Build the design variables of a problem with the starting body `body`."""
-    blocks = [_variable_of_coordinate(surface) for surface in body.surfaces]
+    sides = sides_of(problem)
+    blocks = [_variable_of_coordinate(*each) for each in zip(body.surfaces, sides, strict=True)]
     counts = [int(block.max()) + 1 for block in blocks]
     shifts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     variable = np.concatenate(
@@ -177,6 +180,7 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     shape = (L.T @ coordinates) / column_sums(L)
     if problem.body.symmetry != Symmetry():
         L, offset, shape = _symmetric(problem.body, L, offset, shape)
+    least, most = _bounds(L, offset, body, sides)
 
     pressures, data, variables = [], [], []
     fixed: dict[str, dict[str, float]] = {}
@@ -202,8 +206,8 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
         L=L,
         offset=offset,
         start=np.concatenate([shape, values]),
-        lower=np.concatenate([np.full(len(shape), -np.inf), lower]),
-        upper=np.concatenate([np.full(len(shape), np.inf), upper]),
+        lower=np.concatenate([least, lower]),
+        upper=np.concatenate([most, upper]),
         free_pressures=tuple(pressures),
         free_data=tuple(data),
         fixed_pressures=fixed,
@@ -214,6 +218,24 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
 def _scale(variable: Variable) -> float:
     """What of Φ, in mm, one unit of a variable that is no shape is."""
     return SPAN / (variable.max - variable.min)
+
+
+def _bounds(L: sparse.csr_matrix, offset: Array, body: Body, sides: Sequence[Sides]) -> tuple[Array, Array]:
+    """Least and largest values of the shape variables with which control points keep to their sides."""
+    columns = [surface.net.shape[1] for surface in body.surfaces]
+    low, high = (
+        np.concatenate([np.repeat(getattr(each, name), n) for each, n in zip(sides, columns, strict=True)])
+        for name in ("low", "high")
+    )
+    # A variable that moves control points along z moves all of them by its own amount, images perhaps backwards.
+    along = sparse.coo_array(L)
+    some = along.row % 3 == 2
+    point, column, share = along.row[some] // 3, along.col[some], along.data[some]
+    ends = [(bound[point] - offset[2::3][point]) / share for bound in (low, high)]
+    least, most = np.full(along.shape[1], -np.inf), np.full(along.shape[1], np.inf)
+    np.maximum.at(least, column, np.minimum(*ends))
+    np.minimum.at(most, column, np.maximum(*ends))
+    return least, most
 
 
 def _symmetric(
@@ -229,7 +251,7 @@ def _symmetric(
     return sparse.csr_matrix(L @ basis), offset + L @ (shape - basis @ independent), independent
 
 
-def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:
+def _variable_of_coordinate(surface: TubeSurface, sides: Sides) -> NDArray[np.int64]:
     """Index of the variable that determines each coordinate of a net, (n_r, n_q, 3); -1 if the coordinate is fixed."""
     group = np.arange(surface.net.size).reshape(surface.net.shape)
     for row, beside in ((0, 1), (-1, -2)):
@@ -238,5 +260,6 @@ def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:
             group[beside, :, 2] = group[row, 0, 2]
         else:
             group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
+    group[..., 2] = np.where(np.isin(group[..., 2], group[sides.held, :, 2]), -1, group[..., 2])
     names, numbers = np.unique(group, return_inverse=True)
     return numbers.reshape(group.shape) - int(names[0] < 0)
