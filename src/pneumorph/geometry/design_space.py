@@ -228,11 +228,12 @@ def _bounds(L: sparse.csr_matrix, offset: Array, body: Body, sides: Sequence[Sid
         for name in ("low", "high")
     )
     # A variable that moves control points along z moves all of them by its own amount, images perhaps backwards.
-    along = sparse.coo_array(L)
-    some = along.row % 3 == 2
-    point, column, share = along.row[some] // 3, along.col[some], along.data[some]
+    row, column = L.nonzero()
+    point, column = row[row % 3 == 2] // 3, column[row % 3 == 2]
+    share = np.asarray(L[3 * point + 2, column]).ravel()
     ends = [(bound[point] - offset[2::3][point]) / share for bound in (low, high)]
-    least, most = np.full(along.shape[1], -np.inf), np.full(along.shape[1], np.inf)
+    count = len(column_sums(L))
+    least, most = np.full(count, -np.inf), np.full(count, np.inf)
     np.maximum.at(least, column, np.minimum(*ends))
     np.minimum.at(most, column, np.maximum(*ends))
     return least, most

@@ -1,8 +1,9 @@
 """Planes z = height beyond which a body is made of another rubber, and what keeps designs to their sides of them.
 
 A surface crosses such a plane along a ring r = const. The control points that the ring depends on keep their z, with
-which z is linear in r there, so the ring lies in the plane for every design. By variation diminishing the surface stays
-below the ring, or above it, if all its other control points keep to their side of those.
+which z does not depend on q there, so the ring lies in the plane for every design. All other control points keep to
+their side of those: along every line q = const z(r) then has a control polygon that crosses the plane once, and so does
+z(r) itself, since splines diminish variation.
 """
 
 from __future__ import annotations
