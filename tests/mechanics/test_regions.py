@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from layers import layered
 
-from pneumorph.analysis import analyse, build_discretisation, carry_over, checkpoint, discretise
+from pneumorph.analysis import (
+    analyse,
+    analyse_body,
+    build_discretisation,
+    carry_over,
+    checkpoint,
+    discretise,
+    run_gradient_check,
+)
 from pneumorph.analysis.analyse import mesh_of
 from pneumorph.geometry import Body, build_design_space, build_linings, starting_body
 from pneumorph.mechanics import (
@@ -116,6 +124,37 @@ def test_a_sphere_of_two_layers(factor):
         assert at.sum() > 50
         outwards = np.sum(found.u[at] * from_centre[at], axis=1) / away[at]
         assert outwards.mean() == pytest.approx(expected, rel=0.015), radius
+
+
+def test_two_rubbers_in_series():
+    """A tube is pulled: half way along each part it is in uniaxial tension, N/A = μ (λ − 1/λ²)."""
+    asked = problem({"beyond": "30 mm"}, factor=1e3, mesh={"size": "3.5 mm"})
+    asked = asked.with_changes({"body.symmetry.mirror": ["xz", "yz"]})
+    mesh = mesh_of(asked, starting_body(asked.body), mirrors_of(asked)).mesh
+    assert mesh.mirrors == ("xz", "yz")
+    supports = np.zeros((len(mesh.points), 3), bool)
+    # It is free to narrow at its base.
+    supports[np.unique(mesh.faces["base"]), 2] = True
+    built = build_model(mesh, rubbers_of(asked), supports=supports, mixed=True)
+    force = 8.0
+    found = solve(configure(built, mesh.points, build_loads(built, {}, wrench=force * np.eye(6)[2])), Tangent(built))
+    assert isinstance(found, Equilibrium)
+    z, lift = mesh.points[:, 2], found.u[:, 2]
+    for low, high, modulus in ((10.0, 20.0, 0.3), (38.0, 50.0, 0.9)):
+        within = (z > low) & (z < high)
+        stretch = 1.0 + np.polyfit(z[within], lift[within], 1)[0]
+        stress = modulus * (stretch - stretch**-2)
+        assert stress * np.pi * (8.0**2 - 4.0**2) == pytest.approx(force, rel=0.01), modulus
+
+
+def test_the_gradient_of_a_body_of_two_rubbers_in_series():
+    asked = problem({"beyond": "30 mm"}, mesh={"size": "6 mm"}, density="0.25 /mm")
+    space = build_design_space(asked, starting_body(asked.body))
+    phi = space.start + 0.2 * np.random.default_rng(0).normal(size=space.n)
+    at = analyse_body(asked, space.body(np.clip(phi, space.lower, space.upper)))
+    assert set(at.disc.model.regions) == {"body", "other"}
+    check = run_gradient_check(at)
+    assert check.passed and not any(check.is_exact(name) for name in check.tests), check
 
 
 def test_the_rubber_of_a_region_alone_changes_nothing():

@@ -3,18 +3,34 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from tiny import tiny
 
+from pneumorph import open_run, run
 from pneumorph.analysis import analyse_body, checkpoint, discretise, run_gradient_check, unpack_fields
-from pneumorph.analysis.analyse import analyse, mesh_of
+from pneumorph.analysis.analyse import analyse, mesh_of, predict_states
 from pneumorph.analysis.fields import collect_fields
+from pneumorph.analysis.slopes import design_gradient
+from pneumorph.drive import drive
+from pneumorph.errors import ProblemError
 from pneumorph.geometry import build_design_space, starting_body
-from pneumorph.mechanics import Equilibrium, Tangent, configure, loads_of, mirrors_of, model_of, solve, whole_of
+from pneumorph.mechanics import (
+    TOLERANCE,
+    Equilibrium,
+    Tangent,
+    configure,
+    loads_of,
+    mirrors_of,
+    model_of,
+    solve,
+    whole_of,
+)
 from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane, connect_covered
-from pneumorph.mechanics.assembly.terms import Local
+from pneumorph.mechanics.assembly.terms import Loads, Local
 from pneumorph.mesh import Covered
 from pneumorph.mesh.cover import RULE
 from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, loads
+from pneumorph.sensitivity import taylor_test
 
 SMALL = 0.01
 FLAT = np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0], [1, 0, 0], [1, 0.5, 0], [0, 0.5, 0]])
@@ -29,9 +45,9 @@ def energy(of, stretches, angle=0.0):
     flat = np.zeros((6, 3))
     flat[:, :2] = FLAT[:, :2] @ (turn @ np.diag(stretches) @ turn.T)
     moved = Rotation.from_rotvec([0.3, -0.8, 0.5]).apply(flat)
-    return float(
-        of.energies(Local(FLAT[None], (moved - FLAT)[None], np.zeros((1, 0)), np.zeros(0), seen.data), None)[0]
-    )
+    local = Local(FLAT[None], (moved - FLAT)[None], np.zeros((1, 0)), np.zeros(0), seen.data)
+    unchanged = Loads(*np.zeros((4, 0)), laid=np.zeros((1, 2)))
+    return float(of.energies(local, unchanged)[0])
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4])
@@ -178,9 +194,24 @@ def test_a_helix_has_no_mirror():
     assert mirrors_of(problem(membrane=[part(angles=["0 deg", "90 deg"])])) == ()
 
 
+def free(start, low, high, unit):
+    return {key: f"{value} {unit}" for key, value in zip(("start", "min", "max"), (start, low, high), strict=True)}
+
+
+DESIGNED = {
+    "membrane": [part(angles=["-80 deg", "80 deg"], stiffness=free(30, 5, 60, "N/mm"))],
+    "fibres": [
+        FIBRES | {"winding": free(60, 20, 80, "deg"), "stiffness": free(20, 5, 60, "N/mm"), "surfaces": ["exterior"]}
+    ],
+}
+
+
+HELIX = FIBRES | {"families": 1, "angles": ["-60 deg", "100 deg"], "winding": free(60, 20, 80, "deg")}
+
+
 @pytest.mark.parametrize(
     "tables",
-    [REINFORCED, {"fibres": [FIBRES | {"families": 1, "angles": ["-60 deg", "100 deg"]}], "mirror": ()}],
+    [REINFORCED, {"fibres": [HELIX], "mirror": ()}],
     ids=["sheet and braid", "part of a helix"],
 )
 def test_the_gradient_of_a_reinforced_body(tables):
@@ -190,7 +221,61 @@ def test_the_gradient_of_a_reinforced_body(tables):
     body = space.body(space.start + 0.1 * np.random.default_rng(0).normal(size=space.n))
     check = run_gradient_check(analyse_body(asked, body))
     assert check.passed, check
+    assert ("sheets and fibres" in check.tests) == ("membrane" not in tables)
     assert not any(check.is_exact(name) for name in check.tests)
+
+
+def test_the_gradient_by_stiffnesses_and_angle():
+    """Each for itself; a check of the problem tests them together."""
+    asked = problem(**DESIGNED)
+    at = analyse_body(asked, starting_body(asked.body))
+    space, disc = at.space, at.disc
+    slope = design_gradient(asked, space, disc, at.analysis)
+    starts = {name: found.state for name, found in at.analysis.equilibria.items()}
+    assert [(each.name, each.key) for each in space.free_data] == [
+        ("sheet", "stiffness"), ("braid", "stiffness"), ("braid", "winding"),
+    ]  # fmt: skip
+    for direction in np.eye(space.n)[-3:]:
+        test = taylor_test(
+            lambda phi: analyse(asked, space, disc, phi, starts, TOLERANCE).value, space.start, slope, direction, 0.1
+        )
+        assert test.passed, test
+        assert abs(slope @ direction) * 0.1 > 10 * test.remainders[-1]
+
+
+def test_states_are_predicted_after_a_change_of_the_angle():
+    asked = problem(**DESIGNED)
+    at = analyse_body(asked, starting_body(asked.body))
+    ahead = at.space.start + 0.02 * np.eye(at.space.n)[-1]
+    found = analyse(asked, at.space, at.disc, ahead, None, TOLERANCE).equilibria["one"]
+    before = at.analysis.equilibria["one"]
+    predicted = predict_states(at.space, at.disc, at.analysis, ahead)["one"]
+    assert np.abs(predicted.plate - found.state.plate).max() < 0.1 * np.abs(before.plate - found.plate).max()
+
+
+def test_an_angle_is_designed_and_resumed(tmp_path):
+    """For extension fibres turn around the tube, beyond the magic angle, 54.7°; all results of a run know of it."""
+    braid = '[[fibres]]\nname = "braid"\nstiffness = "40 N/mm"\n'
+    asked = loads(tiny(iterations="1") + braid + 'winding = { start = "50 deg", min = "20 deg", max = "80 deg" }\n')
+    first = drive(run.create(tmp_path, asked), lambda event: None)
+    assert first.completed
+    again = asked.with_changes({"optimizer.iterations": 2})
+    drive(run.resume(tmp_path, again), lambda event: None)
+    found = open_run(tmp_path)
+    angles = [np.degrees(entry.reinforcements["braid"]["winding"]) for entry in found.history]
+    assert angles[0] == pytest.approx(50.0) and len(angles) == 3
+    assert np.all(np.diff(angles) > 3.0) and angles[-1] > 54.7, angles
+    assert np.degrees(found.result.reinforcements["braid"]["winding"]) == pytest.approx(angles[-1])
+    best, problem = found.best, found.problem
+    assert problem.fibres[0].winding.start == pytest.approx(np.radians(50.0))
+    assert f"winding {angles[-1]:.4g} deg" in best.problem.fibres[0].words
+    # A simulation of the design is one of its own fibres.
+    (step,) = best.simulate().steps
+    assert step.translation[2] == pytest.approx(best.results["extend"].translation[2], rel=0.02)
+    history = tmp_path / "history.jsonl"
+    history.write_text(history.read_text().replace('"winding": ', '"winding": 9'))
+    with pytest.raises(ProblemError, match="line 1: its sheets and fibres are not those of the problem"):
+        _ = open_run(tmp_path).history
 
 
 def test_covers_are_stored_and_restored():

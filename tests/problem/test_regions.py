@@ -59,6 +59,13 @@ def test_a_file_is_read_and_written():
         ([region("body", **layer())], "region[0].name", "is taken"),
         ([region("a", **layer()), region("b", **layer())], "region[1].layer", "move them apart"),
         ([region("a", **layer()), region("b", **sleeve("1 mm"))], "region[1].sleeve.thickness", "thinner"),
+        ([region(beyond="14 mm", **layer())], "region[0].layer", "give one of them"),
+        ([region(beyond="29 mm")], "region[0].beyond", "leaves less than mesh.size"),
+        ([region(beyond="-3 mm")], "region[0].beyond", "not above zero"),
+        ([region("a", beyond="12 mm"), region("b", beyond="13 mm")], "region[0].beyond", 'the plane of "b"'),
+        ([region("a", beyond="12 mm"), region("b", beyond="12 mm")], "region[0].beyond", 'the plane of "b"'),
+        ([region("a", beyond="12 mm"), region("b", **layer())], "region[0].beyond", 'in the layer "b"'),
+        ([region("a", beyond="12 mm"), region("b", **sleeve("1 mm"))], "region[0].beyond", 'in the sleeve "b"'),
         ([region(**layer(depth="1 mm"))], "region[0].layer.depth", "unknown key"),
     ],
 )
@@ -69,9 +76,17 @@ def test_refusals(regions, key, said):
     assert "\n" not in str(refusal.value)
 
 
+def test_a_plane_is_not_near_an_end_of_a_chamber():
+    ending = {"body.chamber[0].span": ["3 mm", "17 mm"]}
+    with pytest.raises(ProblemError, match=r'region\[0\].beyond: 16 mm is nearer .* chamber "A" \(z = 17 mm\); move'):
+        asked(region(beyond="16 mm"), **ending)
+    assert asked(region(beyond="19 mm"), **ending).region[0].beyond == 19.0
+
+
 def test_half_a_body_is_enough_where_the_plane_keeps_its_regions():
     mirrored = {"body.symmetry": {"mirror": ["xz", "yz"]}}
     assert mirrors_of(asked(region(**layer()), **mirrored)) == ("xz", "yz")
+    assert mirrors_of(asked(region(beyond="12 mm"), **mirrored)) == ("xz", "yz")
     assert mirrors_of(asked(region(**layer(angles=["-60 deg", "60 deg"])), **mirrored)) == ("xz",)
     assert mirrors_of(asked(region(**layer(angles=["30 deg", "150 deg"])), **mirrored)) == ("yz",)
     assert mirrors_of(asked(region(**layer(angles=["0 deg", "120 deg"])), **mirrored)) == ()

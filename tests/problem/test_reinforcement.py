@@ -2,12 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import build_covers
+from pneumorph.geometry import build_covers, build_design_space, starting_body
 from pneumorph.problem import loads
+from pneumorph.problem.reinforcement import starting_from
 
 SHEET = '[[membrane]]\nname = "paper"\nstiffness = "200 N/mm"\n'
 BRAID = '[[fibres]]\nname = "braid"\nstiffness = "50 N/mm"\nwinding = "70 deg"\n'
@@ -17,12 +19,30 @@ def test_they_are_read_and_written():
     problem = loads(tiny() + SHEET + 'angles = ["-90 deg", "90 deg"]\n' + BRAID + 'surfaces = ["A"]\nfamilies = 1\n')
     (sheet,), (fibres,) = problem.membrane, problem.fibres
     assert sheet.surfaces == ("exterior",) and sheet.poisson == 0.3
-    assert fibres.winding == pytest.approx(math.radians(70))
+    assert fibres.winding.start == pytest.approx(math.radians(70)) and not fibres.winding.free
     assert fibres.handed
     assert loads(problem.to_toml()) == problem
     one, other = build_covers(problem.body, [*problem.membrane, *problem.fibres])
     assert (one.surface, one.r, one.q) == ("exterior", (0.0, 1.0), pytest.approx((0.75, 1.25)))
     assert (other.surface, other.q) == ("A", None)
+
+
+def test_stiffness_and_angle_may_be_designed():
+    text = SHEET.replace('"200 N/mm"', '{ start = "200 N/mm", min = "50 N/mm", max = "300 N/mm" }')
+    text += BRAID.replace('"70 deg"', '{ start = "0 deg", min = "0 deg", max = "90 deg" }') + "families = 1\n"
+    problem = loads(tiny() + text)
+    assert problem.fibres[0].handed
+    assert "stiffness 200 N/mm" in problem.membrane[0].words
+    assert loads(problem.to_toml()) == problem
+    space = build_design_space(problem, starting_body(problem.body))
+    assert space.data(space.start) == {"paper": {"stiffness": 200.0}, "braid": {"winding": 0.0}}
+    assert space.laid(space.upper)[1, 1] == pytest.approx(math.pi / 2)
+    assert space.data(space.lower)["paper"]["stiffness"] == pytest.approx(50.0)
+    # A step of 0.2 mm is a tenth of the range.
+    step = np.full(space.n, 0.2)
+    assert space.laid(space.start + step) == pytest.approx(np.array([[25.0, 0.0], [0.0, math.pi / 20]]))
+    there = starting_from(problem, space.data(space.start + step))
+    assert there.membrane[0].stiffness.start == pytest.approx(225.0) and there.membrane[0].stiffness.max == 300.0
 
 
 def test_there_are_none_by_default():
@@ -61,6 +81,19 @@ def test_covers_of_a_chamber_run_the_other_way_and_by_its_own_span():
         (SHEET + 'angles = ["0 deg", "2 deg"]\n', r"membrane\[0\].angles: cover less than mesh.size"),
         (BRAID.replace("70 deg", "91 deg"), r"fibres\[0\].winding: is beyond a right angle"),
         (BRAID + "families = 3\n", r"fibres\[0\].families"),
+        (
+            BRAID.replace('"70 deg"', '{ start = "70 deg", min = "30 deg", max = "95 deg" }'),
+            r"fibres\[0\].winding: is beyond a right angle",
+        ),
+        (BRAID.replace('"70 deg"', '{ start = "70 deg", min = "30 deg" }'), r"fibres\[0\].winding.max: is missing"),
+        (
+            BRAID.replace('"70 deg"', '{ start = "20 deg", min = "30 deg", max = "80 deg" }'),
+            r"fibres\[0\].winding.start: is not between min and max",
+        ),
+        (
+            SHEET.replace('"200 N/mm"', '{ start = "1 N/mm", min = "0 N/mm", max = "2 N/mm" }'),
+            r"membrane\[0\].stiffness.min: .*is not above zero",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text, message):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import Body, build_covers, build_linings
+from pneumorph.geometry import Body, build_covers, build_levels, build_linings
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
@@ -69,6 +69,7 @@ class Analysis:
     points : (n_points, 3) control points, mm.
     X : (N, 3) mesh nodes, mm.
     pressures : by task and chamber, MPa.
+    reinforcements : what is designed of sheets and fibres, by name and key, N/mm and rad.
     configurations, equilibria : by task.
     values : the tasks' objectives.
     value : J, their weighted sum.
@@ -78,6 +79,7 @@ class Analysis:
     points: np.ndarray
     X: np.ndarray
     pressures: dict[str, dict[str, float]]
+    reinforcements: dict[str, dict[str, float]]
     configurations: dict[str, Configuration]
     equilibria: dict[str, Equilibrium]
     values: dict[str, float]
@@ -92,7 +94,9 @@ def discretise(problem: Problem, body: Body) -> Discretisation:
 def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float | None = None) -> Morph:
     """Mesh a body of a problem with its regions and covers, or its half or quarter; the size of elements is in mm."""
     covers = build_covers(problem.body, reinforcements(problem))
-    return mesh_body(body, size or problem.mesh.size, mirrors, build_linings(problem.body, problem.region), covers)
+    linings = build_linings(problem.body, problem.region)
+    levels = build_levels(problem.body, problem.region)
+    return mesh_body(body, size or problem.mesh.size, mirrors, linings, covers, levels)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
@@ -146,10 +150,10 @@ def analyse(
         If the objective of a task is not a finite number for this design.
     """
     points = space.control_points(phi)
-    X, pressures = disc.morph.positions(points), space.pressures(phi)
+    X, pressures, laid = disc.morph.positions(points), space.pressures(phi), space.laid(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        loads = loads_of(problem, disc.model, pressures[task.name], task.moves)
+        loads = loads_of(problem, disc.model, pressures[task.name], task.moves, laid)
         at = configure(disc.model, X, loads, guided_of(problem))
         start = starts[task.name] if starts else None
         since = None
@@ -165,7 +169,7 @@ def analyse(
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
     value = sum(task.weight * values[task.name] for task in problem.task)
-    return Analysis(phi, points, X, pressures, configurations, equilibria, values, value)
+    return Analysis(phi, points, X, pressures, space.data(phi), configurations, equilibria, values, value)
 
 
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
@@ -183,11 +187,12 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
     """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh."""
     dX = disc.morph.push(space.control_points(phi) - analysis.points)
-    pressures = space.pressures(phi)
+    pressures, laid = space.pressures(phi), space.laid(phi)
     states = {}
     for name, at in analysis.configurations.items():
-        dp = [pressures[name][chamber] - analysis.pressures[name][chamber] for chamber in disc.model.chambers]
-        states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, np.array(dp))
+        pressure = np.array([pressures[name][chamber] for chamber in disc.model.chambers])
+        loads = at.loads._replace(pressure=pressure, laid=laid)
+        states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
     return states
 
 

@@ -12,6 +12,7 @@ from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_
 from pneumorph.analysis.fields import pack_covers, unpack_covers, unpack_mesh
 from pneumorph.analysis.stored import floats, indices
 from pneumorph.errors import ComputationError
+from pneumorph.geometry import build_levels
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.morph import build_morph
@@ -106,7 +107,8 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
     straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions, unpack_covers(arrays))
     offset = arrays.get("mesh_offset", np.zeros((len(B.indptr) - 1, 3)))
     try:
-        morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param)
+        heights = [level.height for level in build_levels(problem.body, problem.region)]
+        morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param, heights)
         disc = build_discretisation(problem, morph, points)
         starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
     # It is a mesh, but not one of this problem.

@@ -190,7 +190,9 @@ def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> n
     effector = problem.end_effector
     if problem.gravity is None and not any((*effector.force, *effector.moment)):
         return None
-    at = configure(disc.model, analysis.X, loads_of(problem, disc.model, {}), guided_of(problem))
+    laid = next(iter(analysis.configurations.values())).loads.laid
+    loads = loads_of(problem, disc.model, {}, laid=laid)
+    at = configure(disc.model, analysis.X, loads, guided_of(problem))
     # With another solver: those of the tasks keep the factorisations from which the next design starts.
     found = solve(at, Tangent(disc.model))
     return found.u if isinstance(found, Equilibrium) else None

@@ -21,10 +21,13 @@ from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry import Body, DesignSpace, build_design_space
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium, mirrors_of
 from pneumorph.problem import Pressure, Problem
+from pneumorph.problem.reinforcement import designed
+from pneumorph.problem.variable import Variable
 from pneumorph.sensitivity import TaylorTest, taylor_test
 
 FIRST_STEP = 0.05
-"""First step of the tests: largest motion of a control point in mm, and the fraction by which pressures change."""
+"""First step of the tests: largest motion of a control point in mm, the fraction by which pressures and stiffnesses
+change, and the change of winding angles in rad."""
 
 LEAST_PRESSURE = 0.01
 """The pressure, in MPa, of which steps are fractions where the chamber's own is smaller."""
@@ -50,7 +53,8 @@ class GradientCheck:
     Attributes
     ----------
     tests : {direction: TaylorTest}
-        Along two random motions of all control points, and along a change of all pressures.
+        Along two random motions of all control points, along a change of all pressures, and along one of what is
+        designed of sheets and fibres.
     noise : float
         Remainders below it are rounding errors and the solver's tolerance.
     elements : int
@@ -110,7 +114,7 @@ def analyse_body(problem: Problem, body: Body) -> AnalysedBody:
     ComputationError
         If it cannot be meshed or has no equilibrium.
     """
-    space = build_design_space(_with_free_pressures(problem), body)
+    space = build_design_space(_with_scales_of_tests(problem), body)
     disc = discretise(problem, body)
     return AnalysedBody(problem, body, space, disc, _analysed(problem, space, disc, space.start))
 
@@ -127,9 +131,13 @@ def run_gradient_check(at: AnalysedBody) -> GradientCheck:
         directions[name][: space.n_shape] = random.uniform(-1.0, 1.0, space.n_shape)
     if any(pressure.free for task in problem.task for pressure in task.pressure.values()):
         directions["pressures"] = np.zeros(space.n)
-        directions["pressures"][space.n_shape :] = random.uniform(0.5, 1.0, space.n - space.n_shape)
+        count = len(space.free_pressures)
+        directions["pressures"][space.n_shape : space.n_shape + count] = random.uniform(0.5, 1.0, count)
     else:
         nothing["pressures"] = "no pressure is designed"
+    if count := len(space.free_data):
+        directions["sheets and fibres"] = np.zeros(space.n)
+        directions["sheets and fibres"][-count:] = random.uniform(0.5, 1.0, count)
     motion = max(float(np.abs(found.u).max()) for found in at.analysis.equilibria.values())
     scale = max(motion, LEAST_MOTION)
 
@@ -177,18 +185,34 @@ def is_flat(test: TaylorTest, slope: float, scale: float) -> bool:
     return bool(test.steps[0] * abs(slope) + test.remainders.max() < FLAT * scale)
 
 
-def _with_free_pressures(problem: Problem) -> Problem:
-    """The problem with every pressure as a design variable, so scaled that 1 mm of Φ is the pressure itself."""
+def _with_scales_of_tests(problem: Problem) -> Problem:
+    """The problem with every pressure as a design variable, so scaled that 1 mm of Φ is the pressure itself.
 
-    def freed(pressure: Pressure) -> Pressure:
-        width = max(abs(pressure.start), LEAST_PRESSURE)
-        return pressure.model_copy(update={"min": pressure.start - width, "max": pressure.start + width})
+    For a stiffness that is designed 1 mm is the stiffness itself, for an angle 1 rad.
+    """
+
+    def scaled(variable: Variable, width: float) -> Variable:
+        return variable.model_copy(update={"min": variable.start - width, "max": variable.start + width})
+
+    def freed(pressure: Pressure) -> Variable:
+        return scaled(pressure, max(abs(pressure.start), LEAST_PRESSURE))
 
     tasks = [
         task.model_copy(update={"pressure": {name: freed(pressure) for name, pressure in task.pressure.items()}})
         for task in problem.task
     ]
-    return problem.model_copy(update={"task": tuple(tasks)})
+    widths = {"stiffness": lambda datum: datum.start, "winding": lambda datum: 1.0}
+    found = designed(problem)
+    laid = {
+        table: tuple(
+            each.model_copy(
+                update={key: scaled(datum, widths[key](datum)) for key, datum in found.get(each.name, {}).items()}
+            )
+            for each in getattr(problem, table)
+        )
+        for table in ("membrane", "fibres")
+    }
+    return problem.model_copy(update={"task": tuple(tasks), **laid})
 
 
 def _analysed(

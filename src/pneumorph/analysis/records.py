@@ -106,6 +106,8 @@ class HistoryEntry:
         Largest motion of a control point, actual over predicted gain, evaluations of the limits in the sub-problem.
     optimality : float or None
         The part of the objective's gradient that the limits do not balance; 0 at an optimum.
+    reinforcements : {name: {"stiffness": N/mm, "winding": rad}}
+        What is designed of sheets and fibres; of others nothing.
     """
 
     iteration: int
@@ -124,6 +126,7 @@ class HistoryEntry:
     evaluations: int | None = None
     # Missing in runs of early versions.
     optimality: float | None = None
+    reinforcements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -144,7 +147,7 @@ class RunResult:
     completed : whether the design loop ended by itself, and did not fail.
     reason : why it ended, as a sentence.
     iterations, best : number of the last design, and of the best.
-    objective, optimality, limits, held : as in `HistoryEntry`, of the last design.
+    objective, optimality, limits, held, reinforcements : as in `HistoryEntry`, of the last design.
     motions : {task: Motion}
     tasks : {task: TaskResult}
         If the run is completed, `stable` is against all motions of the whole body, even where a part was analysed.
@@ -167,6 +170,7 @@ class RunResult:
     seconds: Mapping[str, float]
     peak_memory: float | None = field(metadata={"key": "peak_memory_MB"})
     versions: Mapping[str, str | None]
+    reinforcements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -226,8 +230,9 @@ Record = TypeVar("Record", bound="DataclassInstance")
 def to_json(record: Any) -> dict[str, Any]:
     """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
-    if not content.get("region_stretches", True):
-        del content["region_stretches"]
+    for key in ("region_stretches", "reinforcements"):
+        if not content.get(key, True):
+            del content[key]
     if isinstance(record, TaskResult) and not record.contact:
         for key in ("contact_N", "contact_normal_N", "contact_area_mm2"):
             del content[key]

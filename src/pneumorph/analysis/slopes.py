@@ -71,7 +71,7 @@ def strain_slopes(space: DesignSpace, disc: Discretisation, analysis: Analysis) 
     for name, at in analysis.configurations.items():
         found = gradient(at, disc.tangents[name], analysis.equilibria[name], StrainShare())
         values.append(found.value)
-        rows.append(space.pullback(disc.morph.pullback(found.X), {name: found.pressure}))
+        rows.append(space.pullback(disc.morph.pullback(found.X), {name: found.pressure}, found.laid))
     return np.array(values), np.array(rows)
 
 
@@ -89,9 +89,9 @@ def margin_slopes(
     values, rows, tangent = [], [], Tangent(disc.model)
     for name, at in analysis.configurations.items():
         found = find_margin(at, tangent, bound)
-        by_X, by_pressure = margin_slope(at, tangent, found)
+        by_X, by_pressure, by_laid = margin_slope(at, tangent, found)
         values.append(found.load)
-        rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}))
+        rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid))
     return np.array(values), np.array(rows)
 
 
@@ -102,7 +102,7 @@ def _task_gradient(space: DesignSpace, disc: Discretisation, analysis: Analysis,
         raise ComputationError(
             f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"
         )
-    return space.pullback(disc.morph.pullback(found.X), {name: found.pressure})
+    return space.pullback(disc.morph.pullback(found.X), {name: found.pressure}, found.laid)
 
 
 def _task_jacobian(
@@ -112,7 +112,7 @@ def _task_jacobian(
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
     found = residual_jacobian(at, disc.tangents[name], equilibrium, disc.objectives[name])
     rows = [
-        space.pullback(disc.morph.pullback(X), {name: dict(zip(disc.model.chambers, pressure, strict=True))})
-        for X, pressure in zip(found.X, found.pressure, strict=True)
+        space.pullback(disc.morph.pullback(X), {name: dict(zip(disc.model.chambers, pressure, strict=True))}, laid)
+        for X, pressure, laid in zip(found.X, found.pressure, found.laid, strict=True)
     ]
     return found.residuals, np.array(rows)

@@ -26,7 +26,8 @@ from pneumorph.mechanics import Rubber
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, mirror_note, motion_of
-from pneumorph.problem import load, reinforcements
+from pneumorph.problem import Reinforcement, load, reinforcements
+from pneumorph.problem.reinforcement import data_of
 
 
 def check(problem: Path, quick: bool, trust: bool) -> None:
@@ -40,6 +41,7 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         console.print(Text(text, style=style), soft_wrap=True)
 
     design = starting_design(asked) if run is None or run.latest is None else run.best
+    asked = design.problem
     at = analyse_body(asked, design.body)
     for line in _description(at):
         say(line)
@@ -94,17 +96,25 @@ def _description(at: AnalysedBody) -> list[str]:
         most = max(rubber.bulk_modulus / rubber.shear_modulus for rubber in model.rubbers.values())
         chosen = f" (bulk modulus {most:.3g} times the shear modulus)"
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
+    laid = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
     return [
         f"problem   {printable(problem.title) or 'without a title'}",
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
-        f"variables {space.n_shape} for the shape, {free} for pressures",
+        f"variables {space.n_shape} for the shape, {free} for pressures{laid}",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + mirror_note(model.mirrors),
         *_rubbers(table, list(model.rubbers.values())),
-        *(f"{each.name:9} {each.words}" for each in reinforcements(problem)),
+        *(f"{each.name:9} {each.words}{_ranges(each)}" for each in reinforcements(problem)),
         f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",
         "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
     ]
+
+
+def _ranges(each: Reinforcement) -> str:
+    """Between what values a sheet or fibres are designed, to be appended to its words."""
+    free = {key: datum for key, datum in data_of(each).items() if datum.free}
+    bounds = ((key, *map(datum.quantity.write, (datum.min, datum.max))) for key, datum in free.items())
+    return "".join(f"; {key} from {low} to {high} is designed" for key, low, high in bounds)
 
 
 def _rubbers(table: dict[str, Any], rubbers: list[Rubber]) -> Iterator[str]:
@@ -124,6 +134,8 @@ def _rubbers(table: dict[str, Any], rubbers: list[Rubber]) -> Iterator[str]:
 def _shape(region: dict[str, Any]) -> str:
     if sleeve := region.get("sleeve"):
         return f"{sleeve['thickness']} around {', '.join(sleeve['chambers'])}"
+    if beyond := region.get("beyond"):
+        return f"beyond z = {beyond}"
     layer = region["layer"]
     parts = [f"{layer['thickness']} under the exterior"]
     if layer.get("span"):

@@ -16,7 +16,7 @@ from pneumorph.constraint import LimitReading, without_rounding
 from pneumorph.constraint.table import BY_NAME, Limit, in_history
 from pneumorph.geometry import Body
 from pneumorph.interface.runs import Run
-from pneumorph.output.format import format_duration, format_pressures, motion_of
+from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of
 from pneumorph.problem import Problem
 
 
@@ -26,6 +26,8 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     yield Text(f"\n{how_many(run.problem.optimizer.iterations, result)}")
     yield tasks_table(run.problem, start, result)
     last = run.history[-1]
+    if last.reinforcements:
+        yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")
     of_states = [(limit, last.limits[key], bound) for limit, key, bound in in_history(run.problem.limits)]
     yield limits_table(best.body, best.limits, [each for each in of_states if not each[0].of_shape])
     number = best.iteration

@@ -108,6 +108,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
             "python": platform.python_version(),
             **{name: _version(name) for name in ("numpy", "scipy", "jax", "netgen-mesher")},
         },
+        reinforcements=last.reinforcements,
     )
 
 

@@ -3,7 +3,8 @@
 from pneumorph.geometry.body import Body, adjusted_columns, starting_body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
 from pneumorph.geometry.cover import Cover, build_covers
-from pneumorph.geometry.design_space import DesignSpace, FreePressure, build_design_space
+from pneumorph.geometry.design_space import DesignSpace, FreeDatum, FreePressure, build_design_space
+from pneumorph.geometry.level import Level, build_levels
 from pneumorph.geometry.lining import Lining, build_linings
 from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
 
@@ -12,12 +13,15 @@ __all__ = [
     "Body",
     "Cover",
     "DesignSpace",
+    "FreeDatum",
     "FreePressure",
+    "Level",
     "Lining",
     "TubeSurface",
     "adjusted_columns",
     "build_covers",
     "build_design_space",
+    "build_levels",
     "build_linings",
     "cap_points",
     "clamped",

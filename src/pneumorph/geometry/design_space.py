@@ -1,8 +1,8 @@
-"""The design variables, and the constant linear map from them to control points and pressures."""
+"""The design variables, and the constant linear map from them to control points, pressures and what is laid on."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from pneumorph.geometry.body import Body, starting_body
+from pneumorph.geometry.level import Sides, sides_of
 from pneumorph.geometry.symmetry import column_sums, symmetric_basis
 from pneumorph.geometry.tube import TubeSurface
 from pneumorph.problem.models import Symmetry
+from pneumorph.problem.reinforcement import DATA, designed, reinforcements
 from pneumorph.problem.symmetry import operations
+from pneumorph.problem.variable import Variable
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Problem
@@ -22,8 +25,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ByTask = Mapping[str, Mapping[str, float]]
 
-# The whole range of a free pressure in mm of Φ: a step of 0.2 mm changes it by a tenth of its range.
-PRESSURE_SPAN = 2.0
+# The whole range of a variable that is no shape in mm of Φ: a step of 0.2 mm changes it by a tenth of its range.
+SPAN = 2.0
 
 
 @dataclass(frozen=True)
@@ -35,14 +38,35 @@ class FreePressure:
     scale: float
 
 
+@dataclass(frozen=True)
+class FreeDatum:
+    """A stiffness or winding angle of a sheet or of fibres that is designed along with the shape.
+
+    Attributes
+    ----------
+    name, key : str
+        That of its table, and its key there.
+    place : (int, int)
+        Where it is in `Loads.laid`.
+    start, scale : float
+        Its value at the start in N/mm or rad, and its scale in mm of Φ.
+    """
+
+    name: str
+    key: str
+    place: tuple[int, int]
+    start: float
+    scale: float
+
+
 @dataclass(frozen=True, eq=False)
 class DesignSpace:
-    """The design variables Φ = [shape variables in mm, free pressures scaled to mm] and what they determine.
+    """The design variables Φ = [shape in mm, free pressures scaled to mm, free data of sheets and fibres scaled to mm].
 
     Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end have
-    the same z; a pole is one point, and the row next to it has the same z, without which the end would be a cone. For
-    a symmetric design Φ holds the independent variables only, and L carries them to all images. The columns of L are
-    orthogonal, so LᵀL is diagonal.
+    the same z; rings in planes between rubbers keep theirs (see `level.py`); a pole is one point, and the row next to
+    it has the same z, without which the end would be a cone. For a symmetric design Φ holds the independent variables
+    only, and L carries them to all images. The columns of L are orthogonal, so LᵀL is diagonal.
 
     Attributes
     ----------
@@ -53,10 +77,14 @@ class DesignSpace:
     offset : (3·n_points,) array
         Fixed coordinates in mm.
     start, lower, upper : (n,) arrays
-        Φ of the reference body, and the bounds of Φ (infinite for the shape).
+        Φ of the reference body, and the bounds of Φ. Those of the shape are infinite, but where planes between rubbers
+        keep surfaces to one side.
     free_pressures : tuple of FreePressure
-        The last entries of Φ, in this order.
+    free_data : tuple of FreeDatum
+        The last entries of Φ, in this order, after those of the pressures.
     fixed_pressures : {task: {chamber: MPa}}
+    reinforcements : int
+        Number of sheets and fibres.
     """
 
     reference: Body
@@ -66,7 +94,9 @@ class DesignSpace:
     lower: Array
     upper: Array
     free_pressures: tuple[FreePressure, ...]
+    free_data: tuple[FreeDatum, ...]
     fixed_pressures: Mapping[str, Mapping[str, float]]
+    reinforcements: int
 
     @property
     def n(self) -> int:
@@ -75,8 +105,8 @@ class DesignSpace:
 
     @property
     def n_shape(self) -> int:
-        """Number of variables that move control points; the rest are pressures."""
-        return len(self.start) - len(self.free_pressures)
+        """Number of variables that move control points; the rest are pressures, and data of sheets and fibres."""
+        return len(self.start) - len(self.free_pressures) - len(self.free_data)
 
     def control_points(self, phi: Array) -> Array:
         """Control points (n_points, 3) in mm."""
@@ -89,12 +119,30 @@ class DesignSpace:
     def pressures(self, phi: Array) -> dict[str, dict[str, float]]:
         """Pressure in MPa of every chamber in every task, fixed and free."""
         result = {task: dict(chambers) for task, chambers in self.fixed_pressures.items()}
-        for free, value in zip(self.free_pressures, phi[self.n_shape :], strict=True):
+        for free, value in zip(self.free_pressures, phi[self.n_shape : self._data.start], strict=True):
             result[free.task][free.chamber] = float(value) / free.scale
         return result
 
-    def pullback(self, dP: Array, dp: ByTask | None = None) -> Array:
-        """Gradient with respect to Φ from those with respect to control points and pressures.
+    def data(self, phi: Array) -> dict[str, dict[str, float]]:
+        """What is designed of sheets and fibres, by their names and by key, in N/mm and rad."""
+        result: dict[str, dict[str, float]] = {}
+        for free, value in zip(self.free_data, phi[self._data], strict=True):
+            result.setdefault(free.name, {})[free.key] = float(value) / free.scale
+        return result
+
+    def laid(self, phi: Array) -> Array:
+        """The changes (R, 2) of all sheets and fibres since the start, as in `Loads.laid`."""
+        result = np.zeros((self.reinforcements, 2))
+        for free, value in zip(self.free_data, phi[self._data], strict=True):
+            result[free.place] = value / free.scale - free.start
+        return result
+
+    @property
+    def _data(self) -> slice:
+        return slice(len(self.start) - len(self.free_data), len(self.start))
+
+    def pullback(self, dP: Array, dp: ByTask | None = None, laid: Array | None = None) -> Array:
+        """Gradient with respect to Φ from those with respect to control points, pressures and what is laid on.
 
         Parameters
         ----------
@@ -102,6 +150,8 @@ class DesignSpace:
             Derivatives with respect to the control points' coordinates, per mm.
         dp : {task: {chamber: float}}, optional
             Derivatives with respect to the pressures, per MPa; missing ones are zero.
+        laid : (R, 2) array, optional
+            Derivatives with respect to stiffnesses and angles of sheets and fibres; zero by default.
 
         Returns
         -------
@@ -109,12 +159,14 @@ class DesignSpace:
         """
         dp = dp or {}
         by_pressure = [dp.get(free.task, {}).get(free.chamber, 0.0) / free.scale for free in self.free_pressures]
-        return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure])
+        by_datum = [0.0 if laid is None else laid[free.place] / free.scale for free in self.free_data]
+        return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure, by_datum])
 
 
 def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     """Build the design variables of a problem with the starting body `body`."""
-    blocks = [_variable_of_coordinate(surface) for surface in body.surfaces]
+    sides = sides_of(problem)
+    blocks = [_variable_of_coordinate(*each) for each in zip(body.surfaces, sides, strict=True)]
     counts = [int(block.max()) + 1 for block in blocks]
     shifts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     variable = np.concatenate(
@@ -128,8 +180,9 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     shape = (L.T @ coordinates) / column_sums(L)
     if problem.body.symmetry != Symmetry():
         L, offset, shape = _symmetric(problem.body, L, offset, shape)
+    least, most = _bounds(L, offset, body, sides)
 
-    free, values, lower, upper = [], [], [], []
+    pressures, data, variables = [], [], []
     fixed: dict[str, dict[str, float]] = {}
     for task in problem.task:
         fixed[task.name] = {}
@@ -137,21 +190,53 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
             if not pressure.free:
                 fixed[task.name][chamber] = pressure.start
                 continue
-            scale = PRESSURE_SPAN / (pressure.max - pressure.min)
-            free.append(FreePressure(task.name, chamber, scale))
-            values.append(pressure.start * scale)
-            lower.append(pressure.min * scale)
-            upper.append(pressure.max * scale)
+            pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
+            variables.append(pressure)
+    names = [each.name for each in reinforcements(problem)]
+    for name, own in designed(problem).items():
+        for key, datum in own.items():
+            place = names.index(name), DATA.index(key)
+            data.append(FreeDatum(name, key, place, datum.start, _scale(datum)))
+            variables.append(datum)
+    # Those that are no shape, in mm of Φ.
+    others = np.array([[_scale(each) * bound for bound in (each.start, each.min, each.max)] for each in variables])
+    values, lower, upper = others.reshape(-1, 3).T
     return DesignSpace(
         reference=body,
         L=L,
         offset=offset,
         start=np.concatenate([shape, values]),
-        lower=np.concatenate([np.full(len(shape), -np.inf), lower]),
-        upper=np.concatenate([np.full(len(shape), np.inf), upper]),
-        free_pressures=tuple(free),
+        lower=np.concatenate([least, lower]),
+        upper=np.concatenate([most, upper]),
+        free_pressures=tuple(pressures),
+        free_data=tuple(data),
         fixed_pressures=fixed,
+        reinforcements=len(names),
     )
+
+
+def _scale(variable: Variable) -> float:
+    """What of Φ, in mm, one unit of a variable that is no shape is."""
+    return SPAN / (variable.max - variable.min)
+
+
+def _bounds(L: sparse.csr_matrix, offset: Array, body: Body, sides: Sequence[Sides]) -> tuple[Array, Array]:
+    """Least and largest values of the shape variables with which control points keep to their sides."""
+    columns = [surface.net.shape[1] for surface in body.surfaces]
+    low, high = (
+        np.concatenate([np.repeat(getattr(each, name), n) for each, n in zip(sides, columns, strict=True)])
+        for name in ("low", "high")
+    )
+    # A variable that moves control points along z moves all of them by its own amount, images perhaps backwards.
+    row, column = L.nonzero()
+    point, column = row[row % 3 == 2] // 3, column[row % 3 == 2]
+    share = np.asarray(L[3 * point + 2, column]).ravel()
+    ends = [(bound[point] - offset[2::3][point]) / share for bound in (low, high)]
+    count = len(column_sums(L))
+    least, most = np.full(count, -np.inf), np.full(count, np.inf)
+    np.maximum.at(least, column, np.minimum(*ends))
+    np.minimum.at(most, column, np.maximum(*ends))
+    return least, most
 
 
 def _symmetric(
@@ -167,7 +252,7 @@ def _symmetric(
     return sparse.csr_matrix(L @ basis), offset + L @ (shape - basis @ independent), independent
 
 
-def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:
+def _variable_of_coordinate(surface: TubeSurface, sides: Sides) -> NDArray[np.int64]:
     """Index of the variable that determines each coordinate of a net, (n_r, n_q, 3); -1 if the coordinate is fixed."""
     group = np.arange(surface.net.size).reshape(surface.net.shape)
     for row, beside in ((0, 1), (-1, -2)):
@@ -176,5 +261,6 @@ def _variable_of_coordinate(surface: TubeSurface) -> NDArray[np.int64]:
             group[beside, :, 2] = group[row, 0, 2]
         else:
             group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
+    group[..., 2] = np.where(np.isin(group[..., 2], group[sides.held, :, 2]), -1, group[..., 2])
     names, numbers = np.unique(group, return_inverse=True)
     return numbers.reshape(group.shape) - int(names[0] < 0)

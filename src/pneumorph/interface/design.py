@@ -53,6 +53,7 @@ class Design:
     Attributes
     ----------
     problem : Problem
+        Sheets and fibres whose data are designed start from those of this design.
     body : Body
         Its surfaces.
     pressures : {task: {chamber: MPa}}

@@ -15,6 +15,7 @@ from pneumorph.objective import build_objectives
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
 from pneumorph.problem import Problem, Trust, admit, codes_of, load
+from pneumorph.problem.reinforcement import starting_from
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,8 @@ class Run:
         if entry is None:
             raise ProblemError(f"design {number}: is not in {self.path / 'history.jsonl'}; use another one")
         body = stored.body(self.problem)
-        return Design(self.problem, body, stored.pressures, number, entry, self.directory.fields(number))
+        problem = starting_from(self.problem, entry.reinforcements)
+        return Design(problem, body, stored.pressures, number, entry, self.directory.fields(number))
 
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import run_html
@@ -263,7 +265,8 @@ def designs(problem: Problem | str | Path, trust: Trust = False) -> Iterator[Des
     asked = _problem(problem, trust)
     for event in events_of(asked):
         if isinstance(event, DesignAccepted):
-            yield Design(asked, event.body, event.pressures, event.iteration, event.entry, event.fields)
+            problem = starting_from(asked, event.entry.reinforcements)
+            yield Design(problem, event.body, event.pressures, event.iteration, event.entry, event.fields)
 
 
 def open_run(path: str | Path, trust: Trust = False) -> Run:

@@ -109,13 +109,14 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
 
 
 def reinforcement_of(spec: ReinforcementSpec) -> Reinforcement:
-    """The sheet or the fibres of a table [[membrane]] or [[fibres]]."""
+    """The sheet or the fibres of a table [[membrane]] or [[fibres]], as they are at the start."""
     match spec:
         case MembraneSpec():
-            return Membrane(np.asarray(spec.stiffness), np.asarray(spec.poisson), np.asarray(spec.wrinkling))
+            return Membrane(np.asarray(spec.stiffness.start), np.asarray(spec.poisson), np.asarray(spec.wrinkling))
         case FibresSpec():
             hands = (1, -1)[: spec.families]
-            return Fibres(np.asarray(spec.stiffness), np.asarray(spec.winding), np.asarray(spec.buckling), hands)
+            stiffness, winding = np.asarray(spec.stiffness.start), np.asarray(spec.winding.start)
+            return Fibres(stiffness, winding, np.asarray(spec.buckling), hands)
 
 
 Moves = Mapping[str, Sequence[float]]
@@ -186,8 +187,17 @@ def asks_for_mixed(rubber: Rubber) -> bool:
     return rubber.bulk_modulus >= MIXED_FROM * rubber.shear_modulus
 
 
-def loads_of(problem: Problem, model: Model, pressures: dict[str, float], moves: Moves = NO_MOVES) -> Loads:
-    """The loads of a problem at the given chamber pressures (MPa) and displacements (mm) of obstacles."""
+def loads_of(
+    problem: Problem,
+    model: Model,
+    pressures: dict[str, float],
+    moves: Moves = NO_MOVES,
+    laid: np.ndarray | None = None,
+) -> Loads:
+    """The loads of a problem at chamber pressures (MPa), displacements (mm) of obstacles, and changes of what is laid.
+
+    The changes (R, 2) are those of `Loads.laid`; without them sheets and fibres are those of the start.
+    """
     effector, gravity = problem.end_effector, problem.gravity
     spring = effector.spring
     return build_loads(
@@ -197,6 +207,7 @@ def loads_of(problem: Problem, model: Model, pressures: dict[str, float], moves:
         spring=np.array([getattr(spring, component) for component in COMPONENTS]),
         wrench=np.array([*effector.force, *effector.moment]),
         moves=moves,
+        laid=laid,
     )
 
 

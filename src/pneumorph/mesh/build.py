@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Cover, Lining
+from pneumorph.geometry import Body, Cover, Level, Lining
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.cover import covered
 from pneumorph.mesh.cut import with_cut_regions
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mesh.section import with_sections
 from pneumorph.mesh.surface import surface_mesh
 from pneumorph.mesh.volume import fill
 
@@ -34,6 +35,7 @@ def mesh_body(
     mirrors: tuple[str, ...] = (),
     linings: Sequence[Lining] = (),
     covers: Sequence[Cover] = (),
+    levels: Sequence[Level] = (),
 ) -> Morph:
     """Mesh a body with quadratic tetrahedra, or the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz) of a symmetric one.
 
@@ -50,6 +52,8 @@ def mesh_body(
         Layers of other rubbers, which become regions of the mesh; what is in none is the region `REST`.
     covers : sequence of Cover
         Where sheets and fibres lie.
+    levels : sequence of Level, from the lowest to the highest
+        Planes above which what is in no layer becomes a region.
 
     Raises
     ------
@@ -63,14 +67,16 @@ def mesh_body(
     for finer in _FINER:
         stop_if_asked()
         try:
-            surface = surface_mesh(body, finer * size, finer * _TURN, mirrors, linings)
+            surface = surface_mesh(body, finer * size, finer * _TURN, mirrors, linings, levels)
             nodes = surface.B @ P + surface.offset
-            faces, solids, nodes = with_cut_regions(surface.faces, surface.solids, nodes, mirrors, finer * size)
+            solids, nodes = with_sections(surface.solids, nodes, levels, mirrors, finer * size)
+            faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, mirrors, finer * size)
             straight = replace(fill(solids, faces, nodes, finer * size), covers=covered(faces, surface.param, covers))
         except MeshError as error:
             reason = error
             continue
-        result = build_morph(straight, surface.B, surface.offset, exact, size, surface.param)
+        heights = [level.height for level in levels]
+        result = build_morph(straight, surface.B, surface.offset, exact, size, surface.param, heights)
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:
             return result

@@ -57,24 +57,27 @@ def with_cuts(faces: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: f
         If profiles cross.
     """
     nodes = nodes.copy()
-    rims = {plane: rim for plane, rim in _rims(_open_edges(faces), nodes, mirrors).items() if len(rim)}
+    rims = {plane: rim for plane, rim in _rims(open_edges(faces), nodes, mirrors).items() if len(rim)}
     for plane, rim in rims.items():
         nodes[np.unique(rim), NORMALS[plane]] = 0.0
     if len(rims) == 2:
         ends = np.intersect1d(rims["xz"][:, :2], rims["yz"][:, :2])
         if len(ends):
-            upwards, nodes = _axis(ends, nodes, size)
+            upwards, nodes = line(ends, nodes, size, 2)
             # Seen from outside, the quarter is left of its axis going up in yz, and going down in xz.
             rims["yz"] = np.concatenate([rims["yz"], upwards])
             rims["xz"] = np.concatenate([rims["xz"], upwards[:, [1, 0, 2]]])
     for plane, rim in rims.items():
-        triangles, nodes = _filled(rim, nodes, NORMALS[plane], size)
+        triangles, nodes = filled(rim, nodes, NORMALS[plane], size)
         faces = faces | {f"mirror {plane}": triangles}
     return faces, nodes
 
 
-def _filled(rim: np.ndarray, nodes: np.ndarray, normal: int, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (nf, 6) between edges (n, 3) in the plane across a component, and all nodes with those added."""
+def filled(rim: np.ndarray, nodes: np.ndarray, normal: int, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (nf, 6) between edges (n, 3) in a plane across a component, and all nodes with those added.
+
+    Their normals are against the component.
+    """
     axes = [(normal + 2) % 3, (normal + 1) % 3]  # ordered so that counter-clockwise triangles face the missing side
     vertices, edges = np.unique(rim[:, :2], return_inverse=True)
     edges = edges.reshape(-1, 2)
@@ -91,14 +94,14 @@ def _filled(rim: np.ndarray, nodes: np.ndarray, normal: int, size: float) -> tup
     on_rim = np.array([edge in known for edge in map(tuple, inner.tolist())])
     mids[~on_rim] = len(nodes) + len(inside) + np.arange(np.count_nonzero(~on_rim))
     mids[on_rim] = [known[edge] for edge in map(tuple, inner[on_rim].tolist())]
-    added = np.zeros((len(inside), 3))
+    added = np.tile(nodes[rim[0, 0]], (len(inside), 1))
     added[:, axes] = inside
     nodes = np.concatenate([nodes, added])
     nodes = np.concatenate([nodes, nodes[inner[~on_rim]].mean(axis=1)])
     return np.hstack([corners, mids[inverse.reshape(-1, 3)]]), nodes
 
 
-def _open_edges(faces: Faces) -> np.ndarray:
+def open_edges(faces: Faces) -> np.ndarray:
     """Edges (n, 3) with only one triangle: ends, in the order of the missing second triangle, and mid-side node."""
     triangles = np.concatenate(list(faces.values()))
     edges = np.concatenate([triangles[:, TRIANGLE_EDGES], triangles[:, 3:, None]], axis=2).reshape(-1, 3)
@@ -115,15 +118,15 @@ def _rims(edges: np.ndarray, nodes: np.ndarray, mirrors: tuple[str, ...]) -> dic
     return {plane: edges[nearest == number] for number, plane in enumerate(mirrors)}
 
 
-def _axis(ends: np.ndarray, nodes: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (n, 3) upwards along the axis where it is in the solid, and all nodes with those added.
+def line(ends: np.ndarray, nodes: np.ndarray, size: float, along: int) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (n, 3) along a component on a line where that is in the solid, and all nodes with those added.
 
-    `ends` are the nodes where surfaces meet the axis; there it enters and leaves the solid by turns.
+    `ends` are the nodes where surfaces meet the line; there it enters and leaves the solid by turns.
     """
-    upwards = ends[np.argsort(nodes[ends, 2])]
+    onwards = ends[np.argsort(nodes[ends, along])]
     edges = []
-    for low, high in upwards.reshape(-1, 2).tolist():
-        steps = max(1, round((nodes[high, 2] - nodes[low, 2]) / size))
+    for low, high in onwards.reshape(-1, 2).tolist():
+        steps = max(1, round((nodes[high, along] - nodes[low, along]) / size))
         first = len(nodes)
         places = np.linspace(nodes[low], nodes[high], 2 * steps + 1)[1:-1]
         nodes = np.concatenate([nodes, places[1::2], places[::2]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -40,7 +41,8 @@ class Morph:
     Surface nodes, including mid-side nodes, are B P and lie exactly on the surfaces; those where two rubbers meet are
     at a constant offset b from places on them. Their motion is extended into the volume by a diffusion equation on the
     straight reference mesh with quadratic elements, stiffer where elements are small. Nodes in a mirror plane do not
-    move normal to it; within it, those that are on no surface follow the others.
+    move normal to it; within it, those that are on no surface follow the others. Nodes in a plane across the axis where
+    another rubber begins do not move along it either.
 
     Attributes
     ----------
@@ -57,7 +59,8 @@ class Morph:
     param : dict of (nf, 6, 2) float
         (q, r) of the nodes of the tubes' triangles, by surface name (see `SurfaceMesh.param`).
     extensions : tuple of (components, Extension)
-        One extension for all components; the component normal to a mirror plane has its own.
+        One extension for all components; the component normal to a mirror plane, or to one across the axis, has its
+        own.
     """
 
     mesh: TetMesh
@@ -122,17 +125,22 @@ def build_morph(
     P: np.ndarray,
     size: float,
     param: dict[str, np.ndarray],
+    heights: Sequence[float] = (),
 ) -> Morph:
-    """Build a morph by factorising the extension on a straight mesh whose first nodes are the surface nodes."""
+    """Build a morph by factorising the extension on a straight mesh whose first nodes are the surface nodes.
+
+    `heights` are those of planes across the axis, in mm, in which nodes stay.
+    """
     stiffness = _stiffness(straight)
     n_surface = len(B.indptr) - 1
     inner = np.arange(n_surface, len(straight.points))
-    planes = straight.mirrors
-    along = np.delete(np.arange(3), [NORMALS[plane] for plane in planes])
-    extensions = [(along, _extension(stiffness, n_surface, inner))]
-    for plane in planes:
-        free = np.setdiff1d(inner, straight.mirror_nodes(plane))
-        extensions.append((np.array([NORMALS[plane]]), _extension(stiffness, n_surface, free)))
+    still = {NORMALS[plane]: straight.mirror_nodes(plane) for plane in straight.mirrors}
+    if heights:
+        still[2] = np.flatnonzero(np.isin(straight.points[:, 2], heights))
+    along = np.delete(np.arange(3), list(still))
+    extensions = [(along, _extension(stiffness, n_surface, inner))] if len(along) else []
+    for normal, nodes in still.items():
+        extensions.append((np.array([normal]), _extension(stiffness, n_surface, np.setdiff1d(inner, nodes))))
     unplaced = Morph(straight, B, offset, straight.points, size, param, tuple(extensions))
     return replace(unplaced, mesh=unplaced.at(P))
 

@@ -129,7 +129,7 @@ class _Plane:
             elif self._cross(p, q, *self._swap(a, b)):
                 crossing.append((c, d))
         if (p, q) not in self.apex and (q, p) not in self.apex:
-            raise MeshError("the profiles of two surfaces cross in the mirror plane")
+            raise MeshError("the profiles of two surfaces cross in a plane")
 
     def _cross(self, p: int, q: int, a: int, b: int) -> bool:
         if len({p, q, a, b}) < 4:
@@ -147,7 +147,7 @@ class _Plane:
             if (a, b) in reached:
                 continue
             if (a, b) not in self.apex:
-                raise MeshError("the profiles of two surfaces cross in the mirror plane")
+                raise MeshError("the profiles of two surfaces cross in a plane")
             c = self.apex[a, b]
             for one, other, third in ((a, b, c), (b, c, a), (c, a, b)):
                 reached[one, other] = third

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Lining, TubeSurface
+from pneumorph.geometry import Body, Level, Lining, TubeSurface
 from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
 from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.problem.regions import REST
@@ -63,6 +63,7 @@ def surface_mesh(
     turn: float = np.pi / 4,
     mirrors: tuple[str, ...] = (),
     linings: Sequence[Lining] = (),
+    levels: Sequence[Level] = (),
 ) -> SurfaceMesh:
     """Triangulate all surfaces of a body, or of its part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz).
 
@@ -77,6 +78,8 @@ def surface_mesh(
         The mirror planes; surfaces cut by them are left open there.
     linings : sequence of Lining
         Layers of other rubbers, whose inner sides are triangulated like the surfaces along which they lie.
+    levels : sequence of Level
+        Planes along whose rings there are edges.
 
     Raises
     ------
@@ -86,7 +89,11 @@ def surface_mesh(
     side = size / 2**0.25
     regions = list(dict.fromkeys([REST, *(lining.region for lining in linings)]))
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
-    patches = [_kept(surface, side, turn, mirrors, lined) for surface, lined in zip(body.surfaces, own, strict=True)]
+    rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
+    patches = [
+        _kept(surface, side, turn, mirrors, lined, crossed)
+        for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
+    ]
     n_vertices = sum(patch.n_vertices for patch in patches)
     # The vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
@@ -170,7 +177,12 @@ class _Ring:
 
 
 def _kept(
-    surface: TubeSurface, size: float, turn: float, mirrors: tuple[str, ...], linings: Sequence[Lining]
+    surface: TubeSurface,
+    size: float,
+    turn: float,
+    mirrors: tuple[str, ...],
+    linings: Sequence[Lining],
+    crossed: Sequence[float],
 ) -> _Patch:
     """The part of a surface that is meshed: all of it, what is on the kept side of mirror planes, or nothing."""
     across = {plane: _middle(surface)[NORMALS[plane]] for plane in mirrors}
@@ -181,9 +193,9 @@ def _kept(
         return _Patch(B, np.zeros((0, 3)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)), none, none)
     cutting = tuple(plane for plane, middle in across.items() if middle <= _IN_PLANE)
     if not cutting:
-        return _patch(surface, size, turn, linings)
+        return _patch(surface, size, turn, linings, crossed)
     seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
-    whole = _patch(surface, size, turn, linings, seam, parts)
+    whole = _patch(surface, size, turn, linings, crossed, seam, parts)
     part = whole.param[:, :3, 0].mean(axis=1) < seam + 1 / parts
     used, triangles = np.unique(whole.triangles[part], return_inverse=True)
     n_vertices = int(np.searchsorted(used, whole.n_vertices))
@@ -201,15 +213,17 @@ def _patch(
     surface: TubeSurface,
     size: float,
     turn: float,
-    linings: Sequence[Lining] = (),
+    linings: Sequence[Lining],
+    crossed: Sequence[float],
     seam: float = 0.0,
     parts: int = 1,
 ) -> _Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
     q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
+    There are edges along the rings r = `crossed`.
     """
-    tube = _tube_rings(surface, size, turn, seam, parts, linings)
+    tube = _tube_rings(surface, size, turn, seam, parts, linings, crossed)
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
     base, tip = (
@@ -316,11 +330,17 @@ def _rows(surface: TubeSurface, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> 
 
 
 def _tube_rings(
-    surface: TubeSurface, size: float, turn: float, seam: float, parts: int, linings: Sequence[Lining]
+    surface: TubeSurface,
+    size: float,
+    turn: float,
+    seam: float,
+    parts: int,
+    linings: Sequence[Lining],
+    crossed: Sequence[float],
 ) -> list[_Ring]:
     """Rings of the tube; towards a pole they have fewer vertices, as their circumference shrinks.
 
-    Where a layer begins or ends there is a line.
+    Where a layer begins or ends there is a line, and where the tube is `crossed`.
     """
     q = _lines(surface, "q", size, turn, seam)
     if parts > 1:
@@ -339,7 +359,7 @@ def _tube_rings(
         # Symmetric about one plane: no part of a tube is so about two.
         q[: half + 1] = _through(q[: half + 1], around[around < seam + 0.5])
         q[half + 1 :] = 2 * seam + 1 - q[1:half][::-1]
-    r = _through(r, np.array([end for lining in linings for end in lining.r if 0.0 < end < 1.0]))
+    r = _through(r, np.array([end for lining in linings for end in lining.r if 0.0 < end < 1.0] + list(crossed)))
     count = np.full(len(r), len(q))
     if surface.ends == "pole":
         closed = surface.sample(np.linspace(0, 1, 4 * len(q) + 1), r)

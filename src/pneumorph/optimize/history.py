@@ -83,4 +83,5 @@ def history_entry(
         ratio=record.ratio,
         remeshed=record.remeshed,
         evaluations=record.evaluations,
+        reinforcements=analysis.reinforcements,
     )

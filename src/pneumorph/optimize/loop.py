@@ -118,7 +118,8 @@ class _Loop:
             self.stepper = PaperStepper(self.space, all_samples, reference, FIRST_ITERATIONS, np.zeros(0))
 
     def within(self, phi: np.ndarray) -> Within | LimitReport:
-        return within(self.space, self.smooth, self.limits, phi)
+        # Steps are smooth, so bounds of the shape may be passed by them.
+        return within(self.space, self.smooth, self.limits, np.clip(phi, self.space.lower, self.space.upper))
 
     def optimality(self, phi: np.ndarray, slope: np.ndarray, states: StateLimits) -> float:
         return optimality(self.space, self.smooth, self.limits, phi, slope, states)

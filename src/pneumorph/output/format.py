@@ -110,6 +110,18 @@ def format_pressures(by_chamber: Mapping[str, float]) -> str:
     return ", ".join(f"{name} {1e3 * value:.3g}" for name, value in sorted(by_chamber.items())) + " kPa"
 
 
+def format_data(reinforcements: Mapping[str, Mapping[str, float]]) -> str:
+    """What is designed of sheets and fibres, in N/mm and rad, as "braid: winding 41.3°, stiffness 12 N/mm"."""
+
+    def words(key: str, value: float) -> str:
+        return f"{key} {np.degrees(value):.1f}°" if key == "winding" else f"{key} {value:.3g} N/mm"
+
+    return "; ".join(
+        f"{name}: {', '.join(words(key, value) for key, value in data.items())}"
+        for name, data in reinforcements.items()
+    )
+
+
 def validity_warning(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> str:
     """A warning if a stretch is beyond the range of the parameters of its rubber; else empty."""
     stretches = found.region_stretches or dict.fromkeys([REST], found.max_stretch)

@@ -67,7 +67,7 @@ def _strokes(spec: FibresSpec, own: Covered, points: np.ndarray) -> tuple[np.nda
     along /= np.linalg.norm(along, axis=1)[:, None]
     across, ends = np.cross(along, normal), []
     for hand in (1, -1)[: spec.families]:
-        direction = np.cos(spec.winding) * along + hand * np.sin(spec.winding) * across
+        direction = np.cos(spec.winding.start) * along + hand * np.sin(spec.winding.start) * across
         # In the coordinates of the faces.
         local = np.einsum("eik,ei->ek", np.linalg.pinv(tangents), direction) * (LENGTH / 2 * np.sqrt(area))[:, None]
         ends += [middle - local, middle + local]

@@ -20,6 +20,7 @@ from pneumorph.output.scenes import Scene, highest_stretch, scenes_of
 from pneumorph.output.shape import shape_figure
 from pneumorph.output.view import View
 from pneumorph.problem import MatchCurve, MatchSections, Problem
+from pneumorph.problem.reinforcement import starting_from
 from pneumorph.run import RunDirectory
 
 NO_FIELDS = "its displacements are not stored (runs of early versions do not have them)"
@@ -129,7 +130,7 @@ def _bodies(folder: Path, run: RunDirectory, history: list[HistoryEntry]) -> tup
         else:
             # Made whole once: all that is drawn of one mesh is then cut once.
             stored[name] = fields.whole()
-            scenes[name] = scenes_of(problem, stored[name], entry.tasks)
+            scenes[name] = scenes_of(starting_from(problem, entry.reinforcements), stored[name], entry.tasks)
     stretch = 1.0, highest_stretch(scene.shape for own in scenes.values() for scene in own)
     parts: dict[Path, Row | Film] = {}
     for name, own in scenes.items():
@@ -139,10 +140,10 @@ def _bodies(folder: Path, run: RunDirectory, history: list[HistoryEntry]) -> tup
         bodies = [(entry, run.load_design(entry.iteration).body(problem)) for entry in history]
         parts[folder / "evolution.gif"] = evolution(problem, bodies)
     if "final" in stored:
-        ways = stored["final"].inflation
+        ways, last = stored["final"].inflation, starting_from(problem, history[-1].reinforcements)
         for task in ways:
             path = folder / ("inflation.gif" if len(ways) == 1 else f"inflation_{task}.gif")
-            parts[path] = inflation(problem, stored["final"], history[-1].tasks[task], task)
+            parts[path] = inflation(last, stored["final"], history[-1].tasks[task], task)
     return parts, missing
 
 
@@ -171,4 +172,4 @@ def final_scenes(run: RunDirectory) -> list[Scene]:
     fields = run.fields(last.iteration)
     if fields is None:
         raise NoPicture(NO_FIELDS)
-    return scenes_of(run.problem, fields, last.tasks)
+    return scenes_of(starting_from(run.problem, last.reinforcements), fields, last.tasks)

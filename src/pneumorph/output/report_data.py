@@ -15,7 +15,7 @@ from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.constraint.table import in_history
 from pneumorph.mechanics import rotation, rubbers_of
 from pneumorph.output.cuts import view_of
-from pneumorph.output.format import format_duration, format_pressures, motion_of, validity_warning
+from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of, validity_warning
 from pneumorph.output.shape import target_centre_line
 from pneumorph.problem import (
     ContactArea,
@@ -64,7 +64,7 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
         "history": [_entry(problem, entry) for entry in history],
         "result": None if result is None else to_json(result) | {"spent": format_duration(result.seconds["total"])},
         "warnings": _warnings(problem, history[-1]),
-        "material": _material(run.path / "problem.toml"),
+        "material": [*_material(run.path / "problem.toml"), *_designed(history[-1])],
         "problem": _text(run.path / "problem.toml"),
         "files": _files(run.path / "make"),
     }
@@ -120,7 +120,7 @@ def _material(path: Path) -> list[tuple[str, str]]:
     table = tomllib.loads(_text(path))
     found = [(key.replace("_", " "), _words(value)) for key, value in table["material"].items()]
     for region in table.get("region", []):
-        shape = next({key: region[key]} for key in ("layer", "sleeve") if key in region)
+        shape = next({key: region[key]} for key in ("layer", "sleeve", "beyond") if key in region)
         found.append((f"region {region['name']}", _words(shape)))
         found += [
             (f"{region['name']}: {key.replace('_', ' ')}", _words(value)) for key, value in region["material"].items()
@@ -128,6 +128,11 @@ def _material(path: Path) -> list[tuple[str, str]]:
     for each in [*table.get("membrane", []), *table.get("fibres", [])]:
         found.append((each["name"], _words({key: value for key, value in each.items() if key != "name"})))
     return found
+
+
+def _designed(last: HistoryEntry) -> list[tuple[str, str]]:
+    """What the last design has of sheets and fibres that are designed."""
+    return [(f"design {last.iteration}", format_data(last.reinforcements))] if last.reinforcements else []
 
 
 def _words(value: Any) -> str:

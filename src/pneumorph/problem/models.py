@@ -5,17 +5,9 @@ Field names are the keys of the file. After reading, every quantity is a float i
 
 import math
 import warnings
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    GetJsonSchemaHandler,
-    SerializerFunctionWrapHandler,
-    Strict,
-    model_serializer,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, Strict, model_validator
 from pydantic_core import CoreSchema
 
 from pneumorph import units
@@ -26,6 +18,7 @@ from pneumorph.problem.images import WITHIN, copies, snapped
 from pneumorph.problem.names import Name
 from pneumorph.problem.objective import ObjectiveSpec
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.problem.variable import Variable
 
 RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(1, 10))}
 """Names of devices on Windows, which no file there can have."""
@@ -193,8 +186,10 @@ class Gravity(Table):
         return self
 
 
-class Pressure(Table):
+class Pressure(Variable):
     """The gauge pressure of a chamber in MPa: fixed, or free between min and max and designed along with the shape."""
+
+    quantity: ClassVar = Quantity(units.PRESSURE)
 
     start: GaugePressure
     """Pressure of the start."""
@@ -202,35 +197,6 @@ class Pressure(Table):
     """Lower bound; negative is vacuum."""
     max: GaugePressure
     """Upper bound."""
-
-    @property
-    def free(self) -> bool:
-        """Whether the pressure is designed along with the shape."""
-        return self.min < self.max
-
-    @model_validator(mode="before")
-    @classmethod
-    def _fixed(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            return data
-        Quantity(units.PRESSURE).read(data)
-        return {"start": data, "min": data, "max": data}
-
-    @model_validator(mode="after")
-    def _start_within(self) -> "Pressure":
-        if self.min > self.max:
-            raise InvalidKey("min", "is above max; swap them")
-        if not self.min <= self.start <= self.max:
-            raise InvalidKey("start", "is not between min and max; change it or widen the range")
-        return self
-
-    @model_serializer(mode="wrap")
-    def _as_in_the_file(self, write: SerializerFunctionWrapHandler) -> Any:
-        return write(self) if self.free else units.write(self.start, units.PRESSURE)
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return {"anyOf": [Quantity(units.PRESSURE).json_schema(), handler(schema)]}
 
 
 class Task(Table):

@@ -63,7 +63,7 @@ class Sleeve(Table):
 
 
 class Region(Table):
-    """A part of the body that is made of another rubber than [material]: a layer of the exterior or sleeves."""
+    """A part of the body that is made of another rubber than [material]: a layer, sleeves, or all beyond a plane."""
 
     name: Annotated[Name, Example('e.g. name = "skin"')]
     """By which results name it."""
@@ -73,19 +73,20 @@ class Region(Table):
     """Under the exterior."""
     sleeve: Sleeve | None = None
     """Around chambers."""
+    beyond: PositiveLength | None = None
+    """All above this height along the axis, from a plane that designs keep up to the next such region or the tip."""
 
     @model_validator(mode="after")
     def _one_shape(self) -> Region:
-        if (self.layer is None) == (self.sleeve is None):
-            raise InvalidKey("layer", "and sleeve are the shapes of a region; give one of them")
+        if sum(shape is not None for shape in (self.layer, self.sleeve, self.beyond)) != 1:
+            raise InvalidKey("layer", "sleeve and beyond are the shapes of a region; give one of them")
         return self
 
     @property
     def thickness(self) -> float:
-        """Its thickness, mm."""
+        """Its thickness, mm; 0 beyond a plane."""
         shape = self.layer or self.sleeve
-        assert shape is not None, "a region has a shape"
-        return shape.thickness
+        return 0.0 if shape is None else shape.thickness
 
 
 def faults(problem: Problem) -> Iterator[tuple[str, str]]:
@@ -105,6 +106,8 @@ def faults(problem: Problem) -> Iterator[tuple[str, str]]:
             )
         if region.layer is not None:
             yield from _layer(problem, f"{key}.layer", region.layer)
+        if region.beyond is not None:
+            yield from _beyond(problem, key, region, region.beyond)
         for name in region.sleeve.chambers if region.sleeve else ():
             if name not in chambers:
                 yield f"{key}.sleeve.chambers", f'there is no chamber "{name}"; the chambers are {", ".join(chambers)}'
@@ -130,6 +133,43 @@ def _layer(problem: Problem, key: str, layer: Layer) -> Iterator[tuple[str, str]
         width = layer.angles[1] - layer.angles[0]
         if min(width, 2.0 * math.pi - width) * problem.body.radius < size:
             yield f"{key}.angles", f"leave or cover less than mesh.size = {size:g} mm; change them or use a finer mesh"
+
+
+def _beyond(problem: Problem, key: str, region: Region, height: float) -> Iterator[tuple[str, str]]:
+    length, size, wall = problem.body.length, problem.mesh.size, problem.limits.wall
+    key = f"{key}.beyond"
+    if not size - _EPS <= height <= length - size + _EPS:
+        yield (
+            key,
+            f"{height:g} mm leaves less than mesh.size = {size:g} mm to an end of the body (0 to {length:g} mm); move "
+            "the plane or use a finer mesh",
+        )
+    for chamber in problem.body.chamber:
+        near = min(chamber.span, key=lambda end: abs(end - height))
+        if abs(near - height) < wall - _EPS:
+            yield (
+                key,
+                f'{height:g} mm is nearer than limits.wall = {wall:g} mm to an end of chamber "{chamber.name}" '
+                f"(z = {near:g} mm); move the plane into the chamber or farther away from it",
+            )
+    for other in problem.region:
+        if other is not region and other.beyond is not None and abs(other.beyond - height) < size - _EPS:
+            yield key, f'{height:g} mm is nearer than mesh.size to the plane of "{other.name}"; move them apart'
+        if other.layer is not None:
+            start, end = other.layer.span or (0.0, length)
+            if start - size < height < end + size:
+                yield (
+                    key,
+                    f'{height:g} mm is in the layer "{other.name}" or nearer to it than mesh.size; end that layer '
+                    "before the plane",
+                )
+        for name in other.sleeve.chambers if other.sleeve else ():
+            start, end = next((each.span for each in problem.body.chamber if each.name == name), (0.0, 0.0))
+            if start - other.thickness - size < height < end + other.thickness + size:
+                yield (
+                    key,
+                    f'{height:g} mm is in the sleeve "{other.name}" or nearer to it than mesh.size; move the plane',
+                )
 
 
 def _together(problem: Problem) -> Iterator[tuple[str, str]]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -15,6 +15,7 @@ from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, Number
 from pneumorph.problem.regions import Angle
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.problem.variable import Variable
 
 if TYPE_CHECKING:
     from pneumorph.problem.whole import Problem
@@ -24,9 +25,39 @@ EXTERIOR = "exterior"
 
 MOST_REINFORCEMENTS = 20
 
-Stiffness = Annotated[float, Quantity(units.STIFFNESS, "positive")]
+PositiveStiffness = Annotated[float, Quantity(units.STIFFNESS, "positive")]
 
 _EPS = 1e-9
+
+
+class Stiffness(Variable):
+    """A stiffness per width in N/mm: fixed, or free between min and max and designed along with the shape."""
+
+    quantity: ClassVar = Quantity(units.STIFFNESS, "positive")
+
+    start: PositiveStiffness
+    """Stiffness of the start."""
+    min: Annotated[PositiveStiffness, Example('e.g. min = "5 N/mm"')]
+    """Lower bound."""
+    max: PositiveStiffness
+    """Upper bound."""
+
+
+class Winding(Variable):
+    """A winding angle in rad: fixed, or free between min and max and designed along with the shape."""
+
+    quantity: ClassVar = Quantity(units.ANGLE)
+
+    start: Angle
+    """Angle of the start."""
+    min: Annotated[Angle, Example('e.g. min = "30 deg"')]
+    """Lower bound."""
+    max: Angle
+    """Upper bound."""
+
+
+DATA = ("stiffness", "winding")
+"""The keys of a reinforcement that may be designed."""
 
 
 class _Reinforcement(Table):
@@ -44,9 +75,12 @@ class _Reinforcement(Table):
 
     @property
     def words(self) -> str:
-        """What it is and where, as it is written in the file."""
+        """What it is and where, as it is written in the file; of what is designed, its value at the start."""
         joints = {"surfaces": ", ", "span": " to ", "angles": " to "}
         table = self.model_dump(mode="json", exclude={"name"}, exclude_none=True)
+        for key, datum in data_of(self).items():
+            number, unit = datum.quantity.write(datum.start).split(" ", 1)
+            table[key] = f"{float(number):.4g} {unit}"
         parts = [f"{key} {joints[key].join(value) if key in joints else value}" for key, value in table.items()]
         return f'{self.kind} "{self.name}" ({", ".join(parts)})'
 
@@ -68,7 +102,7 @@ class MembraneSpec(_Reinforcement):
     kind: ClassVar = "a sheet"
 
     stiffness: Annotated[Stiffness, Example('e.g. stiffness = "200 N/mm", the modulus times the thickness')]
-    """Young's modulus in its plane times its thickness."""
+    """Young's modulus in its plane times its thickness; may be designed."""
     poisson: Annotated[Number, Field(ge=0, lt=1)] = 0.3
     """Poisson's ratio in its plane."""
     wrinkling: Annotated[Number, Field(gt=0, le=1)] = 0.01
@@ -84,9 +118,9 @@ class FibresSpec(_Reinforcement):
     kind: ClassVar = "fibres"
 
     stiffness: Annotated[Stiffness, Example('e.g. stiffness = "50 N/mm", E·A of a fibre over their distance')]
-    """Of each family: Young's modulus times the section of a fibre, over the distance of neighbouring fibres."""
-    winding: Annotated[Angle, Example('e.g. winding = "70 deg"')]
-    """Angle from the lines from base to tip, 90 deg is around the tube; above zero as a right-handed screw."""
+    """Of each family: Young's modulus times the section of a fibre, over their distance; may be designed."""
+    winding: Annotated[Winding, Example('e.g. winding = "70 deg"')]
+    """Angle from the lines from base to tip, 90 deg around the tube; above zero right-handed; may be designed."""
     families: Literal[1, 2] = 2
     """Two are wound at plus and minus the angle; one makes the body twist."""
     buckling: Annotated[Number, Field(gt=0, le=1)] = 0.01
@@ -94,14 +128,15 @@ class FibresSpec(_Reinforcement):
 
     @model_validator(mode="after")
     def _at_most_around(self) -> FibresSpec:
-        if abs(self.winding) > math.pi / 2.0 + _EPS:
+        if max(-self.winding.min, self.winding.max) > math.pi / 2.0 + _EPS:
             raise InvalidKey("winding", 'is beyond a right angle; write e.g. winding = "70 deg"')
         return self
 
     @property
     def handed(self) -> bool:
         """Whether a mirror image of them is another winding."""
-        return self.families == 1 and _EPS < abs(self.winding) < math.pi / 2.0 - _EPS
+        winding = self.winding
+        return self.families == 1 and (winding.free or _EPS < abs(winding.start) < math.pi / 2.0 - _EPS)
 
 
 Reinforcement = MembraneSpec | FibresSpec
@@ -110,6 +145,36 @@ Reinforcement = MembraneSpec | FibresSpec
 def reinforcements(problem: Problem) -> tuple[Reinforcement, ...]:
     """All of a problem."""
     return (*problem.membrane, *problem.fibres)
+
+
+def data_of(each: _Reinforcement) -> dict[str, Variable]:
+    """What of one may be designed, by its key."""
+    return {key: getattr(each, key) for key in DATA if hasattr(each, key)}
+
+
+def designed(problem: Problem) -> dict[str, dict[str, Variable]]:
+    """What is designed of the reinforcements of a problem: by their names, then by key."""
+    found = {
+        each.name: {key: datum for key, datum in data_of(each).items() if datum.free}
+        for each in reinforcements(problem)
+    }
+    return {name: data for name, data in found.items() if data}
+
+
+def starting_from(problem: Problem, values: Mapping[str, Mapping[str, float]]) -> Problem:
+    """The problem with other values at the start of what is designed, by name and key, in N/mm and rad."""
+
+    def changed(each: Any) -> Any:
+        data = data_of(each)
+        return each.model_copy(
+            update={
+                key: data[key].model_copy(update={"start": value}) for key, value in values.get(each.name, {}).items()
+            }
+        )
+
+    return problem.model_copy(
+        update={"membrane": tuple(map(changed, problem.membrane)), "fibres": tuple(map(changed, problem.fibres))}
+    )
 
 
 def faults(problem: Problem) -> Iterator[tuple[str, str]]:

@@ -7,7 +7,7 @@ is written. Files newer than the checkpoint belong to an unfinished iteration; `
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +23,7 @@ from pneumorph.constraint.table import in_history
 from pneumorph.errors import NotWritten, ProblemError
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.problem import Problem, codes_of, keep, read
+from pneumorph.problem.reinforcement import designed
 from pneumorph.run import atomic
 from pneumorph.run.differences import differences, in_words
 from pneumorph.run.lock import NAME, held
@@ -36,6 +37,9 @@ MOST_DESIGNS = 10**6
 
 BEYOND = 100.0
 """Farthest that a point of a stored design may lie from the origin, in lengths of the body."""
+
+_EPS = 1e-6
+"""What rounding may put a value beyond its bounds, N/mm and rad."""
 
 
 @dataclass(frozen=True)
@@ -215,12 +219,22 @@ class RunDirectory:
                 raise ValueError(f"it is of design {found.iteration}")
             if set(found.tasks) != self._tasks():
                 raise ValueError("its tasks are not those of the problem")
+            if not self._has_data(found.reinforcements):
+                raise ValueError("its sheets and fibres are not those of the problem")
             if missing := self._limits - set(found.limits) or {"total"} - set(found.seconds):
                 raise KeyError(min(missing))
             return found
         except (KeyError, TypeError, ValueError, RecursionError) as error:
             words = f"{error} is missing" if isinstance(error, KeyError) else str(error)
             raise ValueError(f"line {number}: {words}") from None
+
+    def _has_data(self, values: Mapping[str, Mapping[str, float]]) -> bool:
+        """Whether values are those of what is designed of the problem's sheets and fibres, and within the bounds."""
+        wanted = designed(self.problem)
+        if {name: set(own) for name, own in values.items()} != {name: set(own) for name, own in wanted.items()}:
+            return False
+        bounded = [(values[name][key], own) for name, data in wanted.items() for key, own in data.items()]
+        return all(own.min - _EPS <= value <= own.max + _EPS for value, own in bounded)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

@@ -34,6 +34,8 @@ class NodalGradient:
         dJ/dX per mm of node motion, including the change of the equilibrium.
     pressure : {chamber: float}
         dJ/dp, 1/MPa.
+    laid : (R, 2) array
+        By stiffnesses and angles of sheets and fibres, per N/mm and per rad.
     adjoint : State
         w.
     """
@@ -41,6 +43,7 @@ class NodalGradient:
     value: float
     X: np.ndarray
     pressure: dict[str, float]
+    laid: np.ndarray
     adjoint: State
 
 
@@ -55,15 +58,18 @@ class NodalJacobian:
         Per mm of node motion, including the change of the equilibrium.
     pressure : (k, C) array
         1/MPa.
+    laid : (k, R, 2) array
+        Per N/mm and per rad.
     """
 
     residuals: np.ndarray
     X: np.ndarray
     pressure: np.ndarray
+    laid: np.ndarray
 
 
 def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Sloped) -> NodalGradient:
-    """Gradient of an objective, or another function of the state, by every node and pressure: one adjoint solve.
+    """Gradient of an objective, or another function of the state, by every node and load: one adjoint solve.
 
     `tangent` is factorised at the equilibrium if its last factorisation is of another state (see `Tangent.solve_at`).
     """
@@ -75,6 +81,7 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
         value=value,
         X=direct - shape,
         pressure=dict(zip(model.chambers, -np.asarray(acting.pressure), strict=True)),
+        laid=-np.asarray(acting.laid),
         adjoint=w,
     )
 
@@ -91,5 +98,5 @@ def residual_jacobian(
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
     ws = [model.state(w) for w in tangent.solve_at(at, state, rhs.T).T]
     shapes, acting = zip(*kernels.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
-    pressures = [-np.asarray(loads.pressure) for loads in acting]
-    return NodalJacobian(values, direct - np.array(shapes), np.array(pressures))
+    pressures, laid = (-np.array([getattr(loads, name) for loads in acting]) for name in ("pressure", "laid"))
+    return NodalJacobian(values, direct - np.array(shapes), pressures, laid)

@@ -1,6 +1,6 @@
 """The pressure at the first limit point of a path over the working pressure, and its exact derivatives.
 
-At a limit point the tangent K has a null vector w, which is also its left one. Along a change of shape or pressures the
+At a limit point the tangent K has a null vector w, which is also its left one. Along a change of shape or loads the
 limit point stays on the path of equilibria, so wᵀ(∂R/∂X dX + ∂R/∂λ dλ) = 0: the derivatives of λ need no further solve.
 """
 
@@ -44,11 +44,13 @@ def find_margin(at: Configuration, tangent: Tangent, bound: float) -> Margin:
     return Margin(found.limits[0].load, found.limits[0].equilibrium.state)
 
 
-def margin_slope(at: Configuration, tangent: Tangent, margin: Margin) -> tuple[np.ndarray, dict[str, float]]:
-    """dλ/dX (N, 3) and dλ/dp by chamber, for the working pressures p (1/MPa)."""
+def margin_slope(
+    at: Configuration, tangent: Tangent, margin: Margin
+) -> tuple[np.ndarray, dict[str, float], np.ndarray]:
+    """dλ/dX (N, 3), dλ/dp by chamber for the working pressures p (1/MPa), and by what is laid on (R, 2)."""
     model, working = at.model, np.asarray(at.loads.pressure)
     if margin.state is None:
-        return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0)
+        return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0), np.zeros(np.shape(at.loads.laid))
     there = replace(at, loads=at.loads._replace(pressure=margin.load * working))
     tangent.factorise(there, margin.state)
     # Inverse iterations: the eigenvalue is tiny, so each adds many digits.
@@ -61,4 +63,5 @@ def margin_slope(at: Configuration, tangent: Tangent, margin: Margin) -> tuple[n
     by_pressure = np.asarray(acting.pressure)
     rise = float(by_pressure @ working)
     pressures = dict(zip(model.chambers, -margin.load * by_pressure / rise, strict=True))
-    return -shape / rise, {name: float(value) for name, value in pressures.items()}
+    by_laid = -np.asarray(acting.laid) / rise
+    return -shape / rise, {name: float(value) for name, value in pressures.items()}, by_laid

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,11 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
             if pressure.free:
                 found[f"{task.name} pressure {name} (kPa)"] = round(1e3 * last.tasks[task.name].pressures[name], 4)
         found[f"{task.name} stretch"] = round(last.tasks[task.name].max_stretch, 4)
+    for name, data in last.reinforcements.items():
+        if "stiffness" in data:
+            found[f"{name} stiffness (N/mm)"] = round(data["stiffness"], 4)
+        if "winding" in data:
+            found[f"{name} winding (deg)"] = round(math.degrees(data["winding"]), 4)
     found |= {"limits held": last.held, **last.limits}
     found["seconds"] = round(sum(entry.seconds["total"] for entry in history), 1)
     return found

@@ -230,7 +230,10 @@ def build_model(
             for number, obstacle in enumerate(contact.obstacles.values())
             if isinstance(obstacle, Obstacle)
         ]
-    terms += [Term(connect_covered(mesh.covers[name]), energy) for name, energy in laid.items()]
+    terms += [
+        Term(connect_covered(mesh.covers[name]), replace(energy, number=number))
+        for number, (name, energy) in enumerate(laid.items())
+    ]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
     return Model(
         rubbers=rubbers,

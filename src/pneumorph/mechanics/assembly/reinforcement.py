@@ -52,14 +52,18 @@ def _tension(strain: Array, end: Values) -> Array:
     return jnp.where(strain > 0, strain * strain / 2, end * end * jnp.expm1(short / end) - end * short)
 
 
-@partial(register_dataclass, data_fields=["stiffness", "poisson", "wrinkling"], meta_fields=[])
+@partial(register_dataclass, data_fields=["stiffness", "poisson", "wrinkling", "number"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
 class Membrane:
-    """∫ W over the covered faces of the undeformed body: stiffness k in N/mm, Poisson's ratio, strain of wrinkling."""
+    """∫ W over the covered faces of the undeformed body: stiffness k in N/mm, Poisson's ratio, strain of wrinkling.
+
+    The stiffness is changed by the row `number` of `Loads.laid`.
+    """
 
     stiffness: Values
     poisson: Values
     wrinkling: Values
+    number: Values = 0
 
     def energies(self, local: Local, loads: Loads) -> Array:
         (A, B, C), (a, b, c) = _metric(local, local.X), _metric(local, local.X + local.u)
@@ -77,22 +81,25 @@ class Membrane:
         value = _tension(larger, end) + (1 + ratio) / (1 - ratio) * _tension(
             (smaller + ratio * larger) / (1 + ratio), end
         )
-        return jnp.sum(local.data[..., 0] * area * self.stiffness * value, axis=1)
+        stiffness = self.stiffness + jnp.asarray(loads.laid)[self.number, 0]
+        return jnp.sum(local.data[..., 0] * area * stiffness * value, axis=1)
 
 
-@partial(register_dataclass, data_fields=["stiffness", "winding", "buckling"], meta_fields=["hands"])
+@partial(register_dataclass, data_fields=["stiffness", "winding", "buckling", "number"], meta_fields=["hands"])
 @dataclass(frozen=True, eq=False)
 class Fibres:
     """∫ W over the covered faces of the undeformed body: stiffness k of each family in N/mm, angle and buckling strain.
 
     The winding angle in rad is that from the lines from base to tip; `hands` has 1 for a family at this angle, which
-    is a right-handed screw, and −1 for one at its opposite.
+    is a right-handed screw, and −1 for one at its opposite. Stiffness and angle are changed by the row `number` of
+    `Loads.laid`.
     """
 
     stiffness: Values
     winding: Values
     buckling: Values
     hands: tuple[int, ...]
+    number: Values = 0
 
     def energies(self, local: Local, loads: Loads) -> Array:
         (A, B, C), (a, b, c) = _metric(local, local.X), _metric(local, local.X + local.u)
@@ -102,13 +109,15 @@ class Fibres:
         s, t = s / length, t / length
         # Normal to it in the face, counter-clockwise about the axis as seen from the tip.
         across, over = (B * s + C * t) / area, -(A * s + B * t) / area
+        changed = jnp.asarray(loads.laid)[self.number]
+        stiffness, winding = self.stiffness + changed[0], self.winding + changed[1]
         value = jnp.zeros_like(area)
         for hand in self.hands:
-            cosine, sine = jnp.cos(self.winding), hand * jnp.sin(self.winding)
+            cosine, sine = jnp.cos(winding), hand * jnp.sin(winding)
             one, two = cosine * s + sine * across, cosine * t + sine * over
             stretch = jnp.sqrt(a * one * one + 2 * b * one * two + c * two * two)
             value += _tension(stretch - 1, self.buckling)
-        return jnp.sum(local.data[..., 0] * area * self.stiffness * value, axis=1)
+        return jnp.sum(local.data[..., 0] * area * stiffness * value, axis=1)
 
 
 Reinforcement = Membrane | Fibres

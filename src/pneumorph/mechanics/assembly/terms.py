@@ -28,6 +28,8 @@ class Loads(NamedTuple):
     """The loads: chamber pressures (C,) MPa, acceleration g (3,) mm/s², springs and dead loads of the plate (6,).
 
     `shift` (K, 3) are the displacements of rigid obstacles from their places, mm, in the order of `Contact.obstacles`.
+    `laid` (R, 2) are changes of the stiffness, N/mm, and of the winding angle, rad, of what lies on surfaces, in the
+    order of `Model.reinforcements`.
     """
 
     pressure: Values
@@ -35,6 +37,7 @@ class Loads(NamedTuple):
     spring: Values
     wrench: Values
     shift: Values = np.zeros((0, 3))
+    laid: Values = np.zeros((0, 2))
 
 
 class Local(NamedTuple):

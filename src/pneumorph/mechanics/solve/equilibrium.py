@@ -115,11 +115,13 @@ def build_loads(
     spring: np.ndarray | None = None,
     wrench: np.ndarray | None = None,
     moves: Mapping[str, Sequence[float]] = MappingProxyType({}),
+    laid: np.ndarray | None = None,
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
     They are given for the whole body. A part gets its share; they must be symmetric (see `mirror.mirrors_of`).
-    `moves` are the displacements (3,) in mm of obstacles by their names; the others are in their places.
+    `moves` are the displacements (3,) in mm of obstacles by their names; the others are in their places. `laid` are the
+    changes (R, 2) of what lies on surfaces.
     """
     obstacles = () if model.contact is None else model.contact.obstacles
     zero = np.zeros(6)
@@ -130,6 +132,7 @@ def build_loads(
         spring=share * np.asarray(zero if spring is None else spring, dtype=float),
         wrench=share * np.asarray(zero if wrench is None else wrench, dtype=float),
         shift=np.array([moves.get(name, (0.0, 0.0, 0.0)) for name in obstacles], dtype=float).reshape(-1, 3),
+        laid=np.zeros((len(model.reinforcements), 2)) if laid is None else laid,
     )
 
 

@@ -10,29 +10,35 @@ import numpy as np
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.solve.balance import apart, free_share, pressure_force, supported
+from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.solve.balance import apart, free_share, supported
 
 
-def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, dp: np.ndarray) -> State:
-    """The state after nodes move by dX (N, 3) mm and pressures by dp (C,) MPa: K du = −∂R/∂X dX − ∂R/∂p dp.
+def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, loads: Loads) -> State:
+    """The state after nodes move by dX (N, 3) mm and loads become others: K du = −∂R/∂X dX − ∂R/∂loads dloads.
 
     K is the tangent at `state` in the configuration `at`; it is factorised again if something else was.
     """
     model = at.model
     push = -model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, dX))
-    if np.any(dp):
-        push = push + pressure_force(at, state, dp)
-    vector, change = model.vector(state), tangent.solve_at(at, state, supported(at, push))
+    change = _difference(loads, at.loads)
+    if any(map(np.any, change)):
+        push = push - model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
+    vector, step = model.vector(state), tangent.solve_at(at, state, supported(at, push))
     moved = replace(at, X=at.X + dX)
     # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
-    return model.state(vector + (free_share(moved, vector, change) if apart(moved, vector) else 1.0) * change)
+    return model.state(vector + (free_share(moved, vector, step) if apart(moved, vector) else 1.0) * step)
 
 
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:
     """The state after loads and nodes become those of `there`, to first order. Surfaces may meet in it."""
     model = at.model
-    change = jax.tree.map(lambda new, old: np.asarray(new) - np.asarray(old), there.loads, at.loads)
+    change = _difference(there.loads, at.loads)
     push = -model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
     if there.X is not at.X:
         push = push - model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
     return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push)))
+
+
+def _difference(there: Loads, here: Loads) -> Loads:
+    return jax.tree.map(lambda new, old: np.asarray(new) - np.asarray(old), there, here)
