@@ -168,6 +168,9 @@ CASES = {
 }
 
 
+MOVED = (0.02, -0.03, 0.04, 0.02, -0.015, 0.06)
+
+
 class Place:
     """A model at a state that is no equilibrium, and directions to go in."""
 
@@ -180,12 +183,13 @@ class Place:
             acceleration=np.array([9810.0, -4000.0, 2000.0]),
             spring=np.array([0.1, 0.2, 0.5, 3, 20, 7]),
             wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
+            moves=dict.fromkeys(of.contact.obstacles if of.contact else (), MOVED),
         )
         self.at = configure(of, MESH.points, self.loads)
         self.vector = 0.05 * random.standard_normal(of.size)
         self.change, self.adjoint = random.standard_normal((2, of.size))
         # The tangent of contact in pairs jumps where the nearest parts of surfaces are others.
-        self.step = 5e-5 if of.potential.has_pairs else 2e-3
+        self.step = 5e-5 if of.potential.has_pairs else 2e-4 if of.contact else 2e-3
         self.dX = random.standard_normal(MESH.points.shape)
         self.dloads = jax.tree.map(lambda load: random.standard_normal(load.shape), self.loads)
 

@@ -149,7 +149,7 @@ def analyse(
     X, pressures = disc.morph.positions(points), space.pressures(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        loads = loads_of(problem, disc.model, pressures[task.name], task.moves)
+        loads = loads_of(problem, disc.model, pressures[task.name], task.poses)
         at = configure(disc.model, X, loads, guided_of(problem))
         start = starts[task.name] if starts else None
         since = None

@@ -133,7 +133,7 @@ class Explorer:
 
     def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
         # Where obstacles are is a matter of the task; the first one's results are in its name.
-        loads = loads_of(self.problem, meshed.model, dict(pressures), self.problem.task[0].moves)
+        loads = loads_of(self.problem, meshed.model, dict(pressures), self.problem.task[0].poses)
         return configure(meshed.model, meshed.mesh.points, loads, guided_of(self.problem))
 
     def _strides(self, meshed: _Meshed, pressures: Mapping[str, float]) -> list[Configuration]:
@@ -158,11 +158,11 @@ class Explorer:
     def _known(self, model: Model, stored: Fields) -> list[tuple[Loads, State]]:
         """The equilibria that are stored: of every task, and without pressure."""
         X, still = stored.mesh.points, np.zeros(6)
-        known, moves = [], {task.name: task.moves for task in self.problem.task}
+        known, poses = [], {task.name: task.poses for task in self.problem.task}
         for task, found in self._results.items():
             plate = np.array([*found.translation, *found.rotation]) if model.plate else still
             state = restored(model, X, stored.u[task], plate)
-            known.append((loads_of(self.problem, model, dict(found.pressures), moves[task]), state))
+            known.append((loads_of(self.problem, model, dict(found.pressures), poses[task]), state))
         nothing = loads_of(self.problem, model, {})
         if not (np.any(nothing.acceleration) or np.any(nothing.wrench)):
             known.append((nothing, rest(model)))

@@ -195,7 +195,9 @@ class SweepStep:
     contact, contact_normal, contact_area
         As in `TaskResult`.
     moves : {obstacle: (3,) mm}
-        Displacements of the obstacles that are not in their places.
+        Displacements of the obstacles that are displaced.
+    turns : {obstacle: (3,) rad}
+        Rotation vectors of the obstacles that are turned.
     self_contact : float
         Sum of the forces with which the body's surface presses on itself.
     """
@@ -218,6 +220,7 @@ class SweepStep:
     contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
     self_contact: float = field(metadata={"key": "self_contact_N"}, default=0.0)
     moves: Mapping[str, Vector] = field(metadata={"key": "move_mm"}, default_factory=dict)
+    turns: Mapping[str, Vector] = field(metadata={"key": "turn_rad"}, default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -232,10 +235,14 @@ def to_json(record: Any) -> dict[str, Any]:
         for key in ("contact_N", "contact_normal_N", "contact_area_mm2"):
             del content[key]
     if isinstance(record, SweepStep):
+        if not record.turns:
+            del content["turn_rad"]
         if record.converged:
             del content["reason"]
         else:
-            content |= dict.fromkeys(content.keys() - {"task", "pressure_MPa", "move_mm", "converged", "reason"})
+            content |= dict.fromkeys(
+                content.keys() - {"task", "pressure_MPa", "move_mm", "turn_rad", "converged", "reason"}
+            )
     return content
 
 

@@ -24,6 +24,7 @@ from pneumorph.mechanics.assembly.obstacles import (
     surface_of,
 )
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation
+from pneumorph.mechanics.assembly.pose import STILL
 from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane, Reinforcement
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.triangulated import Triangulated
@@ -146,7 +147,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     for spec in problem.obstacle:
         if isinstance(spec, TriangulatedSpec):
             around = placed(spec)
-            obstacles[spec.name] = Triangulated(surface, around, activation, stiffness)
+            obstacles[spec.name] = Triangulated(surface, around, activation, stiffness, center_of(spec))
         else:
             shape = shape_of(spec)
             around = shape.mesh(guard)
@@ -155,7 +156,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
             guards[spec.name] = Pairs(surface, mesh.points, False, [around], guard, stiffness)
     for name, obstacle in obstacles.items():
         guarded = {name: guards[name]} if isinstance(obstacle, Triangulated) else {}
-        if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, np.zeros((1, 3))):
+        if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, STILL[None]):
             raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
     itself = Pairs(surface, mesh.points, True, [], activation, stiffness) if own else None
     return Contact(surface, obstacles, guards, itself)
@@ -181,13 +182,18 @@ def shape_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec) -> Shape:
             return Box(np.array(spec.center), np.array(spec.size) / 2)
 
 
+def center_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec | TriangulatedSpec) -> np.ndarray:
+    """The point (3,) of an obstacle in its place about which it turns."""
+    return np.array(spec.position) if isinstance(spec, TriangulatedSpec) else np.asarray(shape_of(spec).center)
+
+
 def asks_for_mixed(rubber: Rubber) -> bool:
     """Whether a rubber needs mixed elements: κ/μ from `MIXED_FROM` on."""
     return rubber.bulk_modulus >= MIXED_FROM * rubber.shear_modulus
 
 
 def loads_of(problem: Problem, model: Model, pressures: dict[str, float], moves: Moves = NO_MOVES) -> Loads:
-    """The loads of a problem at the given chamber pressures (MPa) and displacements (mm) of obstacles."""
+    """The loads of a problem at the given chamber pressures (MPa) and poses of obstacles (mm, rad)."""
     effector, gravity = problem.end_effector, problem.gravity
     spring = effector.spring
     return build_loads(

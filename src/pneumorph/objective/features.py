@@ -155,7 +155,7 @@ def traits_of(model: Model) -> ModelTraits:
 def measure_features(
     model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None
 ) -> Features:
-    """Features of a state on nodes X (N, 3) in mm, where obstacles are displaced by shift (K, 3) mm.
+    """Features of a state on nodes X (N, 3) in mm, where obstacles are at the poses shift (K, 6).
 
     The motion of the end-effector is that of the plate. For a free tip, the translation is the area mean of the
     displacement, and the rotation is the polar factor of the mean deformation; sections below it count full turns.
@@ -215,8 +215,8 @@ def sums_pulled_back(
 
 
 def _places(model: Model, shift: np.ndarray | None) -> np.ndarray:
-    """The displacements (K, 3) of obstacles; by default all are in their places."""
-    return np.zeros((len(traits_of(model).obstacles), 3)) if shift is None else shift
+    """The poses (K, 6) of obstacles; by default all are in their places."""
+    return np.zeros((len(traits_of(model).obstacles), 6)) if shift is None else shift
 
 
 @partial(jax.jit, static_argnums=0)

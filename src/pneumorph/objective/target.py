@@ -16,6 +16,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.plate import rotation as rotation_of
+from pneumorph.mechanics.assembly.pose import pose_of
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
 from pneumorph.objective.features import (
@@ -61,8 +62,8 @@ class Objective:
         Reported distances from the target; names end in the unit, "_mm", "_rad", "_N" or "_mm2".
     residuals : function of Features, optional
         The residuals (k,) of which J is the sum of squares; None if J is not such a sum.
-    shift : (K, 3) array, optional
-        Displacements of the obstacles, mm; by default they are in their places.
+    shift : (K, 6) array, optional
+        Poses of the obstacles; by default they are in their places.
     """
 
     value: FeatureFunction
@@ -159,8 +160,8 @@ def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[s
                 slabs = equidistant(asked.sections, length)
                 measure = custom(f"task[{number}].objective", asked, chambers, obstacles)
                 found[task.name] = Objective(measure, slabs)
-        shift = [task.moves.get(name, (0.0, 0.0, 0.0)) for name in obstacles]
-        found[task.name] = replace(found[task.name], shift=np.array(shift).reshape(-1, 3))
+        shift = [pose_of(task.poses.get(name, ())) for name in obstacles]
+        found[task.name] = replace(found[task.name], shift=np.array(shift).reshape(-1, 6))
     return found
 
 

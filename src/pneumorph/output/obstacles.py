@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.mechanics.setup import placed, shape_of
+from pneumorph.mechanics.assembly.pose import View, pose_of
+from pneumorph.mechanics.setup import center_of, placed, shape_of
 from pneumorph.output.view import Shell
 from pneumorph.problem import PlaneSpec, Problem, Task, TriangulatedSpec
 
@@ -16,20 +17,20 @@ MARGIN = 0.25
 
 
 def obstacles_of(problem: Problem, points: np.ndarray, task: Task | None = None) -> tuple[Shell, ...]:
-    """The obstacles of a problem as triangles, in their places or where a task moves them.
+    """The obstacles of a problem as triangles, in their places or where a task moves and turns them.
 
     Of planes there is the part beside a body with these points (N, 3) mm.
     """
     found = list[Shell]()
     for spec in problem.obstacle:
-        moved = np.array(task.moves.get(spec.name, (0.0, 0.0, 0.0)) if task else (0.0, 0.0, 0.0))
+        view = View(center_of(spec), pose_of(task.poses.get(spec.name, ()) if task else ()))
         if isinstance(spec, PlaneSpec):
-            part = _part(spec, points, MARGIN * problem.body.length)
-            found.append(Shell(part.points + moved, part.triangles))
+            part = _part(spec, view.seen(points), MARGIN * problem.body.length)
+            found.append(Shell(view.placed(part.points), part.triangles))
             continue
         mesh = placed(spec) if isinstance(spec, TriangulatedSpec) else shape_of(spec).mesh(SAG * problem.body.radius)
         if mesh is not None:
-            found.append(Shell(mesh.points + moved, mesh.triangles))
+            found.append(Shell(view.placed(mesh.points), mesh.triangles))
     return tuple(found)
 
 

@@ -216,9 +216,10 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
                     f"task[{index}].pressure.{name}",
                     f'there is no chamber "{name}"; the chambers are {", ".join(names)}',
                 )
-        for name in task.moves:
-            if name not in obstacles:
-                yield f"task[{index}].move.{name}", f'there is no obstacle "{name}"; {known}'
+        for key, given in (("move", task.moves), ("turn", task.turns)):
+            for name in given:
+                if name not in obstacles:
+                    yield f"task[{index}].{key}.{name}", f'there is no obstacle "{name}"; {known}'
         if isinstance(task.objective, Press | ContactArea) and task.objective.obstacle not in obstacles:
             yield (
                 f"task[{index}].objective.obstacle",

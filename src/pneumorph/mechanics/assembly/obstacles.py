@@ -21,6 +21,7 @@ from jax import Array
 from jax.tree_util import register_dataclass
 from scipy.spatial import ConvexHull
 
+from pneumorph.mechanics.assembly.pose import seen
 from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Local, Values, connect
 from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape
 
@@ -47,7 +48,10 @@ class RigidMesh:
 
 
 class Shape(Protocol):
-    """A rigid body by its distance; registered with JAX."""
+    """A rigid body by its distance; registered with JAX. It turns about its centre (3,)."""
+
+    @property
+    def center(self) -> Values: ...
 
     def distance(self, x: Values) -> Array:
         """Distances (...) of places x (..., 3) from its surface in mm, negative inside."""
@@ -65,6 +69,10 @@ class Plane:
 
     point: Values
     normal: Values
+
+    @property
+    def center(self) -> Values:
+        return self.point
 
     def distance(self, x: Values) -> Array:
         return (x - self.point) @ self.normal
@@ -162,7 +170,7 @@ def _outside(beyond: Array) -> Array:
 class Obstacle:
     """The barrier of a rigid body: the activation distance d̂ in mm, and the stiffness κ in MPa.
 
-    The body is displaced by the row `number` of `Loads.shift`.
+    The row `number` of `Loads.shift` is its pose.
     """
 
     shape: Shape
@@ -170,9 +178,13 @@ class Obstacle:
     stiffness: Values
     number: Values = 0
 
+    @property
+    def center(self) -> Values:
+        return self.shape.center
+
     def energies(self, local: Local, loads: Loads) -> Array:
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
-        places = places - jnp.asarray(loads.shift)[self.number]
+        places = seen(places, jnp.asarray(self.center), jnp.asarray(loads.shift)[self.number])
         return jnp.sum(local.data * barrier(self.shape.distance(places), self.activation, self.stiffness), axis=1)
 
 

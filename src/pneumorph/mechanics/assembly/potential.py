@@ -15,13 +15,13 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.assembly import derivatives
-from pneumorph.mechanics.assembly.contact import Contact, Touch
+from pneumorph.mechanics.assembly.contact import Contact, SeenTouch
 from pneumorph.mechanics.assembly.derivatives import Forces
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.points import add_rows
+from pneumorph.mechanics.assembly.pose import STILL
 from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Term
 from pneumorph.mechanics.assembly.tip import Ride, Tip
-from pneumorph.mechanics.assembly.triangulated import TriangulatedTouch
 
 
 class Group(NamedTuple):
@@ -56,11 +56,11 @@ class Potential(NamedTuple):
         """Whether there is contact whose connectivity changes with the state."""
         return self.contact is not None and self.contact.changes
 
-    def touches(self, x: np.ndarray, loads: Loads) -> Iterator[tuple[Touch | TriangulatedTouch, int | None]]:
+    def touches(self, x: np.ndarray, loads: Loads) -> Iterator[tuple[SeenTouch, int | None]]:
         """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself."""
         if self.contact is not None:
-            for pairs, number, moved in self.contact.pairs(np.asarray(loads.shift)):
-                yield pairs.touch(x - moved), number
+            for pairs, number, view in self.contact.pairs(np.asarray(loads.shift)):
+                yield SeenTouch(pairs.touch(view.seen(x)), view, x), number
 
 
 def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
@@ -128,12 +128,12 @@ def pullback(
                 acting[k] = jax.tree.map(np.add, acting[k], found.loads)
     for touch, number in potential.touches(X + u, loads):
         for k, w in enumerate(ws):
-            pulled = touch.product(_displacement(w.u, nodes, ride.along(w.plate)))
+            pulled, by_pose = touch.change(_displacement(w.u, nodes, ride.along(w.plate)), STILL)
             by_X[k] += pulled
             by_u[k] += pulled
             by_w[k] += touch.slope
             if number is not None:
-                acting[k].shift[number] -= pulled.sum(axis=0)
+                acting[k].shift[number] += by_pose
     if len(nodes):
         for k, w in enumerate(ws):
             by_X[k, nodes] += ride.on_places(by_u[k, nodes]) + ride.on_places_along(by_w[k, nodes], w.plate)
@@ -216,8 +216,8 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
         for energy in energies:
             _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
     for touch, number in potential.touches(X + u, loads):
-        moved = 0.0 if number is None else dloads.shift[number]
-        by.u[:] += touch.product(motion + du - moved)
+        moved = STILL if number is None else dloads.shift[number]
+        by.u[:] += touch.change(motion + du, moved)[0]
     changed = _on_unknowns(ride, by)
     if len(nodes) and (dX is not None or np.any(dstate.plate)):
         _, forces = _forces(potential, potential.near_tip, X, state, loads, ride)

@@ -25,43 +25,50 @@ FULL = 0.95
 """Surface nearer than this share of the activation distance counts in full as area: there it presses by 0.8 % of κ."""
 
 
-def pressed(contact: Contact | None, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
+def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """For every obstacle (K, 5) the force on it (3,), N, the sum of the normal forces, N, and the area, mm².
 
-    Nodes are at x (N, 3), obstacles displaced by shift (K, 3); the area is that of the deformed surface.
+    Nodes are at x (N, 3), obstacles at poses (K, 6); the area is that of the deformed surface.
     """
     if contact is None:
         return np.zeros((0, 5))
     found = np.zeros((len(contact.obstacles), 5))
-    for (name, obstacle), row, moved in zip(contact.obstacles.items(), found, shift, strict=True):
+    for (name, obstacle), row, view in zip(contact.obstacles.items(), found, contact.views(poses), strict=True):
+        y = view.seen(x)
         if isinstance(obstacle, Triangulated):
-            touch = obstacle.touch(x - moved)
+            touch = obstacle.touch(y)
             row[:] = *touch.slope.sum(axis=0), touch.normal, touch.touching(FULL)[0]
         else:
-            row[:] = sums.summed(_pressed, contact.surface, x - moved, np.zeros(x.shape), obstacle)
+            row[:] = sums.summed(_pressed, contact.surface, y, np.zeros(x.shape), obstacle)
         if name in contact.guards:
-            forces = contact.guards[name].touch(x - moved).slope
+            forces = contact.guards[name].touch(y).slope
             row[FORCE] += forces.sum(axis=0)
             row[NORMAL] += np.linalg.norm(forces, axis=1).sum()
+        row[FORCE] = view.directed(row[FORCE])
     return found
 
 
-def pulled_back(contact: Contact, x: np.ndarray, shift: np.ndarray, cotangents: np.ndarray) -> np.ndarray:
+def pulled_back(contact: Contact, x: np.ndarray, poses: np.ndarray, cotangents: np.ndarray) -> np.ndarray:
     """Derivatives (k, N, 3) of cotangent·`pressed` by the places of the nodes, for k cotangents (k, K, 5) at once."""
     by_x = np.zeros((len(cotangents), *x.shape))
-    for number, (name, obstacle) in enumerate(contact.obstacles.items()):
-        bars, there = cotangents[:, number], x - shift[number]
+    for number, ((name, obstacle), view) in enumerate(
+        zip(contact.obstacles.items(), contact.views(poses), strict=True)
+    ):
+        # As the obstacle sees it.
+        bars, y, by_y = cotangents[:, number].copy(), view.seen(x), np.zeros(by_x.shape)
+        bars[:, FORCE] = view.drawn(bars[:, FORCE])
         some = bars.any(axis=1)
         if not some.any():
             continue
         if isinstance(obstacle, Triangulated):
-            by_x += _on_triangulated(obstacle.touch(there), bars)
+            by_y += _on_triangulated(obstacle.touch(y), bars)
         else:
-            by_x[some] += sums.pulled_back(_pressed, contact.surface, there, np.zeros(x.shape), bars[some], obstacle)[0]
+            by_y[some] += sums.pulled_back(_pressed, contact.surface, y, np.zeros(x.shape), bars[some], obstacle)[0]
         if name in contact.guards:
-            touch = contact.guards[name].touch(there)
-            for out, motion in zip(by_x, _motions(touch.slope, bars), strict=True):
+            touch = contact.guards[name].touch(y)
+            for out, motion in zip(by_y, _motions(touch.slope, bars), strict=True):
                 out += touch.product(motion)
+        by_x += view.directed(by_y)
     return by_x
 
 

@@ -27,14 +27,15 @@ Values = Any
 class Loads(NamedTuple):
     """The loads: chamber pressures (C,) MPa, acceleration g (3,) mm/s², springs and dead loads of the plate (6,).
 
-    `shift` (K, 3) are the displacements of rigid obstacles from their places, mm, in the order of `Contact.obstacles`.
+    `shift` (K, 6) are the poses of rigid obstacles, in the order of `Contact.obstacles`: the displacement of each from
+    its place in mm, and its rotation vector about its centre in rad; see `pose.py`.
     """
 
     pressure: Values
     acceleration: Values
     spring: Values
     wrench: Values
-    shift: Values = np.zeros((0, 3))
+    shift: Values = np.zeros((0, 6))
 
 
 class Local(NamedTuple):

@@ -30,7 +30,7 @@ MOST_SHORTENINGS = 20
 
 
 def scaled(full: Loads, fraction: float) -> Loads:
-    """A fraction of the pressures, weights, plate loads and displacements of obstacles; springs stay."""
+    """A fraction of the pressures, weights, plate loads and poses of obstacles; springs stay."""
     return full._replace(
         pressure=full.pressure * fraction,
         acceleration=full.acceleration * fraction,
@@ -130,8 +130,7 @@ def free_way(at: Configuration, state: State, there: Configuration, end: State) 
     contact = at.model.contact
     assert contact is not None
     start, shift = places(at, at.model.vector(state)), np.asarray(at.loads.shift)
-    moving = np.asarray(there.loads.shift) - shift
-    found = contact.free_share(start, places(there, there.model.vector(end)), shift, moving)
+    found = contact.free_share(start, places(there, there.model.vector(end)), shift, np.asarray(there.loads.shift))
     return found if found == 1.0 else BEFORE * found
 
 
@@ -144,8 +143,9 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
     far = np.linalg.norm(places(at, vector + step) - start, axis=1).max()
     reach = LARGEST_MOVE * np.linalg.norm(np.ptp(at.X, axis=0))
     share = min(share, float(reach / max(far, 1e-300)))
+    poses = np.asarray(at.loads.shift)
     for _ in range(MOST_SHORTENINGS):
-        found = contact.free_share(start, places(at, vector + share * step), np.asarray(at.loads.shift))
+        found = contact.free_share(start, places(at, vector + share * step), poses, poses)
         if found == 1.0:
             return share
         # A plate that turns by less moves its nodes another way: the shorter way is checked too.

@@ -18,6 +18,7 @@ from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.pose import pose_of
 from pneumorph.mechanics.assembly.sums import summed
 from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
@@ -119,7 +120,8 @@ def build_loads(
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
     They are given for the whole body. A part gets its share; they must be symmetric (see `mirror.mirrors_of`).
-    `moves` are the displacements (3,) in mm of obstacles by their names; the others are in their places.
+    `moves` are the displacements (3,) in mm of obstacles by their names, or their poses (6,) with a rotation vector in
+    rad; the others are in their places.
     """
     obstacles = () if model.contact is None else model.contact.obstacles
     zero = np.zeros(6)
@@ -129,7 +131,7 @@ def build_loads(
         acceleration=np.asarray(zero[:3] if acceleration is None else acceleration, dtype=float),
         spring=share * np.asarray(zero if spring is None else spring, dtype=float),
         wrench=share * np.asarray(zero if wrench is None else wrench, dtype=float),
-        shift=np.array([moves.get(name, (0.0, 0.0, 0.0)) for name in obstacles], dtype=float).reshape(-1, 3),
+        shift=np.array([pose_of(moves.get(name, ())) for name in obstacles]).reshape(-1, 6),
     )
 
 

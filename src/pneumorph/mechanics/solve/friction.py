@@ -64,7 +64,7 @@ def with_friction(model: Model, coefficient: float, held: Holds) -> Model:
     contact, terms = _contact(model), []
     for number, (name, obstacle) in enumerate(contact.obstacles.items()):
         surface = replace(contact.surface, data=held[name].data())
-        terms.append(Term(surface, Friction(coefficient, _reach(obstacle), number)))
+        terms.append(Term(surface, Friction(coefficient, _reach(obstacle), number, obstacle.center)))
     return with_more(model, terms, contact.surface)
 
 
@@ -100,8 +100,9 @@ def _seen(at: Configuration, state: State) -> Iterator[tuple[str, Obstacle | Tri
     """Every obstacle, with the sample points (F, 7, 3) as it sees them when it is in its place."""
     contact = _contact(at.model)
     places = sample_places(contact.surface, at.X + displacement(at.model.tip, at.X, state))
-    for (name, obstacle), moved in zip(contact.obstacles.items(), np.asarray(at.loads.shift), strict=True):
-        yield name, obstacle, places - moved
+    views = contact.views(np.asarray(at.loads.shift))
+    for (name, obstacle), view in zip(contact.obstacles.items(), views, strict=True):
+        yield name, obstacle, view.seen(places)
 
 
 def _at_rest(at: Configuration) -> Holds:
