@@ -199,10 +199,10 @@ def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Disc
         u = displacement(old.model.tip, X_old, state)
         mesh = old.morph.mesh.at(X_old)
         if not model.mixed:
-            carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate)
+            carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
             continue
         moved = transfer(mesh, u, new.morph.mesh.points)
-        carried[name] = State(moved, state.plate, _hydrostatic(old.model, mesh, state, new))
+        carried[name] = State(moved, state.plate, _hydrostatic(old.model, mesh, state, new), state.objects)
     return carried
 
 

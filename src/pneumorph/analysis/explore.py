@@ -161,12 +161,21 @@ class Explorer:
         known, poses = [], {task.name: task.poses for task in self.problem.task}
         for task, found in self._results.items():
             plate = np.array([*found.translation, *found.rotation]) if model.plate else still
-            state = restored(model, X, stored.u[task], plate)
-            known.append((loads_of(self.problem, model, dict(found.pressures), poses[task]), state))
+            loads = loads_of(self.problem, model, dict(found.pressures), poses[task])
+            state = restored(model, X, stored.u[task], plate, _objects(model, loads, found))
+            known.append((loads, state))
         nothing = loads_of(self.problem, model, {})
         if not (np.any(nothing.acceleration) or np.any(nothing.wrench)):
             known.append((nothing, rest(model)))
         return known
+
+
+def _objects(model: Model, loads: Loads, found: TaskResult) -> np.ndarray:
+    """The unknowns (J, 6) of free obstacles at a result."""
+    if model.contact is None or not model.contact.free:
+        return np.zeros((0, 6))
+    poses = [[*found.pose_translations[name], *found.pose_rotations[name]] for name in model.contact.free]
+    return np.array(poses) - np.asarray(loads.shift)[model.contact.rows]
 
 
 class _Stoppable(Tangent):

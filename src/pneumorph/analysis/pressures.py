@@ -15,6 +15,7 @@ import numpy as np
 
 from pneumorph import units
 from pneumorph.errors import ProblemError
+from pneumorph.problem.components import POSE
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
 _FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
@@ -22,7 +23,7 @@ _FIX_MOVE = "write plate.z=-3mm for a displacement or plate.z=0:-3:-0.5mm for a 
 _FIX_TURN = "write plate.turn_z=30deg for a turn or plate.turn_z=0:90:5deg for a sweep"
 MOST_STEPS = 10_000
 AXES = ("x", "y", "z")
-MOTIONS = {axis: units.LENGTH for axis in AXES} | {f"turn_{axis}": units.ANGLE for axis in AXES}
+MOTIONS = {name: units.ANGLE if name.startswith("turn_") else units.LENGTH for name in POSE}
 """The motions of an obstacle, along and about the axes."""
 
 

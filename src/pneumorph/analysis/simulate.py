@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.analysis.analyse import mesh_of
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
 from pneumorph.analysis.records import SweepStep, Vector
-from pneumorph.analysis.task_results import by_region, vector
+from pneumorph.analysis.task_results import by_region, poses_of, vector
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -259,7 +259,7 @@ def step_of(
     """The record of an equilibrium, or of none; `whole` is the whole body where part of it was solved."""
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
-    motion = measure_features(at.model, at.X, found.state)
+    motion = measure_features(at.model, at.X, found.state, shift=np.asarray(at.loads.shift))
     touched = contact_forces(at, found.state)
     return SweepStep(
         task=task,
@@ -276,6 +276,7 @@ def step_of(
         contact_normal=touched.normal,
         contact_area=touched.area,
         self_contact=touched.own,
+        **poses_of(at.model, motion),
     )
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
 from pneumorph.analysis.records import TaskResult, Vector
-from pneumorph.mechanics import rotation_vector
+from pneumorph.mechanics import Model, rotation_vector
+from pneumorph.objective import Features
 
 
 def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
@@ -34,8 +35,18 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             contact={name: vector(on.force) for name, on in moved.contact.items()},
             contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
             contact_area={name: float(on.area) for name, on in moved.contact.items()},
+            **poses_of(disc.model, moved),
         )
     return found
+
+
+def poses_of(model: Model, moved: Features) -> dict[str, dict[str, Vector]]:
+    """The fields of a record with the poses of free obstacles."""
+    free = [] if model.contact is None else list(model.contact.free)
+    return {
+        "pose_translations": {name: vector(moved.pose[name][:3]) for name in free},
+        "pose_rotations": {name: vector(moved.pose[name][3:]) for name in free},
+    }
 
 
 def by_region(stretches: Mapping[str, float]) -> Mapping[str, float]:

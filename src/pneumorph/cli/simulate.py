@@ -143,6 +143,9 @@ def _row(step: SweepStep, task: Task) -> Text:
     for name, force in step.contact.items():
         if max(map(abs, force)) >= LEAST:
             parts.append(f"presses on {name} with {_vector(force, 4)} N over {step.contact_area[name]:.3g} mm²")
+    for name, by in step.pose_translations.items():
+        turned = _vector(np.degrees(step.pose_rotations[name]), 2)
+        parts.append(f"{name} goes by {_vector(by, 3)} mm, turned {turned}°")
     if step.self_contact >= LEAST:
         parts.append(f"on itself with {step.self_contact:.4g} N")
     beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""

@@ -12,6 +12,7 @@ from scipy.optimize import root_scalar
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.free import Free, gaps, middle_of, points_of, resting, spin_of
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.obstacles import (
     Box,
@@ -36,6 +37,7 @@ from pneumorph.problem import (
     BoxSpec,
     CylinderSpec,
     FibresSpec,
+    FreeSpec,
     MembraneSpec,
     PlaneSpec,
     Problem,
@@ -44,6 +46,7 @@ from pneumorph.problem import (
     reinforcements,
 )
 from pneumorph.problem import Reinforcement as ReinforcementSpec
+from pneumorph.problem.components import POSE
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from pneumorph.problem.regions import REST, materials
 
@@ -159,7 +162,42 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
         if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, STILL[None]):
             raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
     itself = Pairs(surface, mesh.points, True, [], activation, stiffness) if own else None
-    return Contact(surface, obstacles, guards, itself)
+    free = {
+        spec.name: free_of(spec, spec.free, obstacles[spec.name], activation, stiffness)
+        for spec in problem.obstacle
+        if not isinstance(spec, PlaneSpec) and spec.free is not None
+    }
+    contact = Contact(surface, obstacles, guards, itself, free)
+    for name, _, _, under, _ in resting(obstacles, free):
+        plane = list(obstacles)[under]
+        alone = {each: obstacles[each] for each in (name, plane)}
+        if np.any(gaps(alone, {name: free[name]}, Contact(surface, alone, {}, None).views(np.zeros((2, 6)))) <= 0.0):
+            raise ComputationError(f'obstacle "{name}" is in "{plane}" at rest; move it away')
+    return contact
+
+
+def free_of(
+    spec: SphereSpec | CylinderSpec | BoxSpec | TriangulatedSpec,
+    asked: FreeSpec,
+    obstacle: Obstacle | Triangulated,
+    activation: float,
+    stiffness: float,
+) -> Free:
+    """What a free obstacle is beside its surface; planes are as stiff as the rubber, in MPa."""
+    shape = obstacle.shape if isinstance(obstacle, Obstacle) else None
+    mesh = obstacle.mesh if isinstance(obstacle, Triangulated) else obstacle.shape.mesh(GUARD * activation)
+    assert mesh is not None
+    points, area, radius = points_of(shape, mesh, activation)
+    return Free(
+        mass=asked.mass,
+        spring=np.array([getattr(asked.spring, name) for name in POSE]),
+        held=np.isin(POSE, asked.hold),
+        lever=np.zeros(3) if shape is not None else middle_of(mesh) - center_of(spec),
+        spin=spin_of(shape, stiffness),
+        points=points,
+        area=area,
+        radius=radius,
+    )
 
 
 def placed(spec: TriangulatedSpec) -> RigidMesh:

@@ -33,8 +33,18 @@ from pneumorph.objective.features import (
     traits_of,
 )
 from pneumorph.objective.rotations import angle_residual
-from pneumorph.problem import ContactArea, Custom, MatchCurve, MatchSections, Maximize, Press, Reach, TargetMotion
-from pneumorph.problem.components import MOTIONS
+from pneumorph.problem import (
+    ContactArea,
+    Custom,
+    MatchCurve,
+    MatchSections,
+    Maximize,
+    Press,
+    Reach,
+    TargetMotion,
+    TargetPose,
+)
+from pneumorph.problem.components import MOTIONS, POSE
 
 if TYPE_CHECKING:
     from pneumorph.problem import Problem
@@ -156,6 +166,8 @@ def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[s
                 found[task.name] = press(asked)
             case ContactArea() as asked:
                 found[task.name] = contact_area(asked)
+            case TargetPose() as asked:
+                found[task.name] = target_pose(asked)
             case Custom() as asked:
                 slabs = equidistant(asked.sections, length)
                 measure = custom(f"task[{number}].objective", asked, chambers, obstacles)
@@ -254,6 +266,28 @@ def target_motion(asked: TargetMotion) -> Objective:
             return of(f)[jnp.array(given)] - wanted
 
         parts.append((asked.weight_of(motions[given[0]]), off))
+        errors[name] = lambda f, off=off: jnp.sqrt(jnp.sum(off(f) ** 2))
+    return _squares(parts, NO_SLABS, errors)
+
+
+def target_pose(asked: TargetPose) -> Objective:
+    """Target components of a free obstacle's displacement and rotation vector, each in the sum if it is given."""
+    parts: list[tuple[float, FeatureFunction]] = []
+    errors: dict[str, FeatureFunction] = {}
+    for name, motions, weight in (
+        ("position_mm", POSE[:3], asked.position_weight),
+        ("orientation_rad", POSE[3:], asked.rotation_weight),
+    ):
+        given = [motion for motion in motions if motion in asked.targets]
+        if not given:
+            continue
+        rows = tuple(POSE.index(motion) for motion in given)
+        wanted = jnp.array([asked.targets[motion] for motion in given])
+
+        def off(f: Features, rows=rows, wanted=wanted) -> Array:
+            return f.pose[asked.obstacle][jnp.array(rows)] - wanted
+
+        parts.append((weight, off))
         errors[name] = lambda f, off=off: jnp.sqrt(jnp.sum(off(f) ** 2))
     return _squares(parts, NO_SLABS, errors)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.analysis import TaskResult
 from pneumorph.mechanics.assembly.pose import View, pose_of
 from pneumorph.mechanics.setup import center_of, placed, shape_of
 from pneumorph.output.view import Shell
@@ -16,14 +17,20 @@ MARGIN = 0.25
 """How far a plane is drawn beyond the body, as a fraction of the body's length."""
 
 
-def obstacles_of(problem: Problem, points: np.ndarray, task: Task | None = None) -> tuple[Shell, ...]:
+def obstacles_of(
+    problem: Problem, points: np.ndarray, task: Task | None = None, result: TaskResult | None = None
+) -> tuple[Shell, ...]:
     """The obstacles of a problem as triangles, in their places or where a task moves and turns them.
 
+    Free ones are where they are in its result.
     Of planes there is the part beside a body with these points (N, 3) mm.
     """
     found = list[Shell]()
     for spec in problem.obstacle:
-        view = View(center_of(spec), pose_of(task.poses.get(spec.name, ()) if task else ()))
+        pose = pose_of((task.poses if task else {}).get(spec.name, ()))
+        if result is not None and spec.name in result.pose_translations:
+            pose = np.array([*result.pose_translations[spec.name], *result.pose_rotations[spec.name]])
+        view = View(center_of(spec), pose)
         if isinstance(spec, PlaneSpec):
             part = _part(spec, view.seen(points), MARGIN * problem.body.length)
             found.append(Shell(view.placed(part.points), part.triangles))

@@ -10,13 +10,14 @@ depends on places x = X + u alone, and its mixed derivative by u and X is its He
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mechanics.assembly.free import Free, gaps, share_above
 from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
 from pneumorph.mechanics.assembly.pose import STILL, View
 from pneumorph.mechanics.assembly.recent import Recent
@@ -185,6 +186,11 @@ class SeenTouch:
         data = np.einsum("ia,kab,jb->kij", turn, blocks.data, turn)
         return sparse.csr_array(sparse.bsr_array((data, blocks.indices, blocks.indptr), shape=found.shape))
 
+    @property
+    def by_pose(self) -> np.ndarray:
+        """Derivatives (6,) of the energy by the pose, N and N·mm."""
+        return self._view.by_pose(self._x, self._touch.slope)
+
     def change(self, dx: np.ndarray, dpose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How `slope`, and the derivative (6,) by the pose, change along dx (N, 3) and dpose (6,)."""
         return self._view.change(self._x, self._touch.slope, self._touch.product, dx, dpose)
@@ -204,18 +210,32 @@ class Contact:
         The body's surface and triangles around the obstacle, for what reaches in between the sample points.
     own : Pairs or None
         The body's surface and itself, if it may touch itself.
+    free : dict of Free by name of an obstacle
+        Those that are free, in the order of their unknowns.
     """
 
     surface: Connectivity
     obstacles: Mapping[str, Obstacle | Triangulated]
     guards: Mapping[str, Pairs]
     own: Pairs | None
+    free: Mapping[str, Free] = field(default_factory=dict)
 
     @property
     def changes(self) -> bool:
         """Whether there is contact whose connectivity changes with the state."""
         triangulated = any(isinstance(each, Triangulated) for each in self.obstacles.values())
-        return triangulated or bool(self.guards) or self.own is not None
+        return triangulated or bool(self.guards) or self.own is not None or bool(self.free)
+
+    @cached_property
+    def rows(self) -> list[int]:
+        """The numbers of the free obstacles."""
+        return [list(self.obstacles).index(name) for name in self.free]
+
+    def poses(self, shift: np.ndarray, objects: np.ndarray) -> np.ndarray:
+        """The poses (K, 6) of all obstacles, from the given ones and the unknowns (J, 6) of those that are free."""
+        poses = np.array(shift, dtype=float)
+        poses[self.rows] += objects
+        return poses
 
     def views(self, poses: np.ndarray) -> list[View]:
         """How every obstacle sees the body, at poses (K, 6)."""
@@ -242,7 +262,8 @@ class Contact:
             for each, view in zip(self.obstacles.values(), self.views(poses), strict=True)
             if isinstance(each, Obstacle)
         )
-        return all(clear) and all(pairs.apart(view.seen(x)) for pairs, _, view in self.pairs(poses))
+        above = bool(np.all(gaps(self.obstacles, self.free, self.views(poses)) > 0.0))
+        return above and all(clear) and all(pairs.apart(view.seen(x)) for pairs, _, view in self.pairs(poses))
 
     def free_share(self, start: np.ndarray, end: np.ndarray, poses: np.ndarray, there: np.ndarray) -> float:
         """A share of the motion of the nodes from `start` to `end` (N, 3) on which nothing meets.
@@ -253,6 +274,7 @@ class Contact:
         first, last = sample_places(self.surface, start), sample_places(self.surface, end)
         turn = np.linalg.norm((there - poses)[:, 3:], axis=1).max(initial=0.0)
         shares = [1.0 if turn <= MOST_TURN else float(MOST_TURN / turn)]
+        shares.append(share_above(*(gaps(self.obstacles, self.free, self.views(each)) for each in (poses, there))))
         for each, view, after in zip(self.obstacles.values(), self.views(poses), self.views(there), strict=True):
             if isinstance(each, Obstacle):
                 shares.append(free_share(each.shape, self.surface, view.seen(first), after.seen(last)))

@@ -18,7 +18,7 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.assembly.obstacles import SAMPLE_N, length_of
+from pneumorph.mechanics.assembly.obstacles import SAMPLE_N, length_of, posed
 from pneumorph.mechanics.assembly.pose import seen
 from pneumorph.mechanics.assembly.terms import Loads, Local, Values
 
@@ -54,10 +54,10 @@ class Hold(NamedTuple):
         return np.concatenate([self.force[..., None], self.anchor, self.normal], axis=-1).reshape(len(self.force), -1)
 
 
-@partial(register_dataclass, data_fields=["coefficient", "reach", "number", "center"], meta_fields=[])
+@partial(register_dataclass, data_fields=["coefficient", "reach", "number", "center", "object"], meta_fields=["free"])
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """D of one obstacle: the coefficient μ, the slip ε in mm, the row of its pose in `Loads.shift`, and its centre.
+    """D of one obstacle: the coefficient μ, the slip ε in mm, its centre, and its rows as in an `Obstacle`.
 
     The data of a face are those of a `Hold`.
     """
@@ -66,12 +66,14 @@ class Friction:
     reach: Values
     number: Values = 0
     center: Values = (0.0, 0.0, 0.0)
+    object: Values = 0
+    free: bool = False
 
     def energies(self, local: Local, loads: Loads) -> Array:
         held = jnp.asarray(local.data).reshape(local.X.shape[0], -1, 7)
         force, anchor, normal = held[..., 0], held[..., 1:4], held[..., 4:]
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
-        away = seen(places, jnp.asarray(self.center), jnp.asarray(loads.shift)[self.number]) - anchor
+        away = seen(places, jnp.asarray(self.center), posed(self, local, loads)) - anchor
         slip = away - jnp.sum(away * normal, axis=-1, keepdims=True) * normal
         return self.coefficient * jnp.sum(force * smoothed(slip, self.reach), axis=1)
 

@@ -36,7 +36,7 @@ def surface_of(mesh: TetMesh) -> Connectivity:
     """All faces of a mesh but a cut one; the data of a face (7,) are its areas at the sample points, mm²."""
     faces = np.concatenate([nodes for name, nodes in mesh.faces.items() if not name.startswith("mirror ")])
     along, across = np.einsum("fai,qak->kfqi", mesh.points[faces], SAMPLE_DN)
-    return connect(faces, data=SAMPLE_WEIGHTS * np.linalg.norm(np.cross(along, across), axis=-1))
+    return connect(faces, data=SAMPLE_WEIGHTS * np.linalg.norm(np.cross(along, across), axis=-1), objects=True)
 
 
 @dataclass(frozen=True)
@@ -165,18 +165,20 @@ def _outside(beyond: Array) -> Array:
     return length_of(jnp.maximum(beyond, 0.0)) + jnp.minimum(jnp.max(beyond, axis=-1), 0.0)
 
 
-@partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number"], meta_fields=[])
+@partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number", "object"], meta_fields=["free"])
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """The barrier of a rigid body: the activation distance d̂ in mm, and the stiffness κ in MPa.
 
-    The row `number` of `Loads.shift` is its pose.
+    The row `number` of `Loads.shift` is its pose, to which that of a free one adds the row `object` of the unknowns.
     """
 
     shape: Shape
     activation: Values
     stiffness: Values
     number: Values = 0
+    object: Values = 0
+    free: bool = False
 
     @property
     def center(self) -> Values:
@@ -184,8 +186,27 @@ class Obstacle:
 
     def energies(self, local: Local, loads: Loads) -> Array:
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
-        places = seen(places, jnp.asarray(self.center), jnp.asarray(loads.shift)[self.number])
+        places = seen(places, jnp.asarray(self.center), posed(self, local, loads))
         return jnp.sum(local.data * barrier(self.shape.distance(places), self.activation, self.stiffness), axis=1)
+
+
+class Posed(Protocol):
+    """What has a row of `Loads.shift` and, where it is free, one of the unknowns of free obstacles."""
+
+    @property
+    def number(self) -> Values: ...
+
+    @property
+    def object(self) -> Values: ...
+
+    @property
+    def free(self) -> bool: ...
+
+
+def posed(of: Posed, local: Local, loads: Loads) -> Array:
+    """The pose (6,) of an obstacle."""
+    given = jnp.asarray(loads.shift)[of.number]
+    return given + jnp.asarray(local.objects)[of.object] if of.free else given
 
 
 def barrier(distance: Values, activation: Values, stiffness: Values) -> Array:

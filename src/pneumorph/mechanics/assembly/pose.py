@@ -73,6 +73,10 @@ class View:
         """Rᵀ v of vectors (..., 3), as the obstacle sees them."""
         return vectors + vectors @ self._turn[0] if self.turned else vectors
 
+    def turning(self, vector: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Derivatives (k, 3) of a·R v by θ, of a vector v (3,) that the obstacle sees, for vectors a (k, 3)."""
+        return np.einsum("ki,ijl,j->kl", along, self._turn[1], vector)
+
     def by_pose(self, x: np.ndarray, by_y: np.ndarray) -> np.ndarray:
         """Derivative (6,) by the pose of a function of y, from that (N, 3) by y, with nodes at x (N, 3)."""
         by_angle = np.einsum("ab,abk->k", self._arm(x).T @ by_y, self._turn[1])

@@ -56,11 +56,23 @@ class Potential(NamedTuple):
         """Whether there is contact whose connectivity changes with the state."""
         return self.contact is not None and self.contact.changes
 
-    def touches(self, x: np.ndarray, loads: Loads) -> Iterator[tuple[SeenTouch, int | None]]:
-        """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself."""
+    def touches(self, x: np.ndarray, state: State, loads: Loads) -> Iterator[tuple[SeenTouch, int | None, int | None]]:
+        """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself.
+
+        And with the row of its unknowns, None for one that is not free.
+        """
         if self.contact is not None:
-            for pairs, number, view in self.contact.pairs(np.asarray(loads.shift)):
-                yield SeenTouch(pairs.touch(view.seen(x)), view, x), number
+            objects = {number: row for row, number in enumerate(self.contact.rows)}
+            for pairs, number, view in self.contact.pairs(poses(self, state, loads)):
+                free = None if number is None else objects.get(number)
+                yield SeenTouch(pairs.touch(view.seen(x)), view, x), number, free
+
+
+def poses(potential: Potential, state: State, loads: Loads) -> np.ndarray:
+    """The poses (K, 6) of all obstacles."""
+    if potential.contact is None:
+        return np.zeros((0, 6))
+    return potential.contact.poses(np.asarray(loads.shift), state.objects)
 
 
 def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
@@ -78,7 +90,7 @@ def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> fl
 
 
 def value_and_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> tuple[float, State]:
-    """Π and R = ∂Π/∂(u, plate, π)."""
+    """Π and R = ∂Π/∂(u, plate, π, objects)."""
     ride = Ride(potential.tip, X, state.plate)
     value, full = _forces(potential, potential.groups, X, state, loads, ride)
     return value, _on_unknowns(ride, full)
@@ -116,19 +128,20 @@ def pullback(
     by_X, by_u, by_w = np.zeros((3, len(ws), *X.shape))
     acting = [_none(loads) for _ in ws]
     for seen, energies in potential.groups:
-        at = seen.local(X, u, state.hydrostatic, state.plate)
+        at = seen.local(X, u, state)
         pulls = [derivatives.pullback(energy, seen, at, loads, len(ws) > 1) for energy in energies]
         for k, w in enumerate(ws):
             field = _displacement(w.u, nodes, ride.along(w.plate))
-            along = seen.local(X, field, w.hydrostatic, w.plate)
+            along = seen.local(X, field, w)
             for pull in pulls:
-                found = pull(Forces(along.u, along.hydrostatic, along.plate))
+                found = pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
                 for part, out in ((found.X, by_X[k]), (found.u, by_u[k]), (found.w, by_w[k])):
                     add_rows(part, seen.nodes, out)
                 acting[k] = jax.tree.map(np.add, acting[k], found.loads)
-    for touch, number in potential.touches(X + u, loads):
+    for touch, number, free in potential.touches(X + u, state, loads):
         for k, w in enumerate(ws):
-            pulled, by_pose = touch.change(_displacement(w.u, nodes, ride.along(w.plate)), STILL)
+            moving = STILL if free is None else w.objects[free]
+            pulled, by_pose = touch.change(_displacement(w.u, nodes, ride.along(w.plate)), moving)
             by_X[k] += pulled
             by_u[k] += pulled
             by_w[k] += touch.slope
@@ -148,13 +161,21 @@ def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Load
     return State(*(np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)))
 
 
+def object_columns(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> list[State]:
+    """∂R/∂objects: the change of R along each unknown of the free obstacles, row after row."""
+    groups = tuple(group for group in potential.groups if group.connectivity.objects)
+    still, none = jax.tree.map(np.zeros_like, state), _none(loads)
+    units = np.eye(state.objects.size).reshape(-1, *state.objects.shape)
+    here = potential._replace(groups=groups)
+    return [_change(here, X, state, loads, still._replace(objects=unit), None, none) for unit in units]
+
+
 def pulled_to_unknowns(tip: Tip, X: np.ndarray, state: State, by_u: np.ndarray) -> tuple[State, np.ndarray]:
     """Turn derivatives (N, 3) by all displacements into those by the unknowns and, through the tip, by X (N, 3)."""
     ride, by_X = Ride(tip, X, state.plate), np.zeros(X.shape)
     if len(tip.nodes):
         by_X[tip.nodes] = ride.on_places(by_u[tip.nodes])
-    none = np.zeros(state.hydrostatic.shape)
-    return _on_unknowns(ride, State(by_u.copy(), np.zeros(6), none)), by_X
+    return _on_unknowns(ride, _nothing(X, state)._replace(u=by_u.copy())), by_X
 
 
 def displacement(tip: Tip, X: np.ndarray, state: State) -> np.ndarray:
@@ -174,7 +195,7 @@ def contact_tangent(
     ride = Ride(potential.tip, X, state.plate)
     x = X + _displacement(state.u, potential.tip.nodes, ride.displacement())
     found, turned = sparse.csr_array((X.size, X.size)), np.zeros((6, 6))
-    for touch, _ in potential.touches(x, loads):
+    for touch, _, _ in potential.touches(x, state, loads):
         found = found + touch.hessian
         if len(potential.tip.nodes):
             forces = touch.slope[potential.tip.nodes]
@@ -190,16 +211,18 @@ def _forces(
     Of `groups` of the potential's, and all its contact in pairs.
     """
     u = _displacement(state.u, ride.tip.nodes, ride.displacement())
-    value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
+    value, by = 0.0, _nothing(X, state)
     for seen, energies in groups:
-        at = seen.local(X, u, state.hydrostatic, state.plate)
+        at = seen.local(X, u, state)
         for energy in energies:
             part, found = derivatives.forces(energy, seen, at, loads)
             value += part
             _add(seen, found, by)
-    for touch, _ in potential.touches(X + u, loads):
+    for touch, _, free in potential.touches(X + u, state, loads):
         value += touch.energy
         by.u[:] += touch.slope
+        if free is not None:
+            by.objects[free] += touch.by_pose
     return value, by
 
 
@@ -209,15 +232,20 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
     moving = ride.along(dstate.plate) if dX is None else ride.along(dstate.plate) + ride.moved(dX[nodes])
     u, du = _displacement(state.u, nodes, ride.displacement()), _displacement(dstate.u, nodes, moving)
     motion = np.zeros(X.shape) if dX is None else dX
-    by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
+    by = _nothing(X, state)
     for seen, energies in potential.groups:
-        at = seen.local(X, u, state.hydrostatic, state.plate)
-        along = seen.local(motion, du, dstate.hydrostatic, dstate.plate)
+        at = seen.local(X, u, state)
+        along = seen.local(motion, du, dstate)
         for energy in energies:
             _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
-    for touch, number in potential.touches(X + u, loads):
+    for touch, number, free in potential.touches(X + u, state, loads):
         moved = STILL if number is None else dloads.shift[number]
-        by.u[:] += touch.change(motion + du, moved)[0]
+        if free is None:
+            by.u[:] += touch.change(motion + du, moved)[0]
+        else:
+            by_x, by_pose = touch.change(motion + du, moved + dstate.objects[free])
+            by.u[:] += by_x
+            by.objects[free] += by_pose
     changed = _on_unknowns(ride, by)
     if len(nodes) and (dX is not None or np.any(dstate.plate)):
         _, forces = _forces(potential, potential.near_tip, X, state, loads, ride)
@@ -232,6 +260,13 @@ def _add(seen: Connectivity, found: Forces, by: State) -> None:
         np.add.at(by.hydrostatic, seen.hydrostatics, found.hydrostatic)
     if seen.plate:
         by.plate[:] += found.plate
+    if seen.objects:
+        by.objects[:] += found.objects
+
+
+def _nothing(X: np.ndarray, state: State) -> State:
+    """Zeros by all nodes and unknowns."""
+    return State(np.zeros(X.shape), *(np.zeros(part.shape) for part in state[1:]))
 
 
 def _displacement(u: np.ndarray, nodes: np.ndarray, on_tip: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """What the body presses on obstacles with: the force, the sum of normal forces, and the area; with derivatives.
 
-All are functions of the places x = X + u of the nodes, so their derivatives by X and by u are equal.
+All are functions of the poses of the obstacles and of the places x = X + u of the nodes, so their derivatives by X and
+by u are equal.
 """
 
 from __future__ import annotations
@@ -48,9 +49,15 @@ def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.nda
     return found
 
 
-def pulled_back(contact: Contact, x: np.ndarray, poses: np.ndarray, cotangents: np.ndarray) -> np.ndarray:
-    """Derivatives (k, N, 3) of cotangent·`pressed` by the places of the nodes, for k cotangents (k, K, 5) at once."""
-    by_x = np.zeros((len(cotangents), *x.shape))
+def pulled_back(
+    contact: Contact, x: np.ndarray, poses: np.ndarray, cotangents: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of cotangent·`pressed` by the places of the nodes (k, N, 3) and by the poses (k, K, 6).
+
+    The latter if there are free obstacles, else zero. For k cotangents (k, K, 5) at once.
+    """
+    by_x, by_pose = np.zeros((len(cotangents), *x.shape)), np.zeros((len(cotangents), *poses.shape))
+    forces = pressed(contact, x, poses)[:, FORCE] if contact.free else None
     for number, ((name, obstacle), view) in enumerate(
         zip(contact.obstacles.items(), contact.views(poses), strict=True)
     ):
@@ -69,7 +76,10 @@ def pulled_back(contact: Contact, x: np.ndarray, poses: np.ndarray, cotangents: 
             for out, motion in zip(by_y, _motions(touch.slope, bars), strict=True):
                 out += touch.product(motion)
         by_x += view.directed(by_y)
-    return by_x
+        if forces is not None:
+            by_pose[:, number] = np.stack([view.by_pose(x, by_y[k]) for k in range(len(by_y))])
+            by_pose[:, number, 3:] += view.turning(view.drawn(forces[number]), cotangents[:, number, FORCE])
+    return by_x, by_pose
 
 
 def _on_triangulated(touch: TriangulatedTouch, bars: np.ndarray) -> np.ndarray:

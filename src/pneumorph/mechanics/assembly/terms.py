@@ -18,6 +18,7 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.assembly.element import tet_energies, tet_works, triangle_volumes
+from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.material.rubber import Energy
 
 Values = Any
@@ -48,6 +49,7 @@ class Local(NamedTuple):
     hydrostatic : (E, c) hydrostatic unknowns π, MPa.
     plate : (6,) plate unknowns; (0,) where the elements do not see the plate.
     data : (E, k) constants of the elements.
+    objects : (J, 6) unknowns of the free obstacles; none where the elements do not see them.
     """
 
     X: Values
@@ -55,11 +57,12 @@ class Local(NamedTuple):
     hydrostatic: Values
     plate: Values
     data: Values
+    objects: Values = np.zeros((0, 6))
 
     def of(self, chunk: slice) -> Local:
         """The values of a chunk of elements."""
-        X, u, hydrostatic, plate, data = self
-        return Local(X[chunk], u[chunk], hydrostatic[chunk], plate, data[chunk])
+        X, u, hydrostatic, plate, data, objects = self
+        return Local(X[chunk], u[chunk], hydrostatic[chunk], plate, data[chunk], objects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +83,8 @@ class Connectivity:
         Number of elements evaluated together.
     plate : bool
         Whether the elements see the plate unknowns.
+    objects : bool
+        Whether they see those of the free obstacles.
     """
 
     nodes: np.ndarray
@@ -88,16 +93,19 @@ class Connectivity:
     weight: np.ndarray
     chunk: int
     plate: bool = False
+    objects: bool = False
 
     @property
     def count(self) -> int:
         """Number of elements without the padding, which comes last."""
         return int(np.count_nonzero(self.weight))
 
-    def local(self, X: np.ndarray, u: np.ndarray, hydrostatic: np.ndarray, plate: np.ndarray) -> Local:
-        """Gather what the elements see of nodes X (N, 3), displacements u (N, 3), all π and the plate (6,)."""
-        seen = hydrostatic[self.hydrostatics] if self.hydrostatics.shape[1] else self.hydrostatics.astype(float)
-        return Local(X[self.nodes], u[self.nodes], seen, plate if self.plate else np.zeros(0), self.data)
+    def local(self, X: np.ndarray, u: np.ndarray, state: State) -> Local:
+        """Gather what the elements see of nodes X (N, 3), displacements u (N, 3), and the other unknowns of a state."""
+        seen = state.hydrostatic[self.hydrostatics] if self.hydrostatics.shape[1] else self.hydrostatics.astype(float)
+        plate = state.plate if self.plate else np.zeros(0)
+        objects = state.objects if self.objects else np.zeros((0, 6))
+        return Local(X[self.nodes], u[self.nodes], seen, plate, self.data, objects)
 
     def chunks(self) -> list[slice]:
         """The elements of every chunk."""
@@ -111,7 +119,11 @@ cache of a core."""
 
 
 def connect(
-    nodes: np.ndarray, hydrostatics: np.ndarray | None = None, data: np.ndarray | None = None, plate: bool = False
+    nodes: np.ndarray,
+    hydrostatics: np.ndarray | None = None,
+    data: np.ndarray | None = None,
+    plate: bool = False,
+    objects: bool = False,
 ) -> Connectivity:
     """The connectivity of elements with `nodes` (E, a), padded with copies of the first element."""
     count = len(nodes)
@@ -125,6 +137,7 @@ def connect(
         weight=np.concatenate([np.ones(count), np.zeros(extra)]),
         chunk=chunk,
         plate=plate,
+        objects=objects,
     )
 
 

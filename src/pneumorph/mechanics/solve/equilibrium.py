@@ -26,6 +26,7 @@ from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.solve.balance import applied_force, evaluate, free_share, free_way, largest_stretches, unloaded
 from pneumorph.mechanics.solve.descent import minimise
+from pneumorph.mechanics.solve.landing import landed, unheld
 from pneumorph.mechanics.solve.prediction import predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
@@ -42,6 +43,11 @@ FIRST_RESHAPED = 1 / 2
 SMALLEST_MOVE = 1e-4
 """The same where obstacles move, which may have to be less than the gap to what they press on."""
 
+
+UNHELD = (
+    'obstacle "{name}" is free, but nothing holds it in some direction; let it rest on the body or a plane, or give it '
+    "a spring or hold in [obstacle.free]"
+)
 
 FIRST_WITH_CONTACT = 1 / 8
 """Fraction of the load in the first step where surfaces may touch: from far away they would meet in rough detail."""
@@ -159,15 +165,10 @@ def solve(
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most
     try:
-        if start is not None:
-            found = _find(at, tangent, start, tolerance)
-            if not isinstance(found, str):
-                return read_off(at, tangent, *found, before)
-        if since is not None:
-            earlier, state = since
-            begin = earlier if isinstance(earlier, Configuration) else replace(at, loads=earlier)
-            return _raise(at, begin, state, tangent, before, tolerance)
-        return _step_up(at, tangent, before, tolerance)
+        found = _searched(at, tangent, start, tolerance, since, before)
+        if isinstance(found, Equilibrium) and (loose := unheld(at, tangent, found.state)) is not None:
+            return NoEquilibrium(UNHELD.format(name=loose), 1.0, None)
+        return found
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
     except TooCostly:
@@ -176,9 +177,24 @@ def solve(
         tangent.max_factorisations = math.inf
 
 
+def _searched(
+    at: Configuration, tangent: Tangent, start: State | None, tolerance: float, since, before
+) -> Equilibrium | NoEquilibrium:
+    """The search of `solve`."""
+    if start is not None:
+        found = _find(at, tangent, start, tolerance)
+        if not isinstance(found, str):
+            return read_off(at, tangent, *found, before)
+    if since is not None:
+        earlier, state = since
+        begin = earlier if isinstance(earlier, Configuration) else replace(at, loads=earlier)
+        return _raise(at, begin, state, tangent, before, tolerance)
+    return _step_up(at, tangent, before, tolerance)
+
+
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    return (find_stable if at.model.mixed else minimise)(at, tangent, start, tolerance)
+    return (find_stable if at.model.mixed else minimise)(at, tangent, landed(at, start), tolerance)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
