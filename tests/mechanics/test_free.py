@@ -123,9 +123,11 @@ def test_a_spring_carries_a_ball_that_touches_nothing():
     assert found.state.objects[0] == pytest.approx([0, 0, -5e-6 * GRAVITY / 0.1, 0, 0, 0], abs=1e-9)
 
 
-@pytest.mark.parametrize("shape, acceleration, floor", [(BALL, 0.0, None), (BLOCK, GRAVITY, FLOOR)])
+@pytest.mark.parametrize(
+    "shape, acceleration, floor", [(BALL, 0.0, None), (BALL, -GRAVITY, None), (BLOCK, GRAVITY, FLOOR)]
+)
 def test_what_nothing_holds_is_named(shape, acceleration, floor):
-    """A ball without weight in the air, a block that may slide on a floor."""
+    """A ball without weight in the air, one that falls away, a block that may slide on a floor."""
     at = stood(shape, 5e-6, acceleration=acceleration, floor=floor)
     found = solve(at, Tangent(at.model))
     assert not isinstance(found, Equilibrium)

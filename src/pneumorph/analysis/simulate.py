@@ -261,6 +261,7 @@ def step_of(
         return SweepStep(task, pressures, converged=False, reason=found.reason)
     motion = measure_features(at.model, at.X, found.state, shift=np.asarray(at.loads.shift))
     touched = contact_forces(at, found.state)
+    translations, rotations = poses_of(at.model, motion)
     return SweepStep(
         task=task,
         pressures=pressures,
@@ -276,7 +277,8 @@ def step_of(
         contact_normal=touched.normal,
         contact_area=touched.area,
         self_contact=touched.own,
-        **poses_of(at.model, motion),
+        pose_translations=translations,
+        pose_rotations=rotations,
     )
 
 

@@ -19,6 +19,7 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
     for name, equilibrium in analysis.equilibria.items():
         objective = disc.objectives[name]
         moved = objective.features(disc.model, analysis.configurations[name].X, equilibrium.state)
+        translations, rotations = poses_of(disc.model, moved)
         found[name] = TaskResult(
             pressures=analysis.pressures[name],
             objective=analysis.values[name],
@@ -35,17 +36,18 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             contact={name: vector(on.force) for name, on in moved.contact.items()},
             contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
             contact_area={name: float(on.area) for name, on in moved.contact.items()},
-            **poses_of(disc.model, moved),
+            pose_translations=translations,
+            pose_rotations=rotations,
         )
     return found
 
 
-def poses_of(model: Model, moved: Features) -> dict[str, dict[str, Vector]]:
-    """The fields of a record with the poses of free obstacles."""
+def poses_of(model: Model, moved: Features) -> tuple[dict[str, Vector], dict[str, Vector]]:
+    """Displacements and rotation vectors of free obstacles."""
     free = [] if model.contact is None else list(model.contact.free)
-    return {
-        "pose_translations": {name: vector(moved.pose[name][:3]) for name in free},
-        "pose_rotations": {name: vector(moved.pose[name][3:]) for name in free},
+    poses = {name: np.asarray(moved.pose[name]) for name in free}
+    return {name: vector(pose[:3]) for name, pose in poses.items()}, {
+        name: vector(pose[3:]) for name, pose in poses.items()
     }
 
 

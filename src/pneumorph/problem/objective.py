@@ -404,6 +404,7 @@ KINDS = {
     "match_sections": MatchSections,
     "reach": Reach,
     "motion": TargetMotion,
+    "pose": TargetPose,
     "press": Press,
     "contact_area": ContactArea,
     "custom": Custom,

@@ -44,11 +44,6 @@ SMALLEST_MOVE = 1e-4
 """The same where obstacles move, which may have to be less than the gap to what they press on."""
 
 
-UNHELD = (
-    'obstacle "{name}" is free, but nothing holds it in some direction; let it rest on the body or a plane, or give it '
-    "a spring or hold in [obstacle.free]"
-)
-
 FIRST_WITH_CONTACT = 1 / 8
 """Fraction of the load in the first step where surfaces may touch: from far away they would meet in rough detail."""
 
@@ -167,7 +162,7 @@ def solve(
     try:
         found = _searched(at, tangent, start, tolerance, since, before)
         if isinstance(found, Equilibrium) and (loose := unheld(at, tangent, found.state)) is not None:
-            return NoEquilibrium(UNHELD.format(name=loose), 1.0, None)
+            return NoEquilibrium(loose, 1.0, None)
         return found
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
@@ -194,7 +189,10 @@ def _searched(
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    return (find_stable if at.model.mixed else minimise)(at, tangent, landed(at, start), tolerance)
+    begin = landed(at, start)
+    if isinstance(begin, str):
+        return begin
+    return (find_stable if at.model.mixed else minimise)(at, tangent, begin, tolerance)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
@@ -243,7 +241,7 @@ def _raise(
         if isinstance(found, str) and last is not None and not moving:
             found = search(part, tangent, state, tolerance)
         if isinstance(found, str) and step < smallest and not part.model.mixed:
-            found = minimise(part, tangent, state, tolerance)
+            found = _find(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, min(step, fraction - reached) / 2
             if step < smallest / 2:

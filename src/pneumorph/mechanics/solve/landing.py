@@ -9,7 +9,13 @@ from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import NOTHING, Configuration, Tangent, looseness
 from pneumorph.mechanics.solve.balance import evaluate, free_share, supported
 
-MOST_STEPS = 300
+MOST_STEPS = 100
+"""Most steps on the way down, each of them shorter than a part of the body: what has met nothing then falls past it."""
+
+UNHELD = (
+    'obstacle "{name}" is free, but nothing holds it in some direction; let it rest on the body or a plane, or give it '
+    "a spring or hold in [obstacle.free]"
+)
 LANDED = 1e-3
 """Residual of free obstacles, over what they weigh, at which the body may give way."""
 
@@ -17,10 +23,10 @@ HELD = 1e-2
 """Least stiffness of what holds a free obstacle, over that with which searches hold one (`tangent.LOOSE`)."""
 
 
-def landed(at: Configuration, start: State) -> State:
+def landed(at: Configuration, start: State) -> State | str:
     """The state with the free obstacles that nothing holds let down on the body, which stays as it is.
 
-    They go downhill by Newton steps whose curvatures are made positive.
+    They go downhill by Newton steps whose curvatures are made positive. The reason if they meet nothing.
     """
     model = at.model
     free, moving = _unknowns(at)
@@ -49,18 +55,21 @@ def landed(at: Configuration, start: State) -> State:
         else:
             break
         vector, energy, residual = trial, value, supported(at, gradient)
-    return model.state(vector)
+    state = model.state(vector)
+    falling = np.flatnonzero(_loose(at, state))
+    if len(falling) and np.linalg.norm(residual[free[falling]]) > LANDED * first:
+        return _words(at, falling[0])
+    return state
 
 
 def unheld(at: Configuration, tangent: Tangent, state: State) -> str | None:
-    """The name of a free obstacle that nothing holds at a state, None if all are held."""
+    """That nothing holds a free obstacle at a state, in words; None if all are held."""
     free, moving = _unknowns(at)
     if at.model.contact is None or not len(moving):
         return None
-    names = list(at.model.contact.free)
     loose = np.flatnonzero(_loose(at, state))
     if len(loose):
-        return names[loose[0] // 6]
+        return _words(at, loose[0])
     units = np.zeros((at.model.size, len(moving)))
     units[free[moving], np.arange(len(moving))] = 1.0
     scale = np.sqrt(looseness(at)[moving])
@@ -69,7 +78,13 @@ def unheld(at: Configuration, tangent: Tangent, state: State) -> str | None:
     softest = int(np.argmax(np.abs(values)))
     if np.abs(values[softest]) * HELD < 1.0:
         return None
-    return names[moving[int(np.argmax(np.abs(vectors[:, softest])))] // 6]
+    return _words(at, moving[int(np.argmax(np.abs(vectors[:, softest])))])
+
+
+def _words(at: Configuration, unknown: int) -> str:
+    """That nothing holds the free obstacle with this unknown of theirs."""
+    assert at.model.contact is not None
+    return UNHELD.format(name=list(at.model.contact.free)[unknown // 6])
 
 
 def _unknowns(at: Configuration) -> tuple[np.ndarray, np.ndarray]:
