@@ -165,7 +165,7 @@ def object_columns(potential: Potential, X: np.ndarray, state: State, loads: Loa
     """∂R/∂objects: the change of R along each unknown of the free obstacles, row after row."""
     groups = tuple(group for group in potential.groups if group.connectivity.objects)
     still, none = jax.tree.map(np.zeros_like, state), _none(loads)
-    units = np.eye(state.objects.size).reshape(-1, *state.objects.shape)
+    units = np.eye(state.objects.size).reshape(state.objects.size, *state.objects.shape)
     here = potential._replace(groups=groups)
     return [_change(here, X, state, loads, still._replace(objects=unit), None, none) for unit in units]
 

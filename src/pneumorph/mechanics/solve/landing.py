@@ -30,7 +30,7 @@ def landed(at: Configuration, start: State) -> State | str:
     """
     model = at.model
     free, moving = _unknowns(at)
-    if not np.any(_loose(at, start)):
+    if not len(moving) or not np.any(_loose(at, start)):
         return start
     own, stiffness = free[moving], looseness(at)[moving]
     lever = np.sqrt(stiffness / stiffness.min())
