@@ -4,6 +4,7 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
+from records import task_result
 from tiny import tiny
 
 from pneumorph.errors import ComputationError, ProblemError
@@ -175,6 +176,16 @@ def test_what_is_wrong_is_said_in_one_line(text, message):
     with pytest.raises(ProblemError, match=message) as refused:
         loads(tiny() + text)
     assert "\n" not in str(refused.value)
+
+
+def test_pictures_show_obstacles_at_their_poses():
+    turned = tiny(pressure='{ A = "60 kPa" }\nturn = { block = ["0 deg", "0 deg", "90 deg"] }')
+    problem = loads(turned + BLOCK + BALL + "free = {}\n")
+    result = task_result(pose_translations={"ball": (0.0, 1.0, 2.0)}, pose_rotations={"ball": (0.0, 0.0, 0.3)})
+    block, ball = obstacles_of(problem, np.zeros((1, 3)), problem.task[0], result)
+    assert np.ptp(block.points, axis=0) == pytest.approx([5.0, 4.0, 6.0])
+    assert np.mean([block.points.min(axis=0), block.points.max(axis=0)], axis=0) == pytest.approx([20.0, 0.0, 9.0])
+    assert np.linalg.norm(ball.points - [20.0, 1.0, 22.0], axis=1).min() > 4.0 - 1e-9
 
 
 GRAVITY = "[gravity]\ndirection = [0, 0, -1]\n"
