@@ -132,15 +132,21 @@ def loose() -> Contact:
     """Free obstacles of every kind of contact, with points above a plane that moves, and a lever of their weight."""
     rng, lobes = np.random.default_rng(5), lobed().obstacles["lobes"]
 
-    def free(z) -> Free:
-        springs, above = np.array([0.1, 0.2, 0.3, 4, 5, 6]), rng.uniform(-0.3, 0.3, (4, 3)) + np.array([7.5, 0.0, z])
+    def free(x, z) -> Free:
+        springs, above = np.array([0.1, 0.2, 0.3, 4, 5, 6]), rng.uniform(-0.3, 0.3, (4, 3)) + np.array([x, 0.0, z])
         return Free(2e-5, springs, np.zeros(6, bool), np.array([0.3, -0.2, 0.5]), 2 * np.eye(3), above, np.ones(4), 0.1)
 
     obstacles = {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in ("plane", "cylinder", "wedge")}
     assert isinstance(lobes, Triangulated)
     obstacles["lobes"] = Triangulated(SURFACE, lobes.mesh, 2.5, 0.3, (4.0, 1.0, 13.0))
     guards = {"wedge": crowded(WEDGE, own=False)}
-    return Contact(SURFACE, obstacles, guards, None, {"cylinder": free(5.0), "lobes": free(13.0), "wedge": free(99.0)})
+    return Contact(
+        SURFACE,
+        obstacles,
+        guards,
+        None,
+        {"cylinder": free(7.5, 5.0), "lobes": free(7.5, 13.0), "wedge": free(6.0, 99.0)},
+    )
 
 
 def sliding() -> Term:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -26,7 +27,7 @@ from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.solve.balance import applied_force, evaluate, free_share, free_way, largest_stretches, unloaded
 from pneumorph.mechanics.solve.descent import minimise
-from pneumorph.mechanics.solve.landing import landed, unheld
+from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
@@ -166,6 +167,8 @@ def solve(
         return found
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
+    except Unheld as error:
+        return NoEquilibrium(str(error), 0.0, None)
     except TooCostly:
         return NoEquilibrium(f"no equilibrium found in {most:g} factorisations", 0.0, None)
     finally:
@@ -177,9 +180,10 @@ def _searched(
 ) -> Equilibrium | NoEquilibrium:
     """The search of `solve`."""
     if start is not None:
-        found = _find(at, tangent, start, tolerance)
-        if not isinstance(found, str):
-            return read_off(at, tangent, *found, before)
+        with suppress(Unheld):
+            found = _find(at, tangent, start, tolerance)
+            if not isinstance(found, str):
+                return read_off(at, tangent, *found, before)
     if since is not None:
         earlier, state = since
         begin = earlier if isinstance(earlier, Configuration) else replace(at, loads=earlier)
@@ -189,10 +193,7 @@ def _searched(
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    begin = landed(at, start)
-    if isinstance(begin, str):
-        return begin
-    return (find_stable if at.model.mixed else minimise)(at, tangent, begin, tolerance)
+    return (find_stable if at.model.mixed else minimise)(at, tangent, landed(at, start), tolerance)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:

@@ -23,10 +23,19 @@ HELD = 1e-2
 """Least stiffness of what holds a free obstacle, over that with which searches hold one (`tangent.LOOSE`)."""
 
 
-def landed(at: Configuration, start: State) -> State | str:
+class Unheld(ArithmeticError):
+    """A free obstacle falls past everything."""
+
+
+def landed(at: Configuration, start: State) -> State:
     """The state with the free obstacles that nothing holds let down on the body, which stays as it is.
 
-    They go downhill by Newton steps whose curvatures are made positive. The reason if they meet nothing.
+    They go downhill by Newton steps whose curvatures are made positive.
+
+    Raises
+    ------
+    Unheld
+        If they meet nothing.
     """
     model = at.model
     free, moving = _unknowns(at)
@@ -58,7 +67,7 @@ def landed(at: Configuration, start: State) -> State | str:
     state = model.state(vector)
     falling = np.flatnonzero(_loose(at, state))
     if len(falling) and np.linalg.norm(residual[free[falling]]) > LANDED * first:
-        return _words(at, falling[0])
+        raise Unheld(_words(at, falling[0]))
     return state
 
 
