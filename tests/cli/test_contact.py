@@ -95,3 +95,32 @@ def test_friction_is_refused_where_states_have_no_way_to_them(run, tiny):
     refused = run("check", tiny)
     assert refused.exit_code != 0
     assert "contact.friction: is for simulate alone; leave it out here, and use simulate --friction" in refused.stderr
+
+
+BALL = """
+[[obstacle]]
+name = "ball"
+kind = "sphere"
+center = ["0 mm", "0 mm", "29.4 mm"]
+radius = "5 mm"
+free = { mass = "5 g", hold = ["x", "y"] }
+[gravity]
+direction = [0, 0, -1]
+"""
+
+
+def test_a_free_ball_is_lifted_by_the_tip(run, tiny, tmp_path):
+    """It lies on the plate: where that goes it goes too, and presses with its weight."""
+    with tiny.open("a", encoding="utf-8") as file:
+        file.write(BALL)
+    files = ("--json", tmp_path / "s.json", "--csv", tmp_path / "s.csv")
+    result = run("simulate", tiny, "--pressure", "A=0:60:60kPa", *files)
+    assert result.exit_code == 0, result.output
+    first, last = json.loads((tmp_path / "s.json").read_text())["steps"]
+    for step in (first, last):
+        assert step["contact_N"]["ball"] == pytest.approx([0.0, 0.0, 0.04905], abs=1e-4)
+    lifted = last["pose_mm"]["ball"][2] - first["pose_mm"]["ball"][2]
+    assert lifted == pytest.approx(last["translation_mm"][2] - first["translation_mm"][2], abs=1e-4) and lifted > 0.05
+    with (tmp_path / "s.csv").open() as table:
+        assert float(list(csv.DictReader(table))[1]["pose_ball_z_mm"]) == pytest.approx(last["pose_mm"]["ball"][2])
+    assert "ball goes by (0.000, 0.000, " in result.output

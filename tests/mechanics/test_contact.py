@@ -213,7 +213,7 @@ def test_what_is_inside_an_obstacle_of_triangles_or_around_it_is_not_apart():
     around = RigidMesh(30.0 * (NOTCH.points - NOTCH.points.mean(axis=0)), NOTCH.triangles)
     within = RigidMesh(0.01 * (NOTCH.points - NOTCH.points.mean(axis=0)) + np.array([8.75, 0.1, 1.5]), NOTCH.triangles)
     beside = replace(within, points=within.points + np.array([-8.75, 0.0, 0.0]))
-    apart = [ring(each, own=False).contact.apart(MESH.points, np.zeros((1, 3))) for each in (around, within, beside)]
+    apart = [ring(each, own=False).contact.apart(MESH.points, np.zeros((1, 6))) for each in (around, within, beside)]
     assert apart == [False, False, True]
 
 
@@ -327,8 +327,8 @@ def test_a_body_that_starts_in_an_obstacle_has_no_equilibrium():
 def test_steps_end_before_they_meet_an_obstacle():
     contact = Contact(SURFACE, {"0": Obstacle(SHAPES["sphere"], 0.3, 0.3)}, {}, None)
     start, end = MESH.points, MESH.points - np.array([0.0, 12.0, 0.0])
-    still = np.zeros((1, 3))
-    share = contact.free_share(start, end, still)
+    still = np.zeros((1, 6))
+    share = contact.free_share(start, end, still, still)
     assert 0.0 < share < 1.0
     assert contact.apart(start + share * (end - start), still) and not contact.apart(start + 0.5 * (end - start), still)
 
@@ -371,6 +371,19 @@ def test_an_obstacle_that_moves_presses_as_one_that_is_there():
     far = replace(SHAPES["sphere"], center=np.array([0.0, 0.0, 60.0]))
     both = loaded(ring(far, SHAPES["plane"], own=False), 0.002, o1=(0.0, -2.5, 0.0))
     assert found(both).u == pytest.approx(there[2].u, abs=1e-6)
+
+
+def test_an_obstacle_that_turns_presses_as_one_that_is_there():
+    """A plane turns about a point beside the ring, until it has pressed the ring down."""
+    flap = replace(SHAPES["plane"], point=np.array([40.0, 10.5, 0.0]))
+    model, angle = ring(flap, own=False), 0.06
+    at = loaded(model, 0.002, o0=(0.0, 0.0, 0.0, 0.0, 0.0, angle))
+    there = found(at)
+    forces = contact_forces(at, there.state).on["o0"]
+    normal = np.array([np.sin(angle), -np.cos(angle), 0.0])
+    assert -forces == pytest.approx(np.linalg.norm(forces) * normal, abs=1e-6) and forces[1] > 1e-3
+    made = found(loaded(ring(replace(flap, normal=normal), own=False), 0.002), start=there.state)
+    assert made.u == pytest.approx(there.u, abs=1e-6)
 
 
 def test_an_obstacle_with_triangles_moves_with_them():

@@ -13,6 +13,7 @@ from scipy import sparse
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.free import Carried, Free, Resting
 from pneumorph.mechanics.assembly.friction import Friction, Hold
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
@@ -127,6 +128,27 @@ def lobed() -> Contact:
     return Contact(SURFACE, {"lobes": Triangulated(SURFACE, lobes, 2.5, 0.3)}, {}, None)
 
 
+def loose() -> Contact:
+    """Free obstacles of every kind of contact, with points above a plane that moves, and a lever of their weight."""
+    rng, lobes = np.random.default_rng(5), lobed().obstacles["lobes"]
+
+    def free(x, z) -> Free:
+        springs, above = np.array([0.1, 0.2, 0.3, 4, 5, 6]), rng.uniform(-0.3, 0.3, (4, 3)) + np.array([x, 0.0, z])
+        return Free(2e-5, springs, np.zeros(6, bool), np.array([0.3, -0.2, 0.5]), 2 * np.eye(3), above, np.ones(4), 0.1)
+
+    obstacles = {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in ("plane", "cylinder", "wedge")}
+    assert isinstance(lobes, Triangulated)
+    obstacles["lobes"] = Triangulated(SURFACE, lobes.mesh, 2.5, 0.3, (4.0, 1.0, 13.0))
+    guards = {"wedge": crowded(WEDGE, own=False)}
+    return Contact(
+        SURFACE,
+        obstacles,
+        guards,
+        None,
+        {"cylinder": free(7.5, 5.0), "lobes": free(7.5, 13.0), "wedge": free(6.0, 99.0)},
+    )
+
+
 def sliding() -> Term:
     """Friction of points that have slipped by less and by more than what mobilises all of it."""
     random, points = np.random.default_rng(3), sample_places(SURFACE, MESH.points)
@@ -149,6 +171,7 @@ CASES = {
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
     "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching("plane", "sphere", "cylinder", "box")),
+    "free obstacles": partial(built, SOFT, kinds=(Obstacle, Carried, Resting), contact=loose()),
     "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
     "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
     "obstacle of triangles": partial(built, SOFT, kinds=Plate, contact=lobed()),
@@ -168,6 +191,9 @@ CASES = {
 }
 
 
+MOVED = (0.02, -0.03, 0.04, 0.02, -0.015, 0.06)
+
+
 class Place:
     """A model at a state that is no equilibrium, and directions to go in."""
 
@@ -180,12 +206,13 @@ class Place:
             acceleration=np.array([9810.0, -4000.0, 2000.0]),
             spring=np.array([0.1, 0.2, 0.5, 3, 20, 7]),
             wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
+            moves=dict.fromkeys(of.contact.obstacles if of.contact else (), MOVED),
         )
         self.at = configure(of, MESH.points, self.loads)
         self.vector = 0.05 * random.standard_normal(of.size)
         self.change, self.adjoint = random.standard_normal((2, of.size))
         # The tangent of contact in pairs jumps where the nearest parts of surfaces are others.
-        self.step = 5e-5 if of.potential.has_pairs else 2e-3
+        self.step = 5e-5 if of.potential.has_pairs else 2e-4 if of.contact else 2e-3
         self.dX = random.standard_normal(MESH.points.shape)
         self.dloads = jax.tree.map(lambda load: random.standard_normal(load.shape), self.loads)
 

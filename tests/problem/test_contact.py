@@ -4,6 +4,7 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
+from records import task_result
 from tiny import tiny
 
 from pneumorph.errors import ComputationError, ProblemError
@@ -174,4 +175,51 @@ def test_the_whole_body_is_solved_where_anything_touches():
 def test_what_is_wrong_is_said_in_one_line(text, message):
     with pytest.raises(ProblemError, match=message) as refused:
         loads(tiny() + text)
+    assert "\n" not in str(refused.value)
+
+
+def test_pictures_show_obstacles_at_their_poses():
+    turned = tiny(pressure='{ A = "60 kPa" }\nturn = { block = ["0 deg", "0 deg", "90 deg"] }')
+    problem = loads(turned + BLOCK + BALL + "free = {}\n")
+    result = task_result(pose_translations={"ball": (0.0, 1.0, 2.0)}, pose_rotations={"ball": (0.0, 0.0, 0.3)})
+    block, ball = obstacles_of(problem, np.zeros((1, 3)), problem.task[0], result)
+    assert np.ptp(block.points, axis=0) == pytest.approx([5.0, 4.0, 6.0])
+    assert np.mean([block.points.min(axis=0), block.points.max(axis=0)], axis=0) == pytest.approx([20.0, 0.0, 9.0])
+    assert np.linalg.norm(ball.points - [20.0, 1.0, 22.0], axis=1).min() > 4.0 - 1e-9
+
+
+GRAVITY = "[gravity]\ndirection = [0, 0, -1]\n"
+FREE = BALL + 'free = { mass = "5 g", hold = ["x", "turn_z"], spring = { y = "0.2 N/mm", turn_x = "3 N*mm/rad" } }\n'
+
+
+def test_a_free_obstacle_is_read_and_written():
+    aim = '{ kind = "pose", obstacle = "ball", z = "2 mm", turn_x = "5 deg" }'
+    problem = loads(tiny(objective=aim) + FREE + GRAVITY)
+    free = problem.obstacle[0].free
+    assert free.mass == pytest.approx(5e-6) and free.hold == ("x", "turn_z") and free.spring.turn_x == 3.0
+    assert problem.task[0].objective.targets == {"z": 2.0, "turn_x": pytest.approx(np.radians(5.0))}
+    assert loads(problem.to_toml()) == problem
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        (tiny() + FREE, r"obstacle\[0\].free.mass: has no weight without gravity; add a table \[gravity\]"),
+        (tiny() + FREE.replace('"x"', '"up"') + GRAVITY, r"obstacle\[0\].free.hold\[0\]: "),
+        (tiny() + FREE.replace('"5 g"', '"-5 g"') + GRAVITY, r"obstacle\[0\].free.mass: "),
+        (tiny() + TABLE + "free = {}\n", r"obstacle\[0\].free: "),
+        (
+            tiny(objective='{ kind = "pose", obstacle = "ball", z = "2 mm" }') + BALL,
+            'objective.obstacle: there is no free obstacle "ball"; give one a table free',
+        ),
+        (tiny(objective='{ kind = "pose", obstacle = "ball" }') + FREE + GRAVITY, "objective.z: is missing, and so is"),
+        (
+            tiny(pressure='{ A = "60 kPa" }\nturn = { bell = ["0 deg", "0 deg", "1 deg"] }') + BALL,
+            r'task\[0\].turn.bell: there is no obstacle "bell"; the obstacles are ball',
+        ),
+    ],
+)
+def test_free_obstacles_that_are_refused(text, message):
+    with pytest.raises(ProblemError, match=message) as refused:
+        loads(text)
     assert "\n" not in str(refused.value)

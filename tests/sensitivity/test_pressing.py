@@ -44,8 +44,9 @@ triangles = "{TRIANGLES}"
 position = ["-13.2 mm", "0 mm", "12 mm"]
 """
 OBSTACLES = WALL + ROD.format(name="rod", x=13.2) + LEFT
-# The rod is pressed onto the body, whose own place at rest it takes.
-PRESSURE = '{ A = "80 kPa" }\nmove = { rod = ["-0.3 mm", "0 mm", "0.2 mm"] }'
+# The rod is pressed onto the body, whose own place at rest it takes. Two obstacles are turned.
+TURN = 'turn = { rod = ["4 deg", "0 deg", "5 deg"], left = ["0 deg", "9 deg", "-6 deg"] }'
+PRESSURE = f'{{ A = "80 kPa" }}\nmove = {{ rod = ["-0.3 mm", "0 mm", "0.2 mm"] }}\n{TURN}'
 CODE = 'def objective(f):\n    return f.contact["rod"].normal + f.contact["left"].force[0] + f.contact["wall"].area\n'
 OBJECTIVES = {
     "component": '{ kind = "press", obstacle = "rod", direction = [1, 0, 0.2] }',
@@ -83,7 +84,7 @@ def test_the_gradients_are_exact(at, objectives, along):
     of_shape = np.arange(space.n) < space.n_shape
     random = np.random.default_rng(1).uniform(-1.0, 1.0, space.n)
     direction = np.where(of_shape, random, 0.0) if along == "shape" else np.where(of_shape, 0.0, 1.0)
-    steps = 0.05 * 0.5 ** np.arange(4)
+    steps = 0.02 * 0.5 ** np.arange(4)
     states = []
     for step in steps:
         phi = space.start + step * direction
@@ -120,7 +121,8 @@ def test_what_is_reported_is_what_the_objective_is(at, objectives, name):
 def test_they_are_written_as_they_are_read():
     for name in OBJECTIVES:
         assert loads(problem(name).to_toml()) == problem(name)
-    assert problem("component").task[0].moves == {"rod": (-0.3, 0.0, 0.2)}
+    task = problem("component").task[0]
+    assert task.moves == {"rod": (-0.3, 0.0, 0.2)} and task.poses["left"][4] == pytest.approx(np.pi / 20)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 // Rigid obstacles beside the body, each where the state that is shown has moved it.
 import * as THREE from "three";
 
+const STILL = new THREE.Matrix4().elements;
 const NEAR = 0.25; // how much of obstacles is in the picture around the body, as a part of its length
 
 export class Obstacles {
@@ -14,17 +15,20 @@ export class Obstacles {
       geometry.setIndex(new THREE.BufferAttribute(index, 1));
       const mesh = new THREE.Mesh(geometry, material);
       mesh.name = name;
+      mesh.matrixAutoUpdate = false;
       mesh.renderOrder = 5;
       return mesh;
     });
     if (this.meshes.length > 0) scene.add(...this.meshes);
   }
 
-  // moved: the displacements of those that are not in their places.
+  // moved: the matrices of those that are not in their places; null where that is not known.
   show(moved, shown) {
     for (const mesh of this.meshes) {
-      mesh.visible = shown;
-      mesh.position.fromArray(moved[mesh.name] ?? [0, 0, 0]);
+      const matrix = moved[mesh.name];
+      mesh.visible = shown && matrix !== null;
+      mesh.matrix.fromArray(matrix ?? STILL);
+      mesh.matrixWorldNeedsUpdate = true;
     }
   }
 }
@@ -38,7 +42,10 @@ export function besides(obstacles, shapes, points, length) {
   });
   const within = (value, axis) => Math.min(Math.max(value, ends[axis][0]), ends[axis][1]);
   return obstacles.flatMap(({ name, positions }) => {
-    const places = [[0, 0, 0], ...shapes.flatMap((shape) => (shape.obstacles[name] ? [shape.obstacles[name]] : []))];
-    return places.flatMap((moved) => Array.from(positions, (value, i) => within(value + moved[i % 3], i % 3)));
+    const places = [STILL, ...shapes.flatMap((shape) => (shape.obstacles[name] ? [shape.obstacles[name]] : []))];
+    return places.flatMap((m) => {
+      const [x, y, z] = [0, 1, 2].map((axis) => (i) => positions[i - (i % 3) + axis]);
+      return Array.from(positions, (_, i) => within(m[i % 3] * x(i) + m[4 + (i % 3)] * y(i) + m[8 + (i % 3)] * z(i) + m[12 + (i % 3)], i % 3));
+    });
   });
 }

@@ -153,7 +153,7 @@ def analyse(
     X, pressures, laid = disc.morph.positions(points), space.pressures(phi), space.laid(phi)
     configurations, equilibria, values = {}, {}, {}
     for task in problem.task:
-        loads = loads_of(problem, disc.model, pressures[task.name], task.moves, laid)
+        loads = loads_of(problem, disc.model, pressures[task.name], task.poses, laid)
         at = configure(disc.model, X, loads, guided_of(problem))
         start = starts[task.name] if starts else None
         since = None
@@ -204,10 +204,10 @@ def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Disc
         u = displacement(old.model.tip, X_old, state)
         mesh = old.morph.mesh.at(X_old)
         if not model.mixed:
-            carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate)
+            carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
             continue
         moved = transfer(mesh, u, new.morph.mesh.points)
-        carried[name] = State(moved, state.plate, _hydrostatic(old.model, mesh, state, new))
+        carried[name] = State(moved, state.plate, _hydrostatic(old.model, mesh, state, new), state.objects)
     return carried
 
 

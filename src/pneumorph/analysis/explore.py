@@ -133,7 +133,7 @@ class Explorer:
 
     def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
         # Where obstacles are is a matter of the task; the first one's results are in its name.
-        loads = loads_of(self.problem, meshed.model, dict(pressures), self.problem.task[0].moves)
+        loads = loads_of(self.problem, meshed.model, dict(pressures), self.problem.task[0].poses)
         return configure(meshed.model, meshed.mesh.points, loads, guided_of(self.problem))
 
     def _strides(self, meshed: _Meshed, pressures: Mapping[str, float]) -> list[Configuration]:
@@ -158,15 +158,24 @@ class Explorer:
     def _known(self, model: Model, stored: Fields) -> list[tuple[Loads, State]]:
         """The equilibria that are stored: of every task, and without pressure."""
         X, still = stored.mesh.points, np.zeros(6)
-        known, moves = [], {task.name: task.moves for task in self.problem.task}
+        known, poses = [], {task.name: task.poses for task in self.problem.task}
         for task, found in self._results.items():
             plate = np.array([*found.translation, *found.rotation]) if model.plate else still
-            state = restored(model, X, stored.u[task], plate)
-            known.append((loads_of(self.problem, model, dict(found.pressures), moves[task]), state))
+            loads = loads_of(self.problem, model, dict(found.pressures), poses[task])
+            state = restored(model, X, stored.u[task], plate, _objects(model, loads, found))
+            known.append((loads, state))
         nothing = loads_of(self.problem, model, {})
         if not (np.any(nothing.acceleration) or np.any(nothing.wrench)):
             known.append((nothing, rest(model)))
         return known
+
+
+def _objects(model: Model, loads: Loads, found: TaskResult) -> np.ndarray:
+    """The unknowns (J, 6) of free obstacles at a result."""
+    if model.contact is None or not model.contact.free:
+        return np.zeros((0, 6))
+    poses = [[*found.pose_translations[name], *found.pose_rotations[name]] for name in model.contact.free]
+    return np.array(poses) - np.asarray(loads.shift)[model.contact.rows]
 
 
 class _Stoppable(Tangent):

@@ -151,15 +151,15 @@ def compared(
     rubber = rubber_of(problem.material)
     models = [model_of(problem, mesh, {"rubber": rubber, "tubes": tubes}) for tubes in (rubber, tube_of(rubber))]
     tangents = [Tangent(model) for model in models]
-    moves = {task.name: task.moves for task in problem.task}
+    poses = {task.name: task.poses for task in problem.task}
     found: dict[Any, tuple[Features, Features]] = {}
     results = {}
     for task, own in pressures.items():
-        key = (*(own.get(chamber, 0.0) for chamber in models[0].chambers), *moves[task].items())
+        key = (*(own.get(chamber, 0.0) for chamber in models[0].chambers), *poses[task].items())
         if key not in found:
             state, measured = None, []
             for model, tangent in zip(models, tangents, strict=True):
-                at = configure(model, mesh.points, loads_of(problem, model, dict(own), moves[task]), guided_of(problem))
+                at = configure(model, mesh.points, loads_of(problem, model, dict(own), poses[task]), guided_of(problem))
                 state = _solved(task, solve(at, tangent, state, DESIGN_TOLERANCE)).state
                 measured.append(measure_features(model, mesh.points, state))
             found[key] = measured[0], measured[1]

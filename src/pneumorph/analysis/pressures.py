@@ -1,6 +1,7 @@
 """Pressures as users write them: "60 kPa" is constant, "0:60:5 kPa" is swept from 0 to 60 kPa in steps of 5.
 
-Displacements of obstacles along x, y and z are written in the same way: "plate.z" is "-3 mm" or "0:-3:-0.5 mm".
+Displacements of obstacles along x, y and z are written in the same way: "plate.z" is "-3 mm" or "0:-3:-0.5 mm", and
+their rotation vectors' components too: "plate.turn_z" is "30 deg" or "0:90:5 deg".
 """
 
 from __future__ import annotations
@@ -14,23 +15,27 @@ import numpy as np
 
 from pneumorph import units
 from pneumorph.errors import ProblemError
+from pneumorph.problem.components import POSE
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
 _FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
 _FIX_MOVE = "write plate.z=-3mm for a displacement or plate.z=0:-3:-0.5mm for a sweep"
+_FIX_TURN = "write plate.turn_z=30deg for a turn or plate.turn_z=0:90:5deg for a sweep"
 MOST_STEPS = 10_000
 AXES = ("x", "y", "z")
+MOTIONS = {name: units.ANGLE if name.startswith("turn_") else units.LENGTH for name in POSE}
+"""The motions of an obstacle, along and about the axes."""
 
 
 @dataclass(frozen=True)
 class PressurePath:
-    """The pressures of one sweep, and how far it moves obstacles.
+    """The pressures of one sweep, and how far it moves and turns obstacles.
 
     Attributes
     ----------
     swept : names of the swept chambers and motions, such as "plate.z"; none if all are constant.
     steps : MPa by chamber, at every step.
-    moves : mm by motion, at every step.
+    moves : mm or rad by motion, at every step.
     """
 
     swept: tuple[str, ...]
@@ -56,13 +61,13 @@ def pressure_paths(
     given : {chamber: "60 kPa", "0:60:5 kPa" or a pint quantity}
     chambers : names of all chambers.
     one_by_one : whether to sweep one chamber after another.
-    moves : {"plate.z": "-3 mm", "0:-3:-0.5 mm" or a pint quantity}
+    moves : {"plate.z": "-3 mm", "0:-3:-0.5 mm" or a pint quantity}, and {"plate.turn_z": "30 deg" or "0:90:5 deg"}
     obstacles : names of all obstacles.
 
     Raises
     ------
     ProblemError
-        If a value is not a pressure or length, a chamber or obstacle is unknown, or the numbers of steps differ.
+        If a value is not a pressure, length or angle, a chamber or obstacle is unknown, or the numbers of steps differ.
     """
     values: dict[str, np.ndarray] = {}
     for name, asked in given.items():
@@ -71,12 +76,13 @@ def pressure_paths(
                 f'pressure {name}={asked}: there is no chamber "{name}"; use one of {", ".join(chambers)}'
             )
         values[name] = _read(f"pressure {name}={asked}", asked, units.PRESSURE, _FIX)
-    motions = [f"{obstacle}.{axis}" for obstacle in obstacles for axis in AXES]
+    motions = {f"{obstacle}.{motion}": kind for obstacle in obstacles for motion, kind in MOTIONS.items()}
     for name, asked in (moves or {}).items():
         if name not in motions:
             known = f"use one of {', '.join(motions)}" if motions else "add a table [[obstacle]] to the problem"
             raise ProblemError(f'move {name}={asked}: there is no obstacle and axis "{name}"; {known}')
-        values[name] = _read(f"move {name}={asked}", asked, units.LENGTH, _FIX_MOVE)
+        fix = _FIX_MOVE if motions[name] is units.LENGTH else _FIX_TURN
+        values[name] = _read(f"move {name}={asked}", asked, motions[name], fix)
     constant = {name: float(each[0]) for name, each in values.items() if len(each) == 1}
     swept = {name: each for name, each in values.items() if len(each) > 1}
     if one_by_one:
@@ -109,7 +115,7 @@ def _path(swept: tuple[str, ...], steps: list[dict[str, float]], chambers: tuple
 
 
 def _read(key: str, asked: Any, kind: units.Kind, fix: str) -> np.ndarray:
-    """The values of a chamber in MPa, or of a motion in mm."""
+    """The values of a chamber in MPa, or of a motion in mm or rad."""
     text = units.text_of(asked)
     match = _SHAPE.fullmatch(text) if isinstance(text, str) else None
     if match is None:

@@ -58,6 +58,8 @@ class TaskResult:
         Sum of the normal forces on it; those of opposite sides add up.
     contact_area : {obstacle: mm²}
         Area of the body's deformed surface that touches it.
+    pose_translations, pose_rotations : {obstacle: (3,) mm, rad}
+        Displacements and rotation vectors of free obstacles from their places.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -75,6 +77,8 @@ class TaskResult:
     contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
     contact_normal: Mapping[str, float] = field(metadata={"key": "contact_normal_N"}, default_factory=dict)
     contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
+    pose_translations: Mapping[str, Vector] = field(metadata={"key": "pose_mm"}, default_factory=dict)
+    pose_rotations: Mapping[str, Vector] = field(metadata={"key": "pose_rad"}, default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -196,10 +200,12 @@ class SweepStep:
         Why no equilibrium was found, as a sentence; else empty.
     errors : {name: float}
         Distance from the task's target, as in `TaskResult`; empty for tasks without one.
-    contact, contact_normal, contact_area
+    contact, contact_normal, contact_area, pose_translations, pose_rotations
         As in `TaskResult`.
     moves : {obstacle: (3,) mm}
-        Displacements of the obstacles that are not in their places.
+        Displacements of the obstacles that are displaced.
+    turns : {obstacle: (3,) rad}
+        Rotation vectors of the obstacles that are turned.
     self_contact : float
         Sum of the forces with which the body's surface presses on itself.
     """
@@ -220,8 +226,11 @@ class SweepStep:
     contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
     contact_normal: Mapping[str, float] = field(metadata={"key": "contact_normal_N"}, default_factory=dict)
     contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
+    pose_translations: Mapping[str, Vector] = field(metadata={"key": "pose_mm"}, default_factory=dict)
+    pose_rotations: Mapping[str, Vector] = field(metadata={"key": "pose_rad"}, default_factory=dict)
     self_contact: float = field(metadata={"key": "self_contact_N"}, default=0.0)
     moves: Mapping[str, Vector] = field(metadata={"key": "move_mm"}, default_factory=dict)
+    turns: Mapping[str, Vector] = field(metadata={"key": "turn_rad"}, default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -236,11 +245,17 @@ def to_json(record: Any) -> dict[str, Any]:
     if isinstance(record, TaskResult) and not record.contact:
         for key in ("contact_N", "contact_normal_N", "contact_area_mm2"):
             del content[key]
+    if isinstance(record, TaskResult | SweepStep) and not record.pose_translations:
+        del content["pose_mm"], content["pose_rad"]
     if isinstance(record, SweepStep):
+        if not record.turns:
+            del content["turn_rad"]
         if record.converged:
             del content["reason"]
         else:
-            content |= dict.fromkeys(content.keys() - {"task", "pressure_MPa", "move_mm", "converged", "reason"})
+            content |= dict.fromkeys(
+                content.keys() - {"task", "pressure_MPa", "move_mm", "turn_rad", "converged", "reason"}
+            )
     return content
 
 

@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 
 from pneumorph.analysis.analyse import mesh_of
-from pneumorph.analysis.pressures import AXES, PressurePath, pressure_paths
+from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
 from pneumorph.analysis.records import SweepStep, Vector
-from pneumorph.analysis.task_results import by_region, vector
+from pneumorph.analysis.task_results import by_region, poses_of, vector
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -42,8 +42,7 @@ BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF
 
 
 MOST_FRICTION = 10.0
-Moves = Mapping[str, Vector]
-STILL: Vector = (0.0, 0.0, 0.0)
+Poses = dict[str, tuple[float, ...]]
 
 
 @dataclass(frozen=True)
@@ -118,25 +117,25 @@ class Simulation:
         """The first task whose chambers have the same pressures, but for those that the paths give."""
         path = self.paths[0]
 
-        def own(name: str) -> tuple[dict[str, float], Moves]:
+        def own(name: str) -> tuple[dict[str, float], Poses]:
             pressures = {
                 chamber: part for chamber, part in self.pressures[name].items() if chamber not in path.steps[0]
             }
-            return pressures, self._moves(name, path.moves[0])
+            return pressures, self._poses(name, path.moves[0])
 
         return next(name for name in self.pressures if own(name) == own(task))
 
-    def _moves(self, task: str, given: Mapping[str, float]) -> dict[str, Vector]:
-        """The displacements of obstacles in a task, where some of their components are given."""
-        own = next(each.moves for each in self.problem.task if each.name == task)
+    def _poses(self, task: str, given: Mapping[str, float]) -> Poses:
+        """Displacements and rotation vectors (6,) of obstacles in a task, where some of their components are given."""
+        own, still = next(each.poses for each in self.problem.task if each.name == task), (0.0,) * len(MOTIONS)
         names = [obstacle.name for obstacle in self.problem.obstacle]
         found = {
             name: tuple(
-                given.get(f"{name}.{axis}", part) for axis, part in zip(AXES, own.get(name, STILL), strict=True)
+                given.get(f"{name}.{motion}", part) for motion, part in zip(MOTIONS, own.get(name, still), strict=True)
             )
             for name in names
         }
-        return {name: cast(Vector, moved) for name, moved in found.items() if any(moved)}
+        return {name: pose for name, pose in found.items() if any(pose)}
 
     def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
@@ -148,13 +147,14 @@ class Simulation:
                 new = [Curve(task, path.swept, []) for task in tasks]
                 curves += new
                 along = [{**own, **given} for given in path.steps]
-                moves = [self._moves(tasks[0], given) for given in path.moves]
-                loads = [loads_of(self.problem, self.model, *each) for each in zip(along, moves, strict=True)]
+                poses = [self._poses(tasks[0], given) for given in path.moves]
+                loads = [loads_of(self.problem, self.model, *each) for each in zip(along, poses, strict=True)]
                 configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
-                for pressures, moved, (at, found) in zip(
-                    along, moves, self._sweep(configurations, tangent), strict=True
+                for pressures, posed, (at, found) in zip(
+                    along, poses, self._sweep(configurations, tangent), strict=True
                 ):
-                    step = replace(step_of(tasks[0], pressures, at, found, whole), moves=moved)
+                    moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
+                    step = replace(step_of(tasks[0], pressures, at, found, whole), moves=moves, turns=turns)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, found)))
                         yield curve.steps[-1]
@@ -173,6 +173,11 @@ class Simulation:
             return {}
         moved = replace(objective, shift=np.asarray(at.loads.shift)).features(at.model, at.X, found.state)
         return {name: float(error(moved)) for name, error in objective.errors.items()}
+
+
+def _parts(poses: Poses, part: slice) -> dict[str, Vector]:
+    """The displacements or the rotation vectors in poses, of the obstacles that have one."""
+    return {name: cast(Vector, pose[part]) for name, pose in poses.items() if any(pose[part])}
 
 
 def prepare_simulation(
@@ -195,7 +200,8 @@ def prepare_simulation(
     given : {chamber: "60 kPa" or "0:60:5 kPa"}, see `pressure_paths`.
     block : motions of the plate to block, keys of `BLOCKS`.
     one_by_one : sweep one chamber after another.
-    moves : {"plate.z": "-3 mm" or "0:-3:-0.5 mm"}, displacements of obstacles in place of those of the tasks.
+    moves : {"plate.z": "-3 mm" or "0:-3:-0.5 mm"}, displacements of obstacles in place of those of the tasks, and
+        {"plate.turn_z": "30 deg" or "0:90:5 deg"}, their turns.
     friction : coefficient of friction on obstacles, by default that of the problem.
 
     Raises
@@ -253,8 +259,9 @@ def step_of(
     """The record of an equilibrium, or of none; `whole` is the whole body where part of it was solved."""
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
-    motion = measure_features(at.model, at.X, found.state)
+    motion = measure_features(at.model, at.X, found.state, shift=np.asarray(at.loads.shift))
     touched = contact_forces(at, found.state)
+    translations, rotations = poses_of(at.model, motion)
     return SweepStep(
         task=task,
         pressures=pressures,
@@ -270,6 +277,8 @@ def step_of(
         contact_normal=touched.normal,
         contact_area=touched.area,
         self_contact=touched.own,
+        pose_translations=translations,
+        pose_rotations=rotations,
     )
 
 

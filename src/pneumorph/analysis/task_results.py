@@ -9,7 +9,8 @@ import numpy as np
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
 from pneumorph.analysis.records import TaskResult, Vector
-from pneumorph.mechanics import rotation_vector
+from pneumorph.mechanics import Model, rotation_vector
+from pneumorph.objective import Features
 
 
 def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
@@ -18,6 +19,7 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
     for name, equilibrium in analysis.equilibria.items():
         objective = disc.objectives[name]
         moved = objective.features(disc.model, analysis.configurations[name].X, equilibrium.state)
+        translations, rotations = poses_of(disc.model, moved)
         found[name] = TaskResult(
             pressures=analysis.pressures[name],
             objective=analysis.values[name],
@@ -34,8 +36,19 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             contact={name: vector(on.force) for name, on in moved.contact.items()},
             contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
             contact_area={name: float(on.area) for name, on in moved.contact.items()},
+            pose_translations=translations,
+            pose_rotations=rotations,
         )
     return found
+
+
+def poses_of(model: Model, moved: Features) -> tuple[dict[str, Vector], dict[str, Vector]]:
+    """Displacements and rotation vectors of free obstacles."""
+    free = [] if model.contact is None else list(model.contact.free)
+    poses = {name: np.asarray(moved.pose[name]) for name in free}
+    return {name: vector(pose[:3]) for name, pose in poses.items()}, {
+        name: vector(pose[3:]) for name, pose in poses.items()
+    }
 
 
 def by_region(stretches: Mapping[str, float]) -> Mapping[str, float]:

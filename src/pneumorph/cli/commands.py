@@ -62,7 +62,8 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="plate.z=0:-3:-0.5mm",
-            help="Move an obstacle along an axis, as a sweep or by a constant displacement (plate.z=-3mm); repeatable. "
+            help="Move an obstacle along an axis, as a sweep or by a constant displacement (plate.z=-3mm), or turn it "
+            "about one (plate.turn_z=0:90:5deg); repeatable. "
             "What is swept changes together. Other obstacles are where the task puts them.",
         ),
     ] = None,

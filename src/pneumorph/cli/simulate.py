@@ -94,7 +94,10 @@ def _design(source: Path, number: int | None, trust: Trust) -> Design:
 
 
 PRESSURES = "a chamber with its pressure; write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
-MOVES = "an obstacle and an axis with a displacement; write plate.z=-3mm or, for a sweep, plate.z=0:-3:-0.5mm"
+MOVES = (
+    "an obstacle and an axis with a displacement or a turn; write plate.z=-3mm or plate.turn_z=30deg or, for a sweep, "
+    "plate.z=0:-3:-0.5mm"
+)
 
 
 def _given(key: str, options: list[str], what: str) -> dict[str, str]:
@@ -126,6 +129,7 @@ LEAST = 1e-6
 
 def _row(step: SweepStep, task: Task) -> Text:
     moved = "".join(f", {name} moved by {_vector(by, 3)} mm" for name, by in step.moves.items())
+    moved += "".join(f", {name} turned by {_vector(np.degrees(by), 2)}°" for name, by in step.turns.items())
     head = f"{step.task}, {format_pressures(step.pressures)}{moved}: "
     if not step.converged:
         return Text(head + step.reason, style="red")
@@ -139,6 +143,9 @@ def _row(step: SweepStep, task: Task) -> Text:
     for name, force in step.contact.items():
         if max(map(abs, force)) >= LEAST:
             parts.append(f"presses on {name} with {_vector(force, 4)} N over {step.contact_area[name]:.3g} mm²")
+    for name, by in step.pose_translations.items():
+        turned = _vector(np.degrees(step.pose_rotations[name]), 2)
+        parts.append(f"{name} goes by {_vector(by, 3)} mm, turned {turned}°")
     if step.self_contact >= LEAST:
         parts.append(f"on itself with {step.self_contact:.4g} N")
     beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""

@@ -159,7 +159,8 @@ class Design:
             The only task whose pressures and target are used. Of tasks that are the same under the pressures given, one
             is simulated, and those with a target.
         moves : mapping of obstacles and axes, "plate.z", to "-3 mm" or "0:-3:-0.5 mm"
-            Constant or swept displacements of obstacles, in place of those of the task. What is swept changes together.
+            Constant or swept displacements of obstacles, in place of those of the task, and, as "plate.turn_z", turns
+            of "30 deg" or "0:90:5 deg". What is swept changes together.
         friction : float, by default that of the problem
             Coefficient of friction on obstacles. States then depend on the steps before: begin where nothing touches.
 

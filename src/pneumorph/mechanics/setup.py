@@ -12,6 +12,7 @@ from scipy.optimize import root_scalar
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.assembly.contact import Contact, Pairs
+from pneumorph.mechanics.assembly.free import Free, gaps, middle_of, points_of, resting, spin_of
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.obstacles import (
     Box,
@@ -24,6 +25,7 @@ from pneumorph.mechanics.assembly.obstacles import (
     surface_of,
 )
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation
+from pneumorph.mechanics.assembly.pose import STILL
 from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane, Reinforcement
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.triangulated import Triangulated
@@ -35,6 +37,7 @@ from pneumorph.problem import (
     BoxSpec,
     CylinderSpec,
     FibresSpec,
+    FreeSpec,
     MembraneSpec,
     PlaneSpec,
     Problem,
@@ -43,6 +46,7 @@ from pneumorph.problem import (
     reinforcements,
 )
 from pneumorph.problem import Reinforcement as ReinforcementSpec
+from pneumorph.problem.components import POSE
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from pneumorph.problem.regions import REST, materials
 
@@ -147,7 +151,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     for spec in problem.obstacle:
         if isinstance(spec, TriangulatedSpec):
             around = placed(spec)
-            obstacles[spec.name] = Triangulated(surface, around, activation, stiffness)
+            obstacles[spec.name] = Triangulated(surface, around, activation, stiffness, center_of(spec))
         else:
             shape = shape_of(spec)
             around = shape.mesh(guard)
@@ -156,10 +160,45 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
             guards[spec.name] = Pairs(surface, mesh.points, False, [around], guard, stiffness)
     for name, obstacle in obstacles.items():
         guarded = {name: guards[name]} if isinstance(obstacle, Triangulated) else {}
-        if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, np.zeros((1, 3))):
+        if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, STILL[None]):
             raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
     itself = Pairs(surface, mesh.points, True, [], activation, stiffness) if own else None
-    return Contact(surface, obstacles, guards, itself)
+    free = {
+        spec.name: free_of(spec, spec.free, obstacles[spec.name], activation, stiffness)
+        for spec in problem.obstacle
+        if not isinstance(spec, PlaneSpec) and spec.free is not None
+    }
+    contact = Contact(surface, obstacles, guards, itself, free)
+    for name, _, _, under, _ in resting(obstacles, free):
+        plane = list(obstacles)[under]
+        alone = {each: obstacles[each] for each in (name, plane)}
+        if np.any(gaps(alone, {name: free[name]}, Contact(surface, alone, {}, None).views(np.zeros((2, 6)))) <= 0.0):
+            raise ComputationError(f'obstacle "{name}" is in "{plane}" at rest; move it away')
+    return contact
+
+
+def free_of(
+    spec: SphereSpec | CylinderSpec | BoxSpec | TriangulatedSpec,
+    asked: FreeSpec,
+    obstacle: Obstacle | Triangulated,
+    activation: float,
+    stiffness: float,
+) -> Free:
+    """What a free obstacle is beside its surface; planes are as stiff as the rubber, in MPa."""
+    shape = obstacle.shape if isinstance(obstacle, Obstacle) else None
+    mesh = obstacle.mesh if isinstance(obstacle, Triangulated) else obstacle.shape.mesh(GUARD * activation)
+    assert mesh is not None
+    points, area, radius = points_of(shape, mesh, activation)
+    return Free(
+        mass=asked.mass,
+        spring=np.array([getattr(asked.spring, name) for name in POSE]),
+        held=np.isin(POSE, asked.hold),
+        lever=np.zeros(3) if shape is not None else middle_of(mesh) - center_of(spec),
+        spin=spin_of(shape, stiffness),
+        points=points,
+        area=area,
+        radius=radius,
+    )
 
 
 def placed(spec: TriangulatedSpec) -> RigidMesh:
@@ -182,6 +221,11 @@ def shape_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec) -> Shape:
             return Box(np.array(spec.center), np.array(spec.size) / 2)
 
 
+def center_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec | TriangulatedSpec) -> np.ndarray:
+    """The point (3,) of an obstacle in its place about which it turns."""
+    return np.array(spec.position) if isinstance(spec, TriangulatedSpec) else np.asarray(shape_of(spec).center)
+
+
 def asks_for_mixed(rubber: Rubber) -> bool:
     """Whether a rubber needs mixed elements: κ/μ from `MIXED_FROM` on."""
     return rubber.bulk_modulus >= MIXED_FROM * rubber.shear_modulus
@@ -194,7 +238,7 @@ def loads_of(
     moves: Moves = NO_MOVES,
     laid: np.ndarray | None = None,
 ) -> Loads:
-    """The loads of a problem at chamber pressures (MPa), displacements (mm) of obstacles, and changes of what is laid.
+    """The loads of a problem at chamber pressures (MPa), poses of obstacles (mm, rad), and changes of what is laid on.
 
     The changes (R, 2) are those of `Loads.laid`; without them sheets and fibres are those of the start.
     """

@@ -40,6 +40,7 @@ def custom(key: str, asked: Custom, chambers: Names, obstacles: Names = ()) -> C
         jnp.zeros((asked.sections, 3)),
         jnp.zeros((asked.sections, 3, 3)),
         {name: Pressing(jnp.zeros(3), jnp.zeros(()), jnp.zeros(())) for name in obstacles},
+        {name: jnp.zeros(6) for name in obstacles},
     )
 
     def measure(f: Features) -> Array:

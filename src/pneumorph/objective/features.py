@@ -64,6 +64,8 @@ class Features(NamedTuple):
         Rotation of each section from the undeformed state.
     contact : {obstacle: Pressing}
         What the body presses on every obstacle with.
+    pose : {obstacle: (6,) array}
+        Displacement (mm) and rotation vector (rad) of every obstacle from its place; what is free moves.
     """
 
     translation: Array
@@ -72,6 +74,7 @@ class Features(NamedTuple):
     section_position: Array
     section_rotation: Array
     contact: Mapping[str, Pressing] = {}
+    pose: Mapping[str, Array] = {}
 
 
 class Slabs(NamedTuple):
@@ -112,6 +115,8 @@ class ElementSums(NamedTuple):
         Moments of the slabs below a free tip.
     contact : (K, 5) array
         Of every obstacle, see `pressing.pressed`.
+    poses : (K, 6) array
+        Of every obstacle.
     """
 
     plate: Values
@@ -120,6 +125,7 @@ class ElementSums(NamedTuple):
     face: Values
     below: Values
     contact: Values
+    poses: Values
 
 
 class ModelTraits(NamedTuple):
@@ -155,7 +161,7 @@ def traits_of(model: Model) -> ModelTraits:
 def measure_features(
     model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None
 ) -> Features:
-    """Features of a state on nodes X (N, 3) in mm, where obstacles are displaced by shift (K, 3) mm.
+    """Features of a state on nodes X (N, 3) in mm, where obstacles are given the poses shift (K, 6).
 
     The motion of the end-effector is that of the plate. For a free tip, the translation is the area mean of the
     displacement, and the rotation is the polar factor of the mean deformation; sections below it count full turns.
@@ -174,8 +180,9 @@ def element_sums(
         face = sums.summed(_face_moments, model.face, X, u, centre)
         below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
     volume = sums.summed(sums.volumes, model.cavities, X, u)
-    touching = pressing.pressed(model.contact, X + u, _places(model, shift))
-    return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below, touching)
+    poses = _poses(model, state, shift)
+    touching = pressing.pressed(model.contact, X + u, poses)
+    return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below, touching, poses)
 
 
 def sums_pulled_back(
@@ -202,21 +209,25 @@ def sums_pulled_back(
             one, other = sums.pulled_back(function, seen, X, u, bars[some], *given)
             by_X[some] += one
             by_u[some] += other
+    by_poses = np.array(cotangents.poses)
     if model.contact is not None:
-        by_x = pressing.pulled_back(model.contact, X + u, _places(model, shift), cotangents.contact)
+        by_x, by_touched = pressing.pulled_back(model.contact, X + u, _poses(model, state, shift), cotangents.contact)
         by_X += by_x
         by_u += by_x
+        by_poses += by_touched
+    free = [] if model.contact is None else model.contact.rows
     states = []
     for number, plate in enumerate(cotangents.plate):
         by_state, by_tip = pulled_to_unknowns(model.tip, X, state, by_u[number])
-        states.append(by_state._replace(plate=by_state.plate + plate))
+        states.append(by_state._replace(plate=by_state.plate + plate, objects=by_poses[number, free]))
         by_X[number] += by_tip
     return by_X, states
 
 
-def _places(model: Model, shift: np.ndarray | None) -> np.ndarray:
-    """The displacements (K, 3) of obstacles; by default all are in their places."""
-    return np.zeros((len(traits_of(model).obstacles), 3)) if shift is None else shift
+def _poses(model: Model, state: State, shift: np.ndarray | None) -> np.ndarray:
+    """The poses (K, 6) of obstacles; by default all are in their places but for those that are free."""
+    given = np.zeros((len(traits_of(model).obstacles), 6)) if shift is None else shift
+    return given if model.contact is None else model.contact.poses(given, state.objects)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -229,12 +240,14 @@ def features_of(traits: ModelTraits, at: ElementSums) -> Features:
         name: Pressing(row[pressing.FORCE], row[pressing.NORMAL], row[pressing.AREA])
         for name, row in zip(traits.obstacles, jnp.asarray(at.contact), strict=True)
     }
+    pose = dict(zip(traits.obstacles, jnp.asarray(at.poses), strict=True))
     if traits.plate:
         plate = jnp.asarray(at.plate)
-        return Features(plate[:3], plate[3:], volume, position, rotation, contact)
+        return Features(plate[:3], plate[3:], volume, position, rotation, contact, pose)
     moved, place, turned = _fitted(even, jnp.asarray(at.face)[None])
     _, _, below = _fitted(even, jax.lax.stop_gradient(at.below))
-    return Features((moved - place)[0], continued_logarithm(turned[0], below), volume, position, rotation, contact)
+    turn = continued_logarithm(turned[0], below)
+    return Features((moved - place)[0], turn, volume, position, rotation, contact, pose)
 
 
 def _fitted(even: Array, moments: Array) -> tuple[Array, Array, Array]:

@@ -16,6 +16,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.plate import rotation as rotation_of
+from pneumorph.mechanics.assembly.pose import pose_of
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
 from pneumorph.objective.features import (
@@ -32,8 +33,18 @@ from pneumorph.objective.features import (
     traits_of,
 )
 from pneumorph.objective.rotations import angle_residual
-from pneumorph.problem import ContactArea, Custom, MatchCurve, MatchSections, Maximize, Press, Reach, TargetMotion
-from pneumorph.problem.components import MOTIONS
+from pneumorph.problem import (
+    ContactArea,
+    Custom,
+    MatchCurve,
+    MatchSections,
+    Maximize,
+    Press,
+    Reach,
+    TargetMotion,
+    TargetPose,
+)
+from pneumorph.problem.components import MOTIONS, POSE
 
 if TYPE_CHECKING:
     from pneumorph.problem import Problem
@@ -61,8 +72,8 @@ class Objective:
         Reported distances from the target; names end in the unit, "_mm", "_rad", "_N" or "_mm2".
     residuals : function of Features, optional
         The residuals (k,) of which J is the sum of squares; None if J is not such a sum.
-    shift : (K, 3) array, optional
-        Displacements of the obstacles, mm; by default they are in their places.
+    shift : (K, 6) array, optional
+        Poses of the obstacles; by default they are in their places.
     """
 
     value: FeatureFunction
@@ -155,12 +166,14 @@ def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[s
                 found[task.name] = press(asked)
             case ContactArea() as asked:
                 found[task.name] = contact_area(asked)
+            case TargetPose() as asked:
+                found[task.name] = target_pose(asked)
             case Custom() as asked:
                 slabs = equidistant(asked.sections, length)
                 measure = custom(f"task[{number}].objective", asked, chambers, obstacles)
                 found[task.name] = Objective(measure, slabs)
-        shift = [task.moves.get(name, (0.0, 0.0, 0.0)) for name in obstacles]
-        found[task.name] = replace(found[task.name], shift=np.array(shift).reshape(-1, 3))
+        shift = [pose_of(task.poses.get(name, ())) for name in obstacles]
+        found[task.name] = replace(found[task.name], shift=np.array(shift).reshape(-1, 6))
     return found
 
 
@@ -253,6 +266,28 @@ def target_motion(asked: TargetMotion) -> Objective:
             return of(f)[jnp.array(given)] - wanted
 
         parts.append((asked.weight_of(motions[given[0]]), off))
+        errors[name] = lambda f, off=off: jnp.sqrt(jnp.sum(off(f) ** 2))
+    return _squares(parts, NO_SLABS, errors)
+
+
+def target_pose(asked: TargetPose) -> Objective:
+    """Target components of a free obstacle's displacement and rotation vector, each in the sum if it is given."""
+    parts: list[tuple[float, FeatureFunction]] = []
+    errors: dict[str, FeatureFunction] = {}
+    for name, motions, weight in (
+        ("position_mm", POSE[:3], asked.position_weight),
+        ("orientation_rad", POSE[3:], asked.rotation_weight),
+    ):
+        given = [motion for motion in motions if motion in asked.targets]
+        if not given:
+            continue
+        rows = tuple(POSE.index(motion) for motion in given)
+        wanted = jnp.array([asked.targets[motion] for motion in given])
+
+        def off(f: Features, rows=rows, wanted=wanted) -> Array:
+            return f.pose[asked.obstacle][jnp.array(rows)] - wanted
+
+        parts.append((weight, off))
         errors[name] = lambda f, off=off: jnp.sqrt(jnp.sum(off(f) ** 2))
     return _squares(parts, NO_SLABS, errors)
 

@@ -49,7 +49,7 @@ from pneumorph.optimize.step import Step, Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.optimize.within import Within, within
-from pneumorph.problem import ContactArea, Press, Problem
+from pneumorph.problem import ContactArea, Press, Problem, TargetPose
 from pneumorph.problem.symmetry import operations
 
 GROW, SHRINK = 2.0, 0.5
@@ -192,9 +192,9 @@ def _first(loop: _Loop, clock: Clock) -> Generator[Event, None, _Standing]:
 
 
 def _touches(problem: Problem, disc: Discretisation, analysis: Analysis) -> None:
-    """Refuse a start that does not touch what it is to press on: nothing would say which way to go."""
+    """Refuse a start that does not touch what it is to press on or to move: nothing would say which way to go."""
     for task in problem.task:
-        if not isinstance(task.objective, Press | ContactArea):
+        if not isinstance(task.objective, Press | ContactArea | TargetPose):
             continue
         state, name = analysis.equilibria[task.name].state, task.objective.obstacle
         if float(disc.objectives[task.name].features(disc.model, analysis.X, state).contact[name].normal) == 0.0:

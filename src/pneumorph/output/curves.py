@@ -127,12 +127,14 @@ def _draw(axes: Axes, diagram: Diagram, curves: Sequence[Curve]) -> None:
 
 
 def _along(curve: Curve, step: SweepStep) -> float:
-    """Pressure of the first swept chamber, kPa, or displacement of the obstacle that is swept first, mm."""
+    """Pressure of the first swept chamber, kPa, or motion of the obstacle that is swept first, mm or degrees."""
     first = curve.swept[0]
     if first in step.pressures:
         return 1e3 * step.pressures[first]
-    name, axis = first.split(".")
-    return step.moves.get(name, (0.0, 0.0, 0.0))[AXES.index(axis)]
+    name, motion = first.rsplit(".", 1)
+    given = step.turns if motion.startswith("turn_") else step.moves
+    part = given.get(name, (0.0, 0.0, 0.0))[AXES.index(motion[-1])]
+    return np.degrees(part) if given is step.turns else part
 
 
 def _pressure(curves: Sequence[Curve]) -> str:
@@ -140,8 +142,10 @@ def _pressure(curves: Sequence[Curve]) -> str:
     swept = {curve.swept for curve in curves}
     moved = {curve.swept[0] for curve in curves if curve.swept[0] not in curve.steps[0].pressures}
     if moved:
-        same = len(moved) == 1 and len({curve.swept[0] for curve in curves}) == 1
-        return f"displacement {moved.pop()}, mm" if same else "pressure, kPa, or displacement, mm"
+        if len(moved) > 1 or len({curve.swept[0] for curve in curves}) > 1:
+            return "pressure, kPa, displacement, mm, or turn, °"
+        name = moved.pop()
+        return f"turn {name}, °" if ".turn_" in name else f"displacement {name}, mm"
     if len(swept) > 1:
         return "pressure of the swept chamber, kPa"
     first, *others = next(iter(swept))

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from pneumorph.mechanics.setup import placed, shape_of
+from pneumorph.analysis import SweepStep, TaskResult
+from pneumorph.mechanics.assembly.pose import View, pose_of
+from pneumorph.mechanics.setup import center_of, placed, shape_of
 from pneumorph.output.view import Shell
 from pneumorph.problem import PlaneSpec, Problem, Task, TriangulatedSpec
 
@@ -15,29 +19,40 @@ MARGIN = 0.25
 """How far a plane is drawn beyond the body, as a fraction of the body's length."""
 
 
-def obstacles_of(problem: Problem, points: np.ndarray, task: Task | None = None) -> tuple[Shell, ...]:
-    """The obstacles of a problem as triangles, in their places or where a task moves them.
+def obstacles_of(
+    problem: Problem, points: np.ndarray, task: Task | None = None, result: TaskResult | None = None
+) -> tuple[Shell, ...]:
+    """The obstacles of a problem as triangles, in their places or where a task moves and turns them.
 
-    Of planes there is the part beside a body with these points (N, 3) mm.
+    Free ones are where they are in its result. Of planes there is the part beside a body with these points (N, 3) mm.
     """
-    moved = displacements_of(problem, task)
-    return tuple(
-        Shell(shell.points + moved[name], shell.triangles) for name, shell in shells_of(problem, points).items()
-    )
+    views = views_of(problem, task, result)
+    shells = shells_of(problem, {name: view.seen(points) for name, view in views.items()})
+    return tuple(Shell(views[name].placed(shell.points), shell.triangles) for name, shell in shells.items())
 
 
-def displacements_of(problem: Problem, task: Task | None = None) -> dict[str, np.ndarray]:
-    """How far (3,) mm a task moves each obstacle; not at all without one."""
-    moves = task.moves if task else {}
-    return {spec.name: np.array(moves.get(spec.name, (0.0, 0.0, 0.0))) for spec in problem.obstacle}
+def views_of(
+    problem: Problem, task: Task | None = None, found: TaskResult | SweepStep | None = None, part: float = 1.0
+) -> dict[str, View]:
+    """Where the obstacles of a problem are: at this part of a task's poses, free ones where they are in a result."""
+    views = {}
+    for spec in problem.obstacle:
+        pose = part * pose_of((task.poses if task else {}).get(spec.name, ()))
+        if found is not None and spec.name in found.pose_translations:
+            pose = np.array([*found.pose_translations[spec.name], *found.pose_rotations[spec.name]])
+        views[spec.name] = View(center_of(spec), pose)
+    return views
 
 
-def shells_of(problem: Problem, points: np.ndarray) -> dict[str, Shell]:
-    """The obstacles of a problem as triangles in their places, by name; see `obstacles_of`."""
+def shells_of(problem: Problem, points: Mapping[str, np.ndarray]) -> dict[str, Shell]:
+    """The obstacles of a problem as triangles in their places, by name.
+
+    Of planes there is the part beside a body with points (N, 3) mm, as each obstacle sees them.
+    """
     found = dict[str, Shell]()
     for spec in problem.obstacle:
         if isinstance(spec, PlaneSpec):
-            found[spec.name] = _part(spec, points, MARGIN * problem.body.length)
+            found[spec.name] = _part(spec, points[spec.name], MARGIN * problem.body.length)
             continue
         mesh = placed(spec) if isinstance(spec, TriangulatedSpec) else shape_of(spec).mesh(SAG * problem.body.radius)
         if mesh is not None:

@@ -27,6 +27,7 @@ from pneumorph.problem import (
     Problem,
     Reach,
     TargetMotion,
+    TargetPose,
     Task,
 )
 from pneumorph.run import RunDirectory
@@ -96,7 +97,7 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
         case Reach(position=place, rotation=turn):
             axis = None if turn is None else np.asarray(rotation(jnp.array(turn)))[:, 2].tolist()
             return {"place": None if place is None else list(place), "axis": axis}
-        case Maximize() | TargetMotion() | Press() | ContactArea() | Custom():
+        case Maximize() | TargetMotion() | TargetPose() | Press() | ContactArea() | Custom():
             return None
 
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import Fields, HistoryEntry, nodal_stretch
+from pneumorph.analysis import Fields, HistoryEntry, SweepStep, TaskResult, nodal_stretch
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.mesh.tets import chambers_of
-from pneumorph.output.obstacles import displacements_of, shells_of
+from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
-from pneumorph.problem import Problem
+from pneumorph.problem import PlaneSpec, Problem
 from pneumorph.run import RunDirectory, StoredDesign
 
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
@@ -43,7 +43,8 @@ def packed_obstacles(problem: Problem) -> tuple[list[str], Arrays]:
     """The names of the obstacles on a page, and their triangles in their places."""
     start = starting_body(problem.body)
     step, arrays = _length_step(start), Arrays()
-    shells = shells_of(problem, start.exterior.net.reshape(-1, 3))
+    points = start.exterior.net.reshape(-1, 3)
+    shells = shells_of(problem, {spec.name: points for spec in problem.obstacle})
     for name, shell in shells.items():
         arrays[f"obstacle points {name}"] = in_steps(shell.points, step)
         arrays[f"obstacle triangles {name}"] = Steps(shell.triangles.ravel(), differences=True)
@@ -65,13 +66,14 @@ def _length_step(body: Body) -> float:
 class Stop:
     """The nodes at some pressures (MPa): displacements (N, 3) in mm and largest principal stretches (N,).
 
-    `part` is the fraction of the task's pressures, and of the way that it moves obstacles.
+    `obstacles` are the motions of those that are not in their places, as 4 × 4 matrices column by column; None where it
+    is not known.
     """
 
     pressures: Mapping[str, float]
-    part: float
     u: np.ndarray
     stretch: np.ndarray
+    obstacles: Mapping[str, list[float] | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,7 @@ def packed_states(
         notes.append("fewer pressures are shown than are stored, to keep this file small")
     told, arrays = [], Arrays()
     for (entry, fields), by_task in zip(whole, stops, strict=True):
-        design, more = _packed_design(run.problem, entry.iteration, fields, by_task, corners)
+        design, more = _packed_design(entry.iteration, fields, by_task, corners)
         told.append(design)
         arrays |= more
     return told, arrays, notes
@@ -124,23 +126,42 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
     nothing, rest = dict.fromkeys(pressures, 0.0), np.zeros_like(fields.mesh.points)
     loaded = problem.gravity is not None or any((*problem.end_effector.force, *problem.end_effector.moment))
     if fields.sag is not None:
-        yield Stop(nothing, 0.0, fields.sag, nodal_stretch(fields.mesh, fields.sag))
+        yield Stop(nothing, fields.sag, nodal_stretch(fields.mesh, fields.sag), _moved(problem, task, None, 0.0))
     elif not loaded:
-        yield Stop(nothing, 0.0, rest, np.ones(len(rest)))
+        yield Stop(nothing, rest, np.ones(len(rest)), _moved(problem, task, None, 0.0))
     if task in fields.inflation:
         way, skin = fields.inflation[task], fields.skin
         for part, u, stretch in zip(way.parts, way.u, way.stretch, strict=True):
             moved, stretched = rest.copy(), np.ones(len(rest))
             moved[skin], stretched[skin] = u, stretch
-            yield Stop({name: float(part * value) for name, value in pressures.items()}, float(part), moved, stretched)
-    yield Stop(dict(pressures), 1.0, fields.u[task], fields.stretch[task])
+            partly = {name: float(part * value) for name, value in pressures.items()}
+            yield Stop(partly, moved, stretched, _moved(problem, task, None, float(part)))
+    yield Stop(dict(pressures), fields.u[task], fields.stretch[task], _moved(problem, task, entry.tasks[task]))
 
 
-def packed_state(problem: Problem, fields: Fields, pressures: Mapping[str, float]) -> tuple[dict[str, Any], Arrays]:
+def _moved(
+    problem: Problem, task: str, found: TaskResult | SweepStep | None, part: float = 1.0
+) -> dict[str, list[float] | None]:
+    """Where obstacles are, see `Stop`, at this part of a task's poses; free ones are known of a result alone."""
+    asked = next(each for each in problem.task if each.name == task)
+    views = views_of(problem, asked, found, part)
+    places: dict[str, list[float] | None] = {
+        name: view.matrix.T.ravel().tolist() for name, view in views.items() if view.pose.any()
+    }
+    if found is None:
+        free = (spec for spec in problem.obstacle if not isinstance(spec, PlaneSpec) and spec.free is not None)
+        places |= {spec.name: None for spec in free}
+    return places
+
+
+def packed_state(
+    problem: Problem, fields: Fields, pressures: Mapping[str, float], found: SweepStep
+) -> tuple[dict[str, Any], Arrays]:
     """The description for a page of a state that is not of a run, and its arrays; `fields` have one task."""
     whole = fields.whole()
     ((task, u),) = whole.u.items()
-    return _packed_design(problem, 0, whole, {task: [Stop(pressures, 1.0, u, whole.stretch[task])]}, corners=False)
+    stop = Stop(pressures, u, whole.stretch[task], _moved(problem, task, found))
+    return _packed_design(0, whole, {task: [stop]}, corners=False)
 
 
 def _thinned(stops: list[Stop], part: float) -> list[Stop]:
@@ -151,7 +172,7 @@ def _thinned(stops: list[Stop], part: float) -> list[Stop]:
 
 
 def _packed_design(
-    problem: Problem, number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool
+    number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool
 ) -> tuple[dict[str, Any], Arrays]:
     skin, step = _skin(fields, corners), min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max()))
     arrays = {
@@ -159,15 +180,14 @@ def _packed_design(
         # Neighbouring triangles have similar numbers.
         f"triangles {number}": Steps(skin.triangles.ravel(), differences=True),
     }
-    tasks, asked = [], {task.name: task for task in problem.task}
+    tasks = []
     for task, stops in by_task.items():
-        moved, told = displacements_of(problem, asked[task]), []
+        told = []
         for place, stop in enumerate(stops):
             name = f"{number} {place} {task}"
             arrays[f"u {name}"] = in_parts(stop.u[skin.nodes])
             arrays[f"stretch {name}"] = in_steps(stop.stretch[skin.nodes], 1e-3)
-            obstacles = {each: (stop.part * along).tolist() for each, along in moved.items() if along.any()}
-            told.append({"pressures": dict(stop.pressures), "name": name, "obstacles": obstacles})
+            told.append({"pressures": dict(stop.pressures), "name": name, "obstacles": dict(stop.obstacles)})
         tasks.append({"task": task, "stops": told})
     return {"design": number, "parts": skin.parts, "tasks": tasks}, arrays
 

@@ -97,7 +97,7 @@ def scenes_of(
         seen = views[task.name]
         # Seen along the axis, what is marked would lie in front of the cut.
         marks = Marks(outlined=True) if seen.along else task_marks(problem, task, result)
-        there = obstacles_of(problem, mesh.points, task)
+        there = obstacles_of(problem, mesh.points, task, result)
         found.append(Scene(words, shape, seen, marks, gravity, there, laid_of(problem, mesh, shape.u)))
     return found
 

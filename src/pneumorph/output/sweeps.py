@@ -30,6 +30,7 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     header = ["task", "swept"]
     header += [f"pressure_{name}_kPa" for name in chambers]
     header += [f"move_{name}_{axis}_mm" for name in _moved(curves) for axis in AXES]
+    header += [f"turn_{name}_{axis}_deg" for name in _turned(curves) for axis in AXES]
     header += [f"translation_{axis}_mm" for axis in AXES]
     header += [f"rotation_{axis}_deg" for axis in AXES]
     header += [f"reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
@@ -38,6 +39,8 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     header += [f"contact_{name}_{axis}_N" for name in touched(curves) for axis in AXES]
     header += [f"contact_normal_{name}_N" for name in touched(curves)]
     header += [f"contact_area_{name}_mm2" for name in touched(curves)]
+    header += [f"pose_{name}_{axis}_mm" for name in _free(curves) for axis in AXES]
+    header += [f"pose_{name}_turn_{axis}_deg" for name in _free(curves) for axis in AXES]
     header += ["self_contact_N"] if _touches_itself(curves) else []
     header += ["max_stretch", "beyond_validity", "converged", "reason"]
     rows = [
@@ -63,6 +66,16 @@ def _moved(curves: Sequence[Curve]) -> list[str]:
     return list(dict.fromkeys(name for curve in curves for step in curve.steps for name in step.moves))
 
 
+def _turned(curves: Sequence[Curve]) -> list[str]:
+    """The obstacles that some step turns."""
+    return list(dict.fromkeys(name for curve in curves for step in curve.steps for name in step.turns))
+
+
+def _free(curves: Sequence[Curve]) -> list[str]:
+    """The free obstacles of a problem."""
+    return list(dict.fromkeys(name for curve in curves for step in curve.found for name in step.pose_translations))
+
+
 def _touches_itself(curves: Sequence[Curve]) -> bool:
     return any(step.self_contact > 0.0 for curve in curves for step in curve.found)
 
@@ -72,6 +85,7 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
     return [
         *(1e3 * step.pressures[name] for name in chambers),
         *(part for name in _moved(curves) for part in step.moves.get(name, (0.0, 0.0, 0.0))),
+        *(degrees(part) for name in _turned(curves) for part in step.turns.get(name, (0.0, 0.0, 0.0))),
         *step.translation,
         *map(degrees, step.rotation),
         *(step.reaction.get(name, nan) for name in blocked),
@@ -80,6 +94,8 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
         *(part for name in obstacles for part in step.contact.get(name, (nan,) * 3)),
         *(step.contact_normal.get(name, nan) for name in obstacles),
         *(step.contact_area.get(name, nan) for name in obstacles),
+        *(part for name in _free(curves) for part in step.pose_translations.get(name, (nan,) * 3)),
+        *(degrees(part) for name in _free(curves) for part in step.pose_rotations.get(name, (nan,) * 3)),
         *([step.self_contact if step.converged else nan] if _touches_itself(curves) else []),
         step.max_stretch,
         step.beyond_validity,

@@ -4,6 +4,7 @@ from pneumorph.problem.contact import (
     BoxSpec,
     ContactSpec,
     CylinderSpec,
+    FreeSpec,
     ObstacleSpec,
     PlaneSpec,
     SphereSpec,
@@ -39,6 +40,7 @@ from pneumorph.problem.objective import (
     Press,
     Reach,
     TargetMotion,
+    TargetPose,
 )
 from pneumorph.problem.regions import Layer, Region, Sleeve
 from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement, reinforcements
@@ -58,6 +60,7 @@ __all__ = [
     "Envelope",
     "FibresSpec",
     "Fold",
+    "FreeSpec",
     "Gravity",
     "Layer",
     "Limits",
@@ -85,6 +88,7 @@ __all__ = [
     "Stretch",
     "Symmetry",
     "TargetMotion",
+    "TargetPose",
     "Task",
     "TriangulatedSpec",
     "Trust",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.problem import regions, reinforcement
-from pneumorph.problem.contact import TriangulatedSpec
+from pneumorph.problem.contact import PlaneSpec, TriangulatedSpec
 from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
@@ -23,6 +23,7 @@ from pneumorph.problem.objective import (
     Press,
     Reach,
     TargetMotion,
+    TargetPose,
 )
 from pneumorph.problem.stl import MOST_TRIANGLES
 from pneumorph.problem.symmetry import operations
@@ -209,6 +210,14 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
     names = [chamber.name for chamber in problem.body.chamber]
     obstacles = [obstacle.name for obstacle in problem.obstacle]
     known = f"the obstacles are {', '.join(obstacles)}" if obstacles else "add a table [[obstacle]]"
+    masses = {part.name: part.free.mass for part in problem.obstacle if not isinstance(part, PlaneSpec) and part.free}
+    free = list(masses)
+    for number, obstacle in enumerate(problem.obstacle):
+        if masses.get(obstacle.name) and problem.gravity is None:
+            yield (
+                f"obstacle[{number}].free.mass",
+                "has no weight without gravity; add a table [gravity], or leave mass out",
+            )
     for index, task in enumerate(problem.task):
         for name in task.pressure:
             if name not in names:
@@ -216,9 +225,16 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
                     f"task[{index}].pressure.{name}",
                     f'there is no chamber "{name}"; the chambers are {", ".join(names)}',
                 )
-        for name in task.moves:
-            if name not in obstacles:
-                yield f"task[{index}].move.{name}", f'there is no obstacle "{name}"; {known}'
+        for key, given in (("move", task.moves), ("turn", task.turns)):
+            for name in given:
+                if name not in obstacles:
+                    yield f"task[{index}].{key}.{name}", f'there is no obstacle "{name}"; {known}'
+        if isinstance(task.objective, TargetPose) and task.objective.obstacle not in free:
+            others = f"the free ones are {', '.join(free)}" if free else "give one a table free"
+            yield (
+                f"task[{index}].objective.obstacle",
+                f'there is no free obstacle "{task.objective.obstacle}"; {others}',
+            )
         if isinstance(task.objective, Press | ContactArea) and task.objective.obstacle not in obstacles:
             yield (
                 f"task[{index}].objective.obstacle",

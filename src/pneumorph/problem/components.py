@@ -22,6 +22,10 @@ MOTIONS = ("shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist")
 """The motions of the tip: along x, y, z in mm, and about x, y, z in rad."""
 
 
+POSE = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
+"""The motions of an obstacle: along x, y, z in mm, and components of its rotation vector in rad."""
+
+
 def renamed(data: Any, names: Mapping[str, str]) -> Any:
     """A table with its keys by other names {accepted: own}; anything else unchanged.
 

@@ -22,13 +22,14 @@ from pneumorph import units
 from pneumorph.errors import short
 from pneumorph.problem import stl
 from pneumorph.problem.directions import Direction, Number, unit_vector
-from pneumorph.problem.models import Length, PositiveLength
+from pneumorph.problem.models import Length, PositiveLength, RotationalStiffness, Stiffness
 from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Place = tuple[Length, Length, Length]
+PoseMotion = Literal["x", "y", "z", "turn_x", "turn_y", "turn_z"]
 
 
 class ContactSpec(Table):
@@ -51,6 +52,43 @@ class _Obstacle(Table):
     """By which results name the obstacle."""
 
 
+class FreeSpring(Table):
+    """Springs between a free obstacle and its given place: N/mm along x, y, z and N·mm/rad about x, y, z."""
+
+    x: Stiffness = 0.0
+    """Stiffness against motion along x."""
+    y: Stiffness = 0.0
+    """Stiffness against motion along y."""
+    z: Stiffness = 0.0
+    """Stiffness against motion along z."""
+    turn_x: RotationalStiffness = 0.0
+    """Stiffness against the rotation vector's component about x."""
+    turn_y: RotationalStiffness = 0.0
+    """Stiffness against the rotation vector's component about y."""
+    turn_z: RotationalStiffness = 0.0
+    """Stiffness against the rotation vector's component about z."""
+
+
+class FreeSpec(Table):
+    """A rigid obstacle that moves and turns as forces make it, from its place or where a task moves it.
+
+    It rests on the body and on planes, or hangs on springs; it does not touch other obstacles. Something must hold it
+    in every direction: what slides or falls freely has no equilibrium.
+    """
+
+    mass: Annotated[float, Quantity(units.MASS, "not negative")] = 0.0
+    """Mass, which has weight if there is a table [gravity]."""
+    hold: Annotated[tuple[PoseMotion, ...], Field(max_length=6)] = ()
+    """Motions that are held: it makes them only as the task moves and turns it."""
+    spring: FreeSpring = FreeSpring()
+    """Springs to its given place."""
+
+
+class _Body(_Obstacle):
+    free: FreeSpec | None = None
+    """Moves as forces make it, with its mass, springs and what is held; without this table it is fixed."""
+
+
 class PlaneSpec(_Obstacle):
     """A half-space, such as a table or a wall."""
 
@@ -67,7 +105,7 @@ class PlaneSpec(_Obstacle):
         return self
 
 
-class SphereSpec(_Obstacle):
+class SphereSpec(_Body):
     """A ball."""
 
     kind: Literal["sphere"]
@@ -78,7 +116,7 @@ class SphereSpec(_Obstacle):
     """Its radius."""
 
 
-class CylinderSpec(_Obstacle):
+class CylinderSpec(_Body):
     """A solid cylinder with flat ends."""
 
     kind: Literal["cylinder"]
@@ -98,7 +136,7 @@ class CylinderSpec(_Obstacle):
         return self
 
 
-class BoxSpec(_Obstacle):
+class BoxSpec(_Body):
     """A box with edges along x, y and z."""
 
     kind: Literal["box"]
@@ -111,7 +149,7 @@ class BoxSpec(_Obstacle):
     """Its edges along x, y and z."""
 
 
-class TriangulatedSpec(_Obstacle):
+class TriangulatedSpec(_Body):
     """A body by its surface of triangles, from an STL file in mm.
 
     `file` is its path, from the folder of the problem file. On reading, the triangles are stored as `triangles`, so

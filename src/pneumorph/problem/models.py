@@ -16,7 +16,7 @@ from pneumorph.problem.components import COMPONENT_OF, Component, renamed
 from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.images import WITHIN, copies, snapped
 from pneumorph.problem.names import Name
-from pneumorph.problem.objective import ObjectiveSpec
+from pneumorph.problem.objective import ObjectiveSpec, RotationVector
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Variable
 
@@ -219,13 +219,34 @@ class Task(Table):
         | None
     ) = None
     """How far obstacles are displaced from their places: x, y, z. They may press into the body's place at rest."""
+    turn: (
+        Annotated[
+            dict[Name, RotationVector],
+            Field(max_length=MOST_OBSTACLES),
+            Example('e.g. turn = { plate = ["0 deg", "0 deg", "30 deg"] }'),
+        ]
+        | None
+    ) = None
+    """How far obstacles are turned in their places: rotation vectors, about the centre, point or position of each."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
     """What the shape and the free pressures are designed for."""
 
     @property
     def moves(self) -> dict[str, tuple[float, float, float]]:
-        """Displacements of obstacles in mm; the others are in their places."""
+        """Displacements of obstacles in mm; the others are not displaced."""
         return self.move or {}
+
+    @property
+    def turns(self) -> dict[str, tuple[float, float, float]]:
+        """Rotation vectors of obstacles in rad; the others are not turned."""
+        return self.turn or {}
+
+    @property
+    def poses(self) -> dict[str, tuple[float, ...]]:
+        """Displacements in mm and rotation vectors in rad (6,) of obstacles; the others are in their places."""
+        still = (0.0, 0.0, 0.0)
+        names = dict.fromkeys([*self.moves, *self.turns])
+        return {name: (*self.moves.get(name, still), *self.turns.get(name, still)) for name in names}
 
 
 class Fold(Table):

@@ -20,7 +20,7 @@ from pydantic_core import CoreSchema
 
 from pneumorph import units
 from pneumorph.errors import short
-from pneumorph.problem.components import MOTION_OF, MOTIONS, renamed
+from pneumorph.problem.components import MOTION_OF, MOTIONS, POSE, renamed
 from pneumorph.problem.directions import Direction, unit_vector
 from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
@@ -243,6 +243,56 @@ class TargetMotion(Table):
         return all(signs[motion] > 0 or value == 0 for motion, value in self.targets.items())
 
 
+class TargetPose(Table):
+    """Objective: a free obstacle is moved and turned by these amounts from its place; motions not given are free.
+
+    The weights are those of the squared differences in length (1/mm²) and in angle (1/rad²).
+    """
+
+    kind: Literal["pose"]
+    """The kind of objective."""
+    obstacle: Annotated[Name, Example('the name of a free obstacle, e.g. obstacle = "ball"')]
+    """Name of the obstacle, which has a table `free`."""
+    x: Length | None = None
+    """Displacement of the centre about which it turns along x."""
+    y: Length | None = None
+    """The same along y."""
+    z: Length | None = None
+    """The same along z."""
+    turn_x: Angle | None = None
+    """Component of its rotation vector about x."""
+    turn_y: Angle | None = None
+    """The same about y."""
+    turn_z: Angle | None = None
+    """The same about z."""
+    position_weight: Weight = 0.01
+    """Weight of the squared lengths, 1/mm²."""
+    rotation_weight: Weight = 1.0
+    """Weight of the squared angles, 1/rad²."""
+
+    @model_validator(mode="after")
+    def _has_a_target(self) -> "TargetPose":
+        if not self.targets:
+            raise InvalidKey("z", 'is missing, and so is every other motion; give at least one, e.g. z = "5 mm"')
+        if not any(self._weight_of(motion) > 0 for motion in self.targets):
+            weight = "rotation_weight" if self.rotation_weight == 0 else "position_weight"
+            raise InvalidKey(weight, "leaves no motion with a weight; make it positive")
+        return self
+
+    def _weight_of(self, motion: str) -> float:
+        return self.rotation_weight if motion.startswith("turn_") else self.position_weight
+
+    @property
+    def targets(self) -> dict[str, float]:
+        """The motions that are given, in mm and rad, in the order of `POSE`."""
+        given = {motion: getattr(self, motion) for motion in POSE}
+        return {motion: value for motion, value in given.items() if value is not None}
+
+    def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
+        """See `Press.keeps`."""
+        return False
+
+
 class Press(Table):
     """Objective: the largest force on an obstacle or, with `force`, one as near as possible to that.
 
@@ -354,6 +404,7 @@ KINDS = {
     "match_sections": MatchSections,
     "reach": Reach,
     "motion": TargetMotion,
+    "pose": TargetPose,
     "press": Press,
     "contact_area": ContactArea,
     "custom": Custom,
@@ -378,6 +429,7 @@ ObjectiveSpec = Annotated[
     | Annotated[MatchSections, Tag(TAG + "match_sections")]
     | Annotated[Reach, Tag(TAG + "reach")]
     | Annotated[TargetMotion, Tag(TAG + "motion")]
+    | Annotated[TargetPose, Tag(TAG + "pose")]
     | Annotated[Press, Tag(TAG + "press")]
     | Annotated[ContactArea, Tag(TAG + "contact_area")]
     | Annotated[Custom, Tag(TAG + "custom")],

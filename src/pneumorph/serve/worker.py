@@ -78,7 +78,7 @@ def _answer(wanted: RequestedState, connection: Connection) -> Answer | None:
         return failure(" ".join(str(error).split()))
     state, arrays = {}, {}
     if found.fields is not None:
-        state, arrays = packed_state(explorer.problem, found.fields, dict(wanted.pressures))
+        state, arrays = packed_state(explorer.problem, found.fields, dict(wanted.pressures), found.step)
     facts = {"step": to_json(found.step), "warnings": _warnings(explorer.problem, found), "state": state}
     return Answer(found.step.converged, pack(facts, arrays, level=1))
 

@@ -10,17 +10,19 @@ depends on places x = X + u alone, and its mixed derivative by u and X is its He
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mechanics.assembly.free import Free, gaps, share_above
 from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
+from pneumorph.mechanics.assembly.pose import STILL, View
 from pneumorph.mechanics.assembly.recent import Recent
 from pneumorph.mechanics.assembly.terms import Connectivity
-from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mechanics.assembly.triangulated import Triangulated, TriangulatedTouch
 
 if TYPE_CHECKING:
     import ipctk
@@ -33,6 +35,9 @@ PER_PAIR = 1 / 20
 """Between two parallel surfaces a point has that many near parts: with this factor κ means the same as for obstacles,
 a pressure of about 1.2 κ at half the activation distance. (ipctk's sets with fewer pairs are not continuous: their
 energies jump by up to 0.1 %.)"""
+
+MOST_TURN = 0.1
+"""Largest turn of an obstacle in a step, rad."""
 
 
 class Pairs:
@@ -154,6 +159,43 @@ class Touch:
         return (self.hessian @ motion.ravel()).reshape(-1, 3)
 
 
+class SeenTouch:
+    """A touch with its derivatives by the places of the nodes and by the pose of the obstacle that sees it."""
+
+    def __init__(self, touch: Touch | TriangulatedTouch, view: View, x: np.ndarray):
+        self._touch, self._view, self._x = touch, view, x
+
+    @property
+    def energy(self) -> float:
+        """N·mm; not a number where surfaces have met."""
+        return self._touch.energy
+
+    @cached_property
+    def slope(self) -> np.ndarray:
+        """Derivatives (N, 3) of the energy by the places of all nodes, N: what they press with."""
+        return self._view.directed(self._touch.slope)
+
+    @cached_property
+    def hessian(self) -> sparse.csr_array:
+        """Second derivatives (3N, 3N), N/mm, by the places of the nodes."""
+        found = self._touch.hessian
+        if not self._view.turned or self._touch.nothing:
+            return found
+        blocks = sparse.bsr_array(found, blocksize=(3, 3))
+        turn = self._view.rotation
+        data = np.einsum("ia,kab,jb->kij", turn, blocks.data, turn)
+        return sparse.csr_array(sparse.bsr_array((data, blocks.indices, blocks.indptr), shape=found.shape))
+
+    @property
+    def by_pose(self) -> np.ndarray:
+        """Derivatives (6,) of the energy by the pose, N and N·mm."""
+        return self._view.by_pose(self._x, self._touch.slope)
+
+    def change(self, dx: np.ndarray, dpose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How `slope`, and the derivative (6,) by the pose, change along dx (N, 3) and dpose (6,)."""
+        return self._view.change(self._x, self._touch.slope, self._touch.product, dx, dpose)
+
+
 @dataclass(frozen=True, eq=False)
 class Contact:
     """What the surface of a body may touch.
@@ -168,57 +210,74 @@ class Contact:
         The body's surface and triangles around the obstacle, for what reaches in between the sample points.
     own : Pairs or None
         The body's surface and itself, if it may touch itself.
+    free : dict of Free by name of an obstacle
+        Those that are free, in the order of their unknowns.
     """
 
     surface: Connectivity
     obstacles: Mapping[str, Obstacle | Triangulated]
     guards: Mapping[str, Pairs]
     own: Pairs | None
+    free: Mapping[str, Free] = field(default_factory=dict)
 
     @property
     def changes(self) -> bool:
         """Whether there is contact whose connectivity changes with the state."""
         triangulated = any(isinstance(each, Triangulated) for each in self.obstacles.values())
-        return triangulated or bool(self.guards) or self.own is not None
+        return triangulated or bool(self.guards) or self.own is not None or bool(self.free)
 
-    def pairs(self, shift: np.ndarray) -> Iterator[tuple[Pairs | Triangulated, int | None, np.ndarray]]:
-        """All contact whose connectivity changes with the state, where obstacles are displaced by shift (K, 3) mm.
+    @cached_property
+    def rows(self) -> list[int]:
+        """The numbers of the free obstacles."""
+        return [list(self.obstacles).index(name) for name in self.free]
 
-        With the number of the obstacle, None where the body touches itself, and the displacement (3,): an obstacle and
-        a body touch as the obstacle in its place and a body that is displaced the other way.
+    def poses(self, shift: np.ndarray, objects: np.ndarray) -> np.ndarray:
+        """The poses (K, 6) of all obstacles, from the given ones and the unknowns (J, 6) of those that are free."""
+        poses = np.array(shift, dtype=float)
+        poses[self.rows] += objects
+        return poses
+
+    def views(self, poses: np.ndarray) -> list[View]:
+        """How every obstacle sees the body, at poses (K, 6)."""
+        return [View(each.center, pose) for each, pose in zip(self.obstacles.values(), poses, strict=True)]
+
+    def pairs(self, poses: np.ndarray) -> Iterator[tuple[Pairs | Triangulated, int | None, View]]:
+        """All contact whose connectivity changes with the state, where obstacles are at poses (K, 6).
+
+        With the number of the obstacle, None where the body touches itself, and how it sees the body.
         """
-        for number, (name, obstacle) in enumerate(self.obstacles.items()):
-            if isinstance(obstacle, Triangulated):
-                yield obstacle, number, shift[number]
+        for number, (name, view) in enumerate(zip(self.obstacles, self.views(poses), strict=True)):
+            if isinstance(obstacle := self.obstacles[name], Triangulated):
+                yield obstacle, number, view
             if name in self.guards:
-                yield self.guards[name], number, shift[number]
+                yield self.guards[name], number, view
         if self.own is not None:
-            yield self.own, None, np.zeros(3)
+            yield self.own, None, View(np.zeros(3), STILL)
 
-    def apart(self, x: np.ndarray, shift: np.ndarray) -> bool:
-        """Whether nothing interpenetrates with nodes at x (N, 3) and obstacles displaced by shift (K, 3)."""
+    def apart(self, x: np.ndarray, poses: np.ndarray) -> bool:
+        """Whether nothing interpenetrates with nodes at x (N, 3) and obstacles at poses (K, 6)."""
         places = sample_places(self.surface, x)
         clear = (
-            np.all(distances(each.shape, self.surface, places - moved) > 0.0)
-            for each, moved in zip(self.obstacles.values(), shift, strict=True)
+            np.all(distances(each.shape, self.surface, view.seen(places)) > 0.0)
+            for each, view in zip(self.obstacles.values(), self.views(poses), strict=True)
             if isinstance(each, Obstacle)
         )
-        return all(clear) and all(pairs.apart(x - moved) for pairs, _, moved in self.pairs(shift))
+        above = bool(np.all(gaps(self.obstacles, self.free, self.views(poses)) > 0.0))
+        return above and all(clear) and all(pairs.apart(view.seen(x)) for pairs, _, view in self.pairs(poses))
 
-    def free_share(
-        self, start: np.ndarray, end: np.ndarray, shift: np.ndarray, moving: np.ndarray | None = None
-    ) -> float:
-        """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets.
+    def free_share(self, start: np.ndarray, end: np.ndarray, poses: np.ndarray, there: np.ndarray) -> float:
+        """A share of the motion of the nodes from `start` to `end` (N, 3) on which nothing meets.
 
-        Obstacles are displaced by shift (K, 3), and move by `moving` (K, 3) on the way.
+        Obstacles move from poses (K, 6) to those `there`. Every one sees the nodes go straight ahead, and no one turns
+        by more than `MOST_TURN`, within which that is nearly so.
         """
-        further = np.zeros(shift.shape) if moving is None else moving
         first, last = sample_places(self.surface, start), sample_places(self.surface, end)
-        shares = [1.0]
-        for each, moved, more in zip(self.obstacles.values(), shift, further, strict=True):
+        turn = np.linalg.norm((there - poses)[:, 3:], axis=1).max(initial=0.0)
+        shares = [1.0 if turn <= MOST_TURN else float(MOST_TURN / turn)]
+        shares.append(share_above(*(gaps(self.obstacles, self.free, self.views(each)) for each in (poses, there))))
+        for each, view, after in zip(self.obstacles.values(), self.views(poses), self.views(there), strict=True):
             if isinstance(each, Obstacle):
-                shares.append(free_share(each.shape, self.surface, first - moved, last - moved - more))
-        for pairs, number, moved in self.pairs(shift):
-            more = 0.0 if number is None else further[number]
-            shares.append(pairs.free_share(start - moved, end - moved - more))
+                shares.append(free_share(each.shape, self.surface, view.seen(first), after.seen(last)))
+        for (pairs, _, view), (_, _, after) in zip(self.pairs(poses), self.pairs(there), strict=True):
+            shares.append(pairs.free_share(view.seen(start), after.seen(end)))
         return min(shares)

@@ -1,10 +1,10 @@
 """Friction on obstacles, smoothed and lagged as in incremental potential contact (Li et al. 2020), as terms of Π.
 
-    D = μ Σ λ_q f(|t_q|),   f(y) = y²/ε − y³/3ε² for y < ε, else y − ε/3,   t = (I − n⊗n)(x − a − s)
+    D = μ Σ λ_q f(|t_q|),   f(y) = y²/ε − y³/3ε² for y < ε, else y − ε/3,   t = (I − n⊗n)(y − a)
 
 with the normal force λ, the normal n of the obstacle and the anchor a of every sample point, which `solve/friction.py`
-keeps from one step to the next, and the displacement s of the obstacle. So friction is at most μλ, is that where a
-point has slipped by ε or more, and has a continuous derivative where it sticks.
+keeps from one step to the next, and the place y of the point as the obstacle sees it (`pose.py`). So friction is at
+most μλ, is that where a point has slipped by ε or more, and has a continuous derivative where it sticks.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.assembly.obstacles import SAMPLE_N, length_of
+from pneumorph.mechanics.assembly.obstacles import SAMPLE_N, length_of, posed
+from pneumorph.mechanics.assembly.pose import seen
 from pneumorph.mechanics.assembly.terms import Loads, Local, Values
 
 
@@ -53,10 +54,10 @@ class Hold(NamedTuple):
         return np.concatenate([self.force[..., None], self.anchor, self.normal], axis=-1).reshape(len(self.force), -1)
 
 
-@partial(register_dataclass, data_fields=["coefficient", "reach", "number"], meta_fields=[])
+@partial(register_dataclass, data_fields=["coefficient", "reach", "number", "center", "object"], meta_fields=["free"])
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """D of one obstacle: the coefficient μ, the slip ε in mm, and the row of `Loads.shift` that displaces it.
+    """D of one obstacle: the coefficient μ, the slip ε in mm, its centre, and its rows as in an `Obstacle`.
 
     The data of a face are those of a `Hold`.
     """
@@ -64,12 +65,15 @@ class Friction:
     coefficient: Values
     reach: Values
     number: Values = 0
+    center: Values = (0.0, 0.0, 0.0)
+    object: Values = 0
+    free: bool = False
 
     def energies(self, local: Local, loads: Loads) -> Array:
         held = jnp.asarray(local.data).reshape(local.X.shape[0], -1, 7)
         force, anchor, normal = held[..., 0], held[..., 1:4], held[..., 4:]
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
-        away = places - jnp.asarray(loads.shift)[self.number] - anchor
+        away = seen(places, jnp.asarray(self.center), posed(self, local, loads)) - anchor
         slip = away - jnp.sum(away * normal, axis=-1, keepdims=True) * normal
         return self.coefficient * jnp.sum(force * smoothed(slip, self.reach), axis=1)
 

@@ -13,7 +13,7 @@ from pneumorph.mechanics.assembly import derivatives, solid
 from pneumorph.mechanics.assembly.element import TRIANGLE_VOLUME
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.potential import contact_tangent, displacement, plate_columns
+from pneumorph.mechanics.assembly.potential import contact_tangent, displacement, object_columns, plate_columns
 from pneumorph.mechanics.assembly.stiffness import gather, scatter
 from pneumorph.mechanics.assembly.terms import (
     ChamberPressure,
@@ -39,7 +39,7 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np
     data = np.zeros(len(common.indices))
     u = displacement(model.tip, X, state)
     for (seen, energies), places in zip(model.potential.groups, model.places, strict=True):
-        at = seen.local(X, u, state.hydrostatic, state.plate)
+        at = seen.local(X, u, state)
         for energy in energies:
             blocks = _blocks(energy, seen, at, loads)
             if blocks is None:
@@ -60,7 +60,7 @@ def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np
 def contact_in_pairs(
     model: Model, X: np.ndarray, state: State, loads: Loads, constrained: np.ndarray
 ) -> sparse.coo_array:
-    """What contact in pairs adds to the tangent: the upper triangle (n, n), without constrained (n,) unknowns."""
+    """What contact in pairs and free obstacles add to the tangent: the upper triangle, without constrained unknowns."""
     found, turned = contact_tangent(model.potential, X, state, loads)
     off, on, first = model.off_tip, model.tip.nodes, model.size - 6
     axes = np.arange(3)
@@ -75,13 +75,29 @@ def contact_in_pairs(
     by = sparse.csr_array((entries[0], entries[1:]), shape=(X.size, model.size))
     whole = sparse.coo_array(sparse.triu(by.T @ found @ by))
     corner = sparse.coo_array(np.triu(turned))
-    row = np.concatenate([whole.coords[0], first + corner.coords[0]])
-    column = np.concatenate([whole.coords[1], first + corner.coords[1]])
-    data = np.concatenate([whole.data, corner.data])
+    objects = _objects(model, X, state, loads)
+    row = np.concatenate([whole.coords[0], first + corner.coords[0], objects.coords[0]])
+    column = np.concatenate([whole.coords[1], first + corner.coords[1], objects.coords[1]])
+    data = np.concatenate([whole.data, corner.data, objects.data])
     free = ~(constrained[row] | constrained[column])
     summed = sparse.coo_array((data[free], (row[free], column[free])), shape=(model.size, model.size))
     summed.sum_duplicates()
     return summed
+
+
+def _objects(model: Model, X: np.ndarray, state: State, loads: Loads) -> sparse.coo_array:
+    """The columns of free obstacles' unknowns in the upper triangle (n, n); some may be beside what they touch."""
+    own = np.arange(model.size)[model.object_unknowns]
+    shape = model.size, model.size
+    if not len(own):
+        return sparse.coo_array(shape)
+    columns = [model.vector(each) for each in object_columns(model.potential, X, state, loads)]
+    found = sparse.coo_array(np.stack(columns, axis=1))
+    row, column = found.coords[0], own[found.coords[1]]
+    # What follows them in the order of the unknowns, the plate, is in rows of theirs.
+    above, after = row <= column, row > own[-1]
+    rows, others = np.concatenate([row[above], column[after]]), np.concatenate([column[above], row[after]])
+    return sparse.coo_array((np.concatenate([found.data[above], found.data[after]]), (rows, others)), shape=shape)
 
 
 def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Blocks | None:

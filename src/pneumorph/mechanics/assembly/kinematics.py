@@ -15,12 +15,14 @@ class State(NamedTuple):
     """Unknowns: nodal displacements u (N, 3) mm, plate motion (6,) [c mm, θ rad], hydrostatic π (regions·N,) MPa.
 
     Mixed elements alone have π; otherwise it is empty. It jumps where two rubbers meet, so every region has N entries,
-    region after region. Rows of u on the tip, and entries of π where a region has no corner node, are unused.
+    region after region. Rows of u on the tip, and entries of π where a region has no corner node, are unused. `objects`
+    (J, 6), mm and rad, is what the poses of free obstacles have beyond the given ones; see `free.py`.
     """
 
     u: np.ndarray
     plate: np.ndarray
     hydrostatic: np.ndarray = np.zeros(0)
+    objects: np.ndarray = np.zeros((0, 6))
 
 
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from scipy.linalg import block_diag
 
 from pneumorph.mechanics.assembly import element
 from pneumorph.mechanics.assembly.contact import Contact
+from pneumorph.mechanics.assembly.free import Carried, Resting, resting
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.obstacles import Obstacle
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
@@ -140,19 +141,26 @@ class Model:
     @property
     def hydrostatic_unknowns(self) -> slice:
         """The slice of π in the vector of unknowns."""
-        return slice(self.size - 6 - self.hydrostatics, self.size - 6)
+        first = 3 * len(self.off_tip)
+        return slice(first, first + self.hydrostatics)
+
+    @property
+    def object_unknowns(self) -> slice:
+        """The slice of free obstacles in the vector of unknowns, between π and the plate."""
+        return slice(self.hydrostatic_unknowns.stop, self.size - 6)
 
     def state(self, vector: np.ndarray) -> State:
         """The unknowns (n,) as a State."""
         u = np.zeros((self.nodes, 3))
         u[self.off_tip] = vector[: 3 * len(self.off_tip)].reshape(-1, 3)
         hydrostatic = np.zeros(len(self.sparsity.rank))
-        hydrostatic[self.sparsity.corners] = vector[3 * len(self.off_tip) : -6]
-        return State(u, np.array(vector[-6:]), hydrostatic)
+        hydrostatic[self.sparsity.corners] = vector[self.hydrostatic_unknowns]
+        return State(u, np.array(vector[-6:]), hydrostatic, np.array(vector[self.object_unknowns]).reshape(-1, 6))
 
     def vector(self, state: State) -> np.ndarray:
         """A State (or a residual) as a vector (n,)."""
-        return np.concatenate([state.u[self.off_tip].ravel(), state.hydrostatic[self.sparsity.corners], state.plate])
+        hydrostatic = state.hydrostatic[self.sparsity.corners]
+        return np.concatenate([state.u[self.off_tip].ravel(), hydrostatic, state.objects.ravel(), state.plate])
 
 
 def build_model(
@@ -225,11 +233,7 @@ def build_model(
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     if contact is not None:
-        terms += [
-            Term(contact.surface, replace(obstacle, number=number))
-            for number, obstacle in enumerate(contact.obstacles.values())
-            if isinstance(obstacle, Obstacle)
-        ]
+        terms += _obstacles(contact)
     terms += [
         Term(connect_covered(mesh.covers[name]), replace(energy, number=number))
         for number, (name, energy) in enumerate(laid.items())
@@ -302,9 +306,10 @@ def _assembled(
     """The fields of a model that follow from its terms."""
     terms = tuple(terms)
     groups = grouped(terms)
-    common = build_sparsity([group.connectivity for group in groups], on_tip, hydrostatics)
+    held = [] if contact is None else [free.held for free in contact.free.values()]
+    common = build_sparsity([group.connectivity for group in groups], on_tip, hydrostatics, len(held))
     still = _odd(mirrors) if plate else np.ones(6, bool)
-    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), still])
+    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), *held, still])
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
     return {
         "terms": terms,
@@ -315,6 +320,21 @@ def _assembled(
         "supported_values": np.flatnonzero(fixed[rows] | fixed[common.indices]),
         "diagonal": common.indptr[:-1],
     }
+
+
+def _obstacles(contact: Contact) -> Iterator[Term]:
+    """The terms of obstacles with known distances, and of those that are free."""
+    rows = {name: row for row, name in enumerate(contact.free)}
+    for number, (name, obstacle) in enumerate(contact.obstacles.items()):
+        if isinstance(obstacle, Obstacle):
+            placed = replace(obstacle, number=number, object=rows.get(name, 0), free=name in rows)
+            yield Term(contact.surface, placed)
+    alone = connect(np.zeros((1, 0), int), objects=True)
+    for number, (name, free) in zip(contact.rows, contact.free.items(), strict=True):
+        yield Term(alone, Carried(free.mass, free.spring, free.lever, free.spin, number, rows[name]))
+    for name, number, row, under, plane in resting(contact.obstacles, contact.free):
+        free, center = contact.free[name], np.asarray(contact.obstacles[name].center)
+        yield Term(alone, Resting(free.points, free.area, free.radius, center, number, row, plane, under))
 
 
 def _regions(mesh: TetMesh, rubber: Rubber | Mapping[str, Rubber]) -> tuple[dict[str, Rubber], dict[str, np.ndarray]]:
@@ -365,5 +385,7 @@ def _near_tip(groups: Iterable[Group], on_tip: np.ndarray) -> tuple[Group, ...]:
         nodes, hydrostatics, data = (rows[: seen.count] for rows in (seen.nodes, seen.hydrostatics, seen.data))
         chosen = np.flatnonzero(touching(nodes, on_tip, seen.plate))
         if len(chosen):
-            near.append(Group(connect(nodes[chosen], hydrostatics[chosen], data[chosen], seen.plate), energies))
+            near.append(
+                Group(connect(nodes[chosen], hydrostatics[chosen], data[chosen], seen.plate, seen.objects), energies)
+            )
     return tuple(near)

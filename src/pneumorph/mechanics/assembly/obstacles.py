@@ -21,6 +21,7 @@ from jax import Array
 from jax.tree_util import register_dataclass
 from scipy.spatial import ConvexHull
 
+from pneumorph.mechanics.assembly.pose import seen
 from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Local, Values, connect
 from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape
 
@@ -35,7 +36,7 @@ def surface_of(mesh: TetMesh) -> Connectivity:
     """All faces of a mesh but a cut one; the data of a face (7,) are its areas at the sample points, mm²."""
     faces = np.concatenate([nodes for name, nodes in mesh.faces.items() if not name.startswith("mirror ")])
     along, across = np.einsum("fai,qak->kfqi", mesh.points[faces], SAMPLE_DN)
-    return connect(faces, data=SAMPLE_WEIGHTS * np.linalg.norm(np.cross(along, across), axis=-1))
+    return connect(faces, data=SAMPLE_WEIGHTS * np.linalg.norm(np.cross(along, across), axis=-1), objects=True)
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,10 @@ class RigidMesh:
 
 
 class Shape(Protocol):
-    """A rigid body by its distance; registered with JAX."""
+    """A rigid body by its distance; registered with JAX. It turns about its centre (3,)."""
+
+    @property
+    def center(self) -> Values: ...
 
     def distance(self, x: Values) -> Array:
         """Distances (...) of places x (..., 3) from its surface in mm, negative inside."""
@@ -65,6 +69,10 @@ class Plane:
 
     point: Values
     normal: Values
+
+    @property
+    def center(self) -> Values:
+        return self.point
 
     def distance(self, x: Values) -> Array:
         return (x - self.point) @ self.normal
@@ -157,23 +165,48 @@ def _outside(beyond: Array) -> Array:
     return length_of(jnp.maximum(beyond, 0.0)) + jnp.minimum(jnp.max(beyond, axis=-1), 0.0)
 
 
-@partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number"], meta_fields=[])
+@partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number", "object"], meta_fields=["free"])
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """The barrier of a rigid body: the activation distance d̂ in mm, and the stiffness κ in MPa.
 
-    The body is displaced by the row `number` of `Loads.shift`.
+    The row `number` of `Loads.shift` is its pose, to which that of a free one adds the row `object` of the unknowns.
     """
 
     shape: Shape
     activation: Values
     stiffness: Values
     number: Values = 0
+    object: Values = 0
+    free: bool = False
+
+    @property
+    def center(self) -> Values:
+        return self.shape.center
 
     def energies(self, local: Local, loads: Loads) -> Array:
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
-        places = places - jnp.asarray(loads.shift)[self.number]
+        places = seen(places, jnp.asarray(self.center), posed(self, local, loads))
         return jnp.sum(local.data * barrier(self.shape.distance(places), self.activation, self.stiffness), axis=1)
+
+
+class Posed(Protocol):
+    """What has a row of `Loads.shift` and, where it is free, one of the unknowns of free obstacles."""
+
+    @property
+    def number(self) -> Values: ...
+
+    @property
+    def object(self) -> Values: ...
+
+    @property
+    def free(self) -> bool: ...
+
+
+def posed(of: Posed, local: Local, loads: Loads) -> Array:
+    """The pose (6,) of an obstacle."""
+    given = jnp.asarray(loads.shift)[of.number]
+    return given + jnp.asarray(local.objects)[of.object] if of.free else given
 
 
 def barrier(distance: Values, activation: Values, stiffness: Values) -> Array:

@@ -15,13 +15,13 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.assembly import derivatives
-from pneumorph.mechanics.assembly.contact import Contact, Touch
+from pneumorph.mechanics.assembly.contact import Contact, SeenTouch
 from pneumorph.mechanics.assembly.derivatives import Forces
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.points import add_rows
+from pneumorph.mechanics.assembly.pose import STILL
 from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Solid, Term
 from pneumorph.mechanics.assembly.tip import Ride, Tip
-from pneumorph.mechanics.assembly.triangulated import TriangulatedTouch
 
 
 class Group(NamedTuple):
@@ -56,11 +56,23 @@ class Potential(NamedTuple):
         """Whether there is contact whose connectivity changes with the state."""
         return self.contact is not None and self.contact.changes
 
-    def touches(self, x: np.ndarray, loads: Loads) -> Iterator[tuple[Touch | TriangulatedTouch, int | None]]:
-        """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself."""
+    def touches(self, x: np.ndarray, state: State, loads: Loads) -> Iterator[tuple[SeenTouch, int | None, int | None]]:
+        """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself.
+
+        And with the row of its unknowns, None for one that is not free.
+        """
         if self.contact is not None:
-            for pairs, number, moved in self.contact.pairs(np.asarray(loads.shift)):
-                yield pairs.touch(x - moved), number
+            objects = {number: row for row, number in enumerate(self.contact.rows)}
+            for pairs, number, view in self.contact.pairs(poses(self, state, loads)):
+                free = None if number is None else objects.get(number)
+                yield SeenTouch(pairs.touch(view.seen(x)), view, x), number, free
+
+
+def poses(potential: Potential, state: State, loads: Loads) -> np.ndarray:
+    """The poses (K, 6) of all obstacles."""
+    if potential.contact is None:
+        return np.zeros((0, 6))
+    return potential.contact.poses(np.asarray(loads.shift), state.objects)
 
 
 def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
@@ -87,7 +99,7 @@ def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> fl
 
 
 def value_and_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> tuple[float, State]:
-    """Π and R = ∂Π/∂(u, plate, π)."""
+    """Π and R = ∂Π/∂(u, plate, π, objects)."""
     ride = Ride(potential.tip, X, state.plate)
     value, full = _forces(potential, potential.groups, X, state, loads, ride)
     return value, _on_unknowns(ride, full)
@@ -112,20 +124,23 @@ def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads)
     u = _displacement(state.u, nodes, ride.displacement())
     prepared = []
     for seen, energies in potential.groups:
-        at = seen.local(X, u, state.hydrostatic, state.plate)
+        at = seen.local(X, u, state)
         prepared.append((seen, [derivatives.tangent_map(energy, seen, at, loads) for energy in energies]))
-    touches = [touch for touch, _ in potential.touches(X + u, loads)]
+    touches = [(touch, free) for touch, _, free in potential.touches(X + u, state, loads)]
     on_tip = _forces(potential, potential.near_tip, X, state, loads, ride)[1].u[nodes] if len(nodes) else None
 
     def product(direction: State) -> State:
         du = _displacement(direction.u, nodes, ride.along(direction.plate))
-        by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
+        by = _nothing(X, state)
         for seen, maps in prepared:
-            along = seen.moving(du, direction.hydrostatic, direction.plate)
+            along = seen.moving(du, direction)
             for each in maps:
                 _add(seen, each(along), by)
-        for touch in touches:
-            by.u[:] += touch.product(du)
+        for touch, free in touches:
+            by_x, by_pose = touch.change(du, STILL if free is None else direction.objects[free])
+            by.u[:] += by_x
+            if free is not None:
+                by.objects[free] += by_pose
         changed = _on_unknowns(ride, by)
         if on_tip is None or not np.any(direction.plate):
             return changed
@@ -153,24 +168,25 @@ def pullback(
     by_X, by_u, by_w = np.zeros((3, len(ws), *X.shape))
     acting = [_none(loads) for _ in ws]
     for seen, energies in potential.groups:
-        at = seen.local(X, u, state.hydrostatic, state.plate)
+        at = seen.local(X, u, state)
         pulls = [derivatives.pullback(energy, seen, at, loads, len(ws) > 1) for energy in energies]
         for k, w in enumerate(ws):
             field = _displacement(w.u, nodes, ride.along(w.plate))
-            along = seen.local(X, field, w.hydrostatic, w.plate)
+            along = seen.local(X, field, w)
             for pull in pulls:
-                found = pull(Forces(along.u, along.hydrostatic, along.plate))
+                found = pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
                 for part, out in ((found.X, by_X[k]), (found.u, by_u[k]), (found.w, by_w[k])):
                     add_rows(part, seen.nodes, out)
                 acting[k] = jax.tree.map(np.add, acting[k], found.loads)
-    for touch, number in potential.touches(X + u, loads):
+    for touch, number, free in potential.touches(X + u, state, loads):
         for k, w in enumerate(ws):
-            pulled = touch.product(_displacement(w.u, nodes, ride.along(w.plate)))
+            moving = STILL if free is None else w.objects[free]
+            pulled, by_pose = touch.change(_displacement(w.u, nodes, ride.along(w.plate)), moving)
             by_X[k] += pulled
             by_u[k] += pulled
             by_w[k] += touch.slope
             if number is not None:
-                acting[k].shift[number] -= pulled.sum(axis=0)
+                acting[k].shift[number] += by_pose
     if len(nodes):
         for k, w in enumerate(ws):
             by_X[k, nodes] += ride.on_places(by_u[k, nodes]) + ride.on_places_along(by_w[k, nodes], w.plate)
@@ -186,13 +202,21 @@ def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Load
     return State(*(np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)))
 
 
+def object_columns(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> list[State]:
+    """∂R/∂objects: the change of R along each unknown of the free obstacles, row after row."""
+    groups = tuple(group for group in potential.groups if group.connectivity.objects)
+    still = jax.tree.map(np.zeros_like, state)
+    units = np.eye(state.objects.size).reshape(state.objects.size, *state.objects.shape)
+    product = tangent_map(potential._replace(groups=groups), X, state, loads)
+    return [product(still._replace(objects=unit)) for unit in units]
+
+
 def pulled_to_unknowns(tip: Tip, X: np.ndarray, state: State, by_u: np.ndarray) -> tuple[State, np.ndarray]:
     """Turn derivatives (N, 3) by all displacements into those by the unknowns and, through the tip, by X (N, 3)."""
     ride, by_X = Ride(tip, X, state.plate), np.zeros(X.shape)
     if len(tip.nodes):
         by_X[tip.nodes] = ride.on_places(by_u[tip.nodes])
-    none = np.zeros(state.hydrostatic.shape)
-    return _on_unknowns(ride, State(by_u.copy(), np.zeros(6), none)), by_X
+    return _on_unknowns(ride, _nothing(X, state)._replace(u=by_u.copy())), by_X
 
 
 def displacement(tip: Tip, X: np.ndarray, state: State) -> np.ndarray:
@@ -212,7 +236,7 @@ def contact_tangent(
     ride = Ride(potential.tip, X, state.plate)
     x = X + _displacement(state.u, potential.tip.nodes, ride.displacement())
     found, turned = sparse.csr_array((X.size, X.size)), np.zeros((6, 6))
-    for touch, _ in potential.touches(x, loads):
+    for touch, _, _ in potential.touches(x, state, loads):
         found = found + touch.hessian
         if len(potential.tip.nodes):
             forces = touch.slope[potential.tip.nodes]
@@ -228,16 +252,18 @@ def _forces(
     Of `groups` of the potential's, and all its contact in pairs.
     """
     u = _displacement(state.u, ride.tip.nodes, ride.displacement())
-    value, by = 0.0, State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
+    value, by = 0.0, _nothing(X, state)
     for seen, energies in groups:
-        at = seen.local(X, u, state.hydrostatic, state.plate)
+        at = seen.local(X, u, state)
         for energy in energies:
             part, found = derivatives.forces(energy, seen, at, loads)
             value += part
             _add(seen, found, by)
-    for touch, _ in potential.touches(X + u, loads):
+    for touch, _, free in potential.touches(X + u, state, loads):
         value += touch.energy
         by.u[:] += touch.slope
+        if free is not None:
+            by.objects[free] += touch.by_pose
     return value, by
 
 
@@ -247,15 +273,20 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
     moving = ride.along(dstate.plate) if dX is None else ride.along(dstate.plate) + ride.moved(dX[nodes])
     u, du = _displacement(state.u, nodes, ride.displacement()), _displacement(dstate.u, nodes, moving)
     motion = np.zeros(X.shape) if dX is None else dX
-    by = State(np.zeros(X.shape), np.zeros(6), np.zeros(state.hydrostatic.shape))
+    by = _nothing(X, state)
     for seen, energies in potential.groups:
-        at = seen.local(X, u, state.hydrostatic, state.plate)
-        along = seen.local(motion, du, dstate.hydrostatic, dstate.plate)
+        at = seen.local(X, u, state)
+        along = seen.local(motion, du, dstate)
         for energy in energies:
             _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
-    for touch, number in potential.touches(X + u, loads):
-        moved = 0.0 if number is None else dloads.shift[number]
-        by.u[:] += touch.product(motion + du - moved)
+    for touch, number, free in potential.touches(X + u, state, loads):
+        moved = STILL if number is None else dloads.shift[number]
+        if free is None:
+            by.u[:] += touch.change(motion + du, moved)[0]
+        else:
+            by_x, by_pose = touch.change(motion + du, moved + dstate.objects[free])
+            by.u[:] += by_x
+            by.objects[free] += by_pose
     changed = _on_unknowns(ride, by)
     if len(nodes) and (dX is not None or np.any(dstate.plate)):
         _, forces = _forces(potential, potential.near_tip, X, state, loads, ride)
@@ -270,6 +301,13 @@ def _add(seen: Connectivity, found: Forces, by: State) -> None:
         np.add.at(by.hydrostatic, seen.hydrostatics, found.hydrostatic)
     if seen.plate:
         by.plate[:] += found.plate
+    if seen.objects:
+        by.objects[:] += found.objects
+
+
+def _nothing(X: np.ndarray, state: State) -> State:
+    """Zeros by all nodes and unknowns."""
+    return State(np.zeros(X.shape), *(np.zeros(part.shape) for part in state[1:]))
 
 
 def _displacement(u: np.ndarray, nodes: np.ndarray, on_tip: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """What the body presses on obstacles with: the force, the sum of normal forces, and the area; with derivatives.
 
-All are functions of the places x = X + u of the nodes, so their derivatives by X and by u are equal.
+All are functions of the poses of the obstacles and of the places x = X + u of the nodes, so their derivatives by X and
+by u are equal.
 """
 
 from __future__ import annotations
@@ -25,44 +26,60 @@ FULL = 0.95
 """Surface nearer than this share of the activation distance counts in full as area: there it presses by 0.8 % of κ."""
 
 
-def pressed(contact: Contact | None, x: np.ndarray, shift: np.ndarray) -> np.ndarray:
+def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """For every obstacle (K, 5) the force on it (3,), N, the sum of the normal forces, N, and the area, mm².
 
-    Nodes are at x (N, 3), obstacles displaced by shift (K, 3); the area is that of the deformed surface.
+    Nodes are at x (N, 3), obstacles at poses (K, 6); the area is that of the deformed surface.
     """
     if contact is None:
         return np.zeros((0, 5))
     found = np.zeros((len(contact.obstacles), 5))
-    for (name, obstacle), row, moved in zip(contact.obstacles.items(), found, shift, strict=True):
+    for (name, obstacle), row, view in zip(contact.obstacles.items(), found, contact.views(poses), strict=True):
+        y = view.seen(x)
         if isinstance(obstacle, Triangulated):
-            touch = obstacle.touch(x - moved)
+            touch = obstacle.touch(y)
             row[:] = *touch.slope.sum(axis=0), touch.normal, touch.touching(FULL)[0]
         else:
-            row[:] = sums.summed(_pressed, contact.surface, x - moved, np.zeros(x.shape), obstacle)
+            row[:] = sums.summed(_pressed, contact.surface, y, np.zeros(x.shape), obstacle)
         if name in contact.guards:
-            forces = contact.guards[name].touch(x - moved).slope
+            forces = contact.guards[name].touch(y).slope
             row[FORCE] += forces.sum(axis=0)
             row[NORMAL] += np.linalg.norm(forces, axis=1).sum()
+        row[FORCE] = view.directed(row[FORCE])
     return found
 
 
-def pulled_back(contact: Contact, x: np.ndarray, shift: np.ndarray, cotangents: np.ndarray) -> np.ndarray:
-    """Derivatives (k, N, 3) of cotangent·`pressed` by the places of the nodes, for k cotangents (k, K, 5) at once."""
-    by_x = np.zeros((len(cotangents), *x.shape))
-    for number, (name, obstacle) in enumerate(contact.obstacles.items()):
-        bars, there = cotangents[:, number], x - shift[number]
+def pulled_back(
+    contact: Contact, x: np.ndarray, poses: np.ndarray, cotangents: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of cotangent·`pressed` by the places of the nodes (k, N, 3) and by the poses (k, K, 6).
+
+    The latter if there are free obstacles, else zero. For k cotangents (k, K, 5) at once.
+    """
+    by_x, by_pose = np.zeros((len(cotangents), *x.shape)), np.zeros((len(cotangents), *poses.shape))
+    forces = pressed(contact, x, poses)[:, FORCE] if contact.free else None
+    for number, ((name, obstacle), view) in enumerate(
+        zip(contact.obstacles.items(), contact.views(poses), strict=True)
+    ):
+        # As the obstacle sees it.
+        bars, y, by_y = cotangents[:, number].copy(), view.seen(x), np.zeros(by_x.shape)
+        bars[:, FORCE] = view.drawn(bars[:, FORCE])
         some = bars.any(axis=1)
         if not some.any():
             continue
         if isinstance(obstacle, Triangulated):
-            by_x += _on_triangulated(obstacle.touch(there), bars)
+            by_y += _on_triangulated(obstacle.touch(y), bars)
         else:
-            by_x[some] += sums.pulled_back(_pressed, contact.surface, there, np.zeros(x.shape), bars[some], obstacle)[0]
+            by_y[some] += sums.pulled_back(_pressed, contact.surface, y, np.zeros(x.shape), bars[some], obstacle)[0]
         if name in contact.guards:
-            touch = contact.guards[name].touch(there)
-            for out, motion in zip(by_x, _motions(touch.slope, bars), strict=True):
+            touch = contact.guards[name].touch(y)
+            for out, motion in zip(by_y, _motions(touch.slope, bars), strict=True):
                 out += touch.product(motion)
-    return by_x
+        by_x += view.directed(by_y)
+        if forces is not None:
+            by_pose[:, number] = np.stack([view.by_pose(x, by_y[k]) for k in range(len(by_y))])
+            by_pose[:, number, 3:] += view.turning(view.drawn(forces[number]), cotangents[:, number, FORCE])
+    return by_x, by_pose
 
 
 def _on_triangulated(touch: TriangulatedTouch, bars: np.ndarray) -> np.ndarray:

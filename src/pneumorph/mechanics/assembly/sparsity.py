@@ -1,8 +1,9 @@
 """The sparsity of the tangent, common to all terms, and where the element blocks go in it.
 
-The unknowns are, in this order: three displacements for each node off the tip, in node order; π of mixed elements; and
-six of the plate. Only the upper triangle is stored, for the tangent is symmetric. Supported unknowns stay, as rows of
-the identity.
+The unknowns are, in this order: three displacements for each node off the tip, in node order; π of mixed elements; six
+of each free obstacle; and six of the plate. Only the upper triangle is stored, for the tangent is symmetric. Supported
+unknowns stay, as rows of the identity. What free obstacles couple changes with what they touch: only their diagonal is
+here.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class Sparsity:
     rank : (P,) int
         Rank of each entry of `State.hydrostatic` in `corners`; −1 for those that are not unknowns.
     size : int
-        Number of unknowns, 3·(nodes off the tip) + n_π + 6.
+        Number of unknowns, 3·(nodes off the tip) + n_π + 6·(free obstacles) + 6.
     indptr, indices : CSR arrays of the upper triangle, columns ascending.
     motion, coupling, compression : CSR
         Its pairs of nodes, of nodes with entries of π, and of entries of π.
@@ -75,7 +76,9 @@ class BlockPlaces:
     compression: np.ndarray
 
 
-def build_sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, hydrostatics: int) -> Sparsity:
+def build_sparsity(
+    connectivities: Sequence[Connectivity], on_tip: np.ndarray, hydrostatics: int, objects: int = 0
+) -> Sparsity:
     """The common sparsity of terms with these connectivities.
 
     Parameters
@@ -84,6 +87,8 @@ def build_sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, h
         Nodes that the plate moves.
     hydrostatics : int
         Length of `State.hydrostatic`.
+    objects : int
+        Number of free obstacles.
     """
     number = np.full(len(on_tip), -1)
     number[~on_tip] = np.arange(np.count_nonzero(~on_tip))
@@ -105,7 +110,7 @@ def build_sparsity(connectivities: Sequence[Connectivity], on_tip: np.ndarray, h
         beside[nodes[near]] = True
         corners_beside[rank[places[near]]] = True
     beside &= ~on_tip
-    indptr, indices = _expand(motion, coupling, compression, (beside[~on_tip], corners_beside))
+    indptr, indices = _expand(motion, coupling, compression, (beside[~on_tip], corners_beside), 6 * objects)
     return Sparsity(
         number=number,
         corners=corners,
@@ -196,17 +201,22 @@ def _expand(
     coupling: sparse.csr_array,
     compression: sparse.csr_array,
     by_plate: tuple[np.ndarray, np.ndarray],
+    own: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scalar CSR (upper triangle) of 3×3 blocks of u, rows of u with π, rows of π; six plate columns where asked."""
+    """Scalar CSR (upper triangle) of 3×3 blocks of u, rows of u with π, rows of π; six plate columns where asked.
+
+    And of `own` unknowns with nothing but their diagonal.
+    """
     u_plate, p_plate = (sparse.csr_array(np.repeat(beside[:, None], 6, axis=1)) for beside in by_plate)
 
     def threefold(blocks, columns: int):
         return sparse.kron(sparse.coo_array(blocks), np.ones((3, columns), np.int8))
 
     rows = [
-        [sparse.triu(threefold(motion, 3)), threefold(coupling, 1), threefold(u_plate, 1)],
-        [None, compression, p_plate],
-        [None, None, sparse.triu(np.ones((6, 6), np.int8))],
+        [sparse.triu(threefold(motion, 3)), threefold(coupling, 1), None, threefold(u_plate, 1)],
+        [None, compression, None, p_plate],
+        [None, None, sparse.csr_array(np.eye(own, dtype=np.int8)), None],
+        [None, None, None, sparse.triu(np.ones((6, 6), np.int8))],
     ]
     whole = sparse.csr_array(sparse.block_array(rows))
     whole.sort_indices()

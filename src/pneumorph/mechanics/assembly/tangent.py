@@ -41,6 +41,19 @@ class Configuration:
         return constrained
 
 
+LOOSE, NOTHING = 1e-3, 1e-9
+"""Stiffness of a free obstacle that nothing touches, over that of the rubber, in factorisations on the way to where it
+is held; and the fraction of it that counts as nothing."""
+
+
+def looseness(at: Configuration) -> np.ndarray:
+    """That stiffness for every unknown of free obstacles: (6J,) N/mm and N·mm/rad."""
+    size = float(np.linalg.norm(np.ptp(at.X, axis=0))) / 10.0
+    modulus = max(rubber.shear_modulus for rubber in at.model.rubbers.values())
+    count = len(range(*at.model.object_unknowns.indices(at.model.size))) // 6
+    return LOOSE * modulus * np.tile(np.repeat([size, size**3], 3), count)
+
+
 MOST_KEPT = 3
 """Entries of contacts that have ended are kept in the pattern up to this multiple of those that there are."""
 
@@ -175,7 +188,12 @@ class Tangent:
         data = tangent(at.model, at.X, state, at.loads, at.blocked)
         if not at.model.potential.has_pairs:
             return data
-        return self._with_contact(data, contact_in_pairs(at.model, at.X, state, at.loads, at.constrained))
+        data = self._with_contact(data, contact_in_pairs(at.model, at.X, state, at.loads, at.constrained))
+        # A free obstacle that nothing touches would make the tangent singular: searches need one that is not.
+        places = self._pattern.indptr[:-1][at.model.object_unknowns]
+        least = looseness(at)
+        data[places] = np.where(np.abs(data[places]) <= NOTHING * least, least, data[places])
+        return data
 
     def _with_contact(self, data: np.ndarray, contact: sparse.coo_array) -> np.ndarray:
         """The values with those of contact, in a pattern that has both; the symbolic analysis is repeated if needed."""

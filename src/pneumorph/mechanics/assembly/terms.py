@@ -18,6 +18,7 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.assembly.element import tet_energies, tet_works, triangle_volumes
+from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.material.rubber import Energy
 
 Values = Any
@@ -27,16 +28,16 @@ Values = Any
 class Loads(NamedTuple):
     """The loads: chamber pressures (C,) MPa, acceleration g (3,) mm/s², springs and dead loads of the plate (6,).
 
-    `shift` (K, 3) are the displacements of rigid obstacles from their places, mm, in the order of `Contact.obstacles`.
-    `laid` (R, 2) are changes of the stiffness, N/mm, and of the winding angle, rad, of what lies on surfaces, in the
-    order of `Model.reinforcements`.
+    `shift` (K, 6) are the poses of rigid obstacles, in the order of `Contact.obstacles`: the displacement of each from
+    its place in mm, and its rotation vector about its centre in rad; see `pose.py`. `laid` (R, 2) are changes of the
+    stiffness, N/mm, and of the winding angle, rad, of what lies on surfaces, in the order of `Model.reinforcements`.
     """
 
     pressure: Values
     acceleration: Values
     spring: Values
     wrench: Values
-    shift: Values = np.zeros((0, 3))
+    shift: Values = np.zeros((0, 6))
     laid: Values = np.zeros((0, 2))
 
 
@@ -50,6 +51,7 @@ class Local(NamedTuple):
     hydrostatic : (E, c) hydrostatic unknowns π, MPa.
     plate : (6,) plate unknowns; (0,) where the elements do not see the plate.
     data : (E, k) constants of the elements.
+    objects : (J, 6) unknowns of the free obstacles; none where the elements do not see them.
     """
 
     X: Values
@@ -57,11 +59,12 @@ class Local(NamedTuple):
     hydrostatic: Values
     plate: Values
     data: Values
+    objects: Values = np.zeros((0, 6))
 
     def of(self, chunk: slice) -> Local:
         """The values of a chunk of elements."""
-        X, u, hydrostatic, plate, data = self
-        return Local(X[chunk], u[chunk], hydrostatic[chunk], plate, data[chunk])
+        X, u, hydrostatic, plate, data, objects = self
+        return Local(X[chunk], u[chunk], hydrostatic[chunk], plate, data[chunk], objects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +85,8 @@ class Connectivity:
         Number of elements evaluated together.
     plate : bool
         Whether the elements see the plate unknowns.
+    objects : bool
+        Whether they see those of the free obstacles.
     """
 
     nodes: np.ndarray
@@ -90,24 +95,27 @@ class Connectivity:
     weight: np.ndarray
     chunk: int
     plate: bool = False
+    objects: bool = False
 
     @property
     def count(self) -> int:
         """Number of elements without the padding, which comes last."""
         return int(np.count_nonzero(self.weight))
 
-    def local(self, X: np.ndarray, u: np.ndarray, hydrostatic: np.ndarray, plate: np.ndarray) -> Local:
-        """Gather what the elements see of nodes X (N, 3), displacements u (N, 3), all π and the plate (6,)."""
-        return Local(X[self.nodes], u[self.nodes], *self._others(hydrostatic, plate), self.data)
+    def local(self, X: np.ndarray, u: np.ndarray, state: State) -> Local:
+        """Gather what the elements see of nodes X (N, 3), displacements u (N, 3), and the other unknowns of a state."""
+        seen, plate, objects = self._others(state)
+        return Local(X[self.nodes], u[self.nodes], seen, plate, self.data, objects)
 
-    def moving(self, du: np.ndarray, dhydrostatic: np.ndarray, dplate: np.ndarray) -> Local:
-        """Gather what they see of a change of displacements (N, 3), of all π and of the plate, at nodes that rest."""
-        u = du[self.nodes]
-        return Local(np.zeros(u.shape), u, *self._others(dhydrostatic, dplate), self.data)
+    def moving(self, du: np.ndarray, dstate: State) -> Local:
+        """Gather what they see of a change of displacements (N, 3) and of the other unknowns, at nodes that rest."""
+        u, (seen, plate, objects) = du[self.nodes], self._others(dstate)
+        return Local(np.zeros(u.shape), u, seen, plate, self.data, objects)
 
-    def _others(self, hydrostatic: np.ndarray, plate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        seen = hydrostatic[self.hydrostatics] if self.hydrostatics.shape[1] else self.hydrostatics.astype(float)
-        return seen, plate if self.plate else np.zeros(0)
+    def _others(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        seen = state.hydrostatic[self.hydrostatics] if self.hydrostatics.shape[1] else self.hydrostatics.astype(float)
+        plate = state.plate if self.plate else np.zeros(0)
+        return seen, plate, state.objects if self.objects else np.zeros((0, 6))
 
     def chunks(self) -> list[slice]:
         """The elements of every chunk."""
@@ -121,7 +129,11 @@ cache of a core."""
 
 
 def connect(
-    nodes: np.ndarray, hydrostatics: np.ndarray | None = None, data: np.ndarray | None = None, plate: bool = False
+    nodes: np.ndarray,
+    hydrostatics: np.ndarray | None = None,
+    data: np.ndarray | None = None,
+    plate: bool = False,
+    objects: bool = False,
 ) -> Connectivity:
     """The connectivity of elements with `nodes` (E, a), padded with copies of the first element."""
     count = len(nodes)
@@ -135,6 +147,7 @@ def connect(
         weight=np.concatenate([np.ones(count), np.zeros(extra)]),
         chunk=chunk,
         plate=plate,
+        objects=objects,
     )
 
 

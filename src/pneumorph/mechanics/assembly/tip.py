@@ -75,7 +75,7 @@ def _measures(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 @jax.jit
-def _turns(theta) -> tuple[jax.Array, jax.Array, jax.Array]:
+def turns(theta) -> tuple[jax.Array, jax.Array, jax.Array]:
     """R − I and its first and second derivatives by θ, whose axes come last."""
     first = jax.jacfwd(rotation)
     return rotation(theta) - jnp.eye(3), first(theta), jax.jacfwd(first)(theta)
@@ -91,7 +91,7 @@ class Ride:
 
     @cached_property
     def _turn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        turn, first, second = _turns(np.asarray(self.plate[3:], dtype=float))
+        turn, first, second = turns(np.asarray(self.plate[3:], dtype=float))
         return np.asarray(turn), np.asarray(first), np.asarray(second)
 
     @cached_property

@@ -16,7 +16,7 @@ from scipy import sparse
 from pneumorph.mechanics.assembly.facets import Facets, Parts, firsts, turns
 from pneumorph.mechanics.assembly.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, RigidMesh
 from pneumorph.mechanics.assembly.recent import Recent
-from pneumorph.mechanics.assembly.terms import Connectivity
+from pneumorph.mechanics.assembly.terms import Connectivity, Values
 
 
 class Triangulated:
@@ -30,14 +30,23 @@ class Triangulated:
         The obstacle's closed surface, counter-clockwise seen from outside.
     activation, stiffness : float
         The activation distance d̂ in mm, and the stiffness κ of the barrier in MPa.
+    center : (3,)
+        About what it turns.
     """
 
-    def __init__(self, surface: Connectivity, mesh: RigidMesh, activation: float, stiffness: float):
+    def __init__(
+        self,
+        surface: Connectivity,
+        mesh: RigidMesh,
+        activation: float,
+        stiffness: float,
+        center: Values = (0.0, 0.0, 0.0),
+    ):
         # Imported here because most bodies touch nothing.
         import ipctk
 
         self.facets, self.mesh = Facets(mesh), mesh
-        self.activation, self.stiffness = activation, stiffness
+        self.activation, self.stiffness, self.center = activation, stiffness, np.array(center)
         self.faces = surface.nodes[: surface.count]
         count, (nodes, corner) = len(self.faces), np.unique(self.faces, return_inverse=True)
         corner = corner.reshape(-1, 6)

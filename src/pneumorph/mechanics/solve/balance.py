@@ -30,7 +30,7 @@ MOST_SHORTENINGS = 20
 
 
 def scaled(full: Loads, fraction: float) -> Loads:
-    """A fraction of the pressures, weights, plate loads and displacements of obstacles; springs stay."""
+    """A fraction of the pressures, weights, plate loads and poses of obstacles; springs stay."""
     return full._replace(
         pressure=full.pressure * fraction,
         acceleration=full.acceleration * fraction,
@@ -121,19 +121,23 @@ def places(at: Configuration, vector: np.ndarray) -> np.ndarray:
     return at.X + kernels.displacement(at.model.tip, at.X, at.model.state(vector))
 
 
+def poses_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """Poses (K, 6) of all obstacles at the given unknowns."""
+    return kernels.poses(at.model.potential, at.model.state(vector), at.loads)
+
+
 def apart(at: Configuration, vector: np.ndarray) -> bool:
     """Whether no surface goes through another or through an obstacle; always where there is no contact."""
     contact = at.model.contact
-    return contact is None or contact.apart(places(at, vector), np.asarray(at.loads.shift))
+    return contact is None or contact.apart(places(at, vector), poses_at(at, vector))
 
 
 def free_way(at: Configuration, state: State, there: Configuration, end: State) -> float:
     """A share of the straight way from a state to another, while obstacles move too, on which nothing meets."""
     contact = at.model.contact
     assert contact is not None
-    start, shift = places(at, at.model.vector(state)), np.asarray(at.loads.shift)
-    moving = np.asarray(there.loads.shift) - shift
-    found = contact.free_share(start, places(there, there.model.vector(end)), shift, moving)
+    first, last = at.model.vector(state), there.model.vector(end)
+    found = contact.free_share(places(at, first), places(there, last), poses_at(at, first), poses_at(there, last))
     return found if found == 1.0 else BEFORE * found
 
 
@@ -143,11 +147,14 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
     if contact is None:
         return share
     start = places(at, vector)
-    far = np.linalg.norm(places(at, vector + step) - start, axis=1).max()
+    poses = poses_at(at, vector)
+    moved = np.concatenate([places(at, vector + step) - start, (poses_at(at, vector + step) - poses)[:, :3]])
+    far = np.linalg.norm(moved, axis=1).max()
     reach = LARGEST_MOVE * np.linalg.norm(np.ptp(at.X, axis=0))
     share = min(share, float(reach / max(far, 1e-300)))
     for _ in range(MOST_SHORTENINGS):
-        found = contact.free_share(start, places(at, vector + share * step), np.asarray(at.loads.shift))
+        end = vector + share * step
+        found = contact.free_share(start, places(at, end), poses, poses_at(at, end))
         if found == 1.0:
             return share
         # A plate that turns by less moves its nodes another way: the shorter way is checked too.

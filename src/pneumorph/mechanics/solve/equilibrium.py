@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -18,6 +19,7 @@ from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.pose import pose_of
 from pneumorph.mechanics.assembly.sums import summed
 from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
@@ -25,6 +27,7 @@ from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.solve.balance import applied_force, evaluate, free_share, free_way, largest_stretches, unloaded
 from pneumorph.mechanics.solve.descent import minimise
+from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
@@ -120,8 +123,8 @@ def build_loads(
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
     They are given for the whole body. A part gets its share; they must be symmetric (see `mirror.mirrors_of`).
-    `moves` are the displacements (3,) in mm of obstacles by their names; the others are in their places. `laid` are the
-    changes (R, 2) of what lies on surfaces.
+    `moves` are the displacements (3,) in mm of obstacles by their names, or their poses (6,) with a rotation vector in
+    rad; the others are in their places. `laid` are the changes (R, 2) of what lies on surfaces.
     """
     obstacles = () if model.contact is None else model.contact.obstacles
     zero = np.zeros(6)
@@ -131,7 +134,7 @@ def build_loads(
         acceleration=np.asarray(zero[:3] if acceleration is None else acceleration, dtype=float),
         spring=share * np.asarray(zero if spring is None else spring, dtype=float),
         wrench=share * np.asarray(zero if wrench is None else wrench, dtype=float),
-        shift=np.array([moves.get(name, (0.0, 0.0, 0.0)) for name in obstacles], dtype=float).reshape(-1, 3),
+        shift=np.array([pose_of(moves.get(name, ())) for name in obstacles]).reshape(-1, 6),
         laid=np.zeros((len(model.reinforcements), 2)) if laid is None else laid,
     )
 
@@ -160,26 +163,39 @@ def solve(
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most
     try:
-        if start is not None:
-            found = _find(at, tangent, start, tolerance)
-            if not isinstance(found, str):
-                return read_off(at, tangent, *found, before)
-        if since is not None:
-            earlier, state = since
-            begin = earlier if isinstance(earlier, Configuration) else replace(at, loads=earlier)
-            return _raise(at, begin, state, tangent, before, tolerance)
-        return _step_up(at, tangent, before, tolerance)
+        found = _searched(at, tangent, start, tolerance, since, before)
+        if isinstance(found, Equilibrium) and (loose := unheld(at, tangent, found.state)) is not None:
+            return NoEquilibrium(loose, 1.0, None)
+        return found
     except SingularMatrix:
         return NoEquilibrium("the tangent is singular", 0.0, None)
+    except Unheld as error:
+        return NoEquilibrium(str(error), 0.0, None)
     except TooCostly:
         return NoEquilibrium(f"no equilibrium found in {most:g} factorisations", 0.0, None)
     finally:
         tangent.max_factorisations = math.inf
 
 
+def _searched(
+    at: Configuration, tangent: Tangent, start: State | None, tolerance: float, since, before
+) -> Equilibrium | NoEquilibrium:
+    """The search of `solve`."""
+    if start is not None:
+        with suppress(Unheld):
+            found = _find(at, tangent, start, tolerance)
+            if not isinstance(found, str):
+                return read_off(at, tangent, *found, before)
+    if since is not None:
+        earlier, state = since
+        begin = earlier if isinstance(earlier, Configuration) else replace(at, loads=earlier)
+        return _raise(at, begin, state, tangent, before, tolerance)
+    return _step_up(at, tangent, before, tolerance)
+
+
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    return (find_stable if at.model.mixed else minimise)(at, tangent, start, tolerance)
+    return (find_stable if at.model.mixed else minimise)(at, tangent, landed(at, start), tolerance)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
@@ -228,7 +244,7 @@ def _raise(
         if isinstance(found, str) and last is not None and not moving:
             found = search(part, tangent, state, tolerance)
         if isinstance(found, str) and step < smallest and not part.model.mixed:
-            found = minimise(part, tangent, state, tolerance)
+            found = _find(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, min(step, fraction - reached) / 2
             if step < smallest / 2:

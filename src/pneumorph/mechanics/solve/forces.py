@@ -9,7 +9,7 @@ import numpy as np
 from pneumorph.mechanics.assembly import derivatives
 from pneumorph.mechanics.assembly.friction import Friction
 from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.potential import displacement
+from pneumorph.mechanics.assembly.potential import displacement, poses
 from pneumorph.mechanics.assembly.pressing import AREA, FORCE, NORMAL, pressed
 from pneumorph.mechanics.assembly.tangent import Configuration
 
@@ -43,10 +43,10 @@ def contact_forces(at: Configuration, state: State) -> ContactForces:
         return ContactForces({}, {}, {}, 0.0)
     x = at.X + displacement(at.model.tip, at.X, state)
     own = 0.0 if contact.own is None else float(np.linalg.norm(contact.own.touch(x).slope, axis=1).sum()) / 2
-    table = pressed(contact, x, np.asarray(at.loads.shift))
+    table = pressed(contact, x, poses(at.model.potential, state, at.loads))
     for surface, energy in at.model.terms:
         if isinstance(energy, Friction):
-            local = surface.local(at.X, x - at.X, state.hydrostatic, state.plate)
+            local = surface.local(at.X, x - at.X, state)
             _, found = derivatives.forces(energy, surface, local, at.loads)
             table[int(energy.number), FORCE] += np.asarray(found.u).sum(axis=(0, 1))
     rows = dict(zip(contact.obstacles, table, strict=True))

@@ -18,7 +18,7 @@ from pneumorph.mechanics.assembly.friction import Friction, Hold
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, with_more
 from pneumorph.mechanics.assembly.obstacles import Obstacle, away_from, distances, pressure, sample_places
-from pneumorph.mechanics.assembly.potential import displacement
+from pneumorph.mechanics.assembly.potential import displacement, poses
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Term
 from pneumorph.mechanics.assembly.triangulated import Triangulated
@@ -62,9 +62,11 @@ def sweep_with_friction(
 def with_friction(model: Model, coefficient: float, held: Holds) -> Model:
     """The model with the friction of every obstacle."""
     contact, terms = _contact(model), []
+    rows = {name: row for row, name in enumerate(contact.free)}
     for number, (name, obstacle) in enumerate(contact.obstacles.items()):
         surface = replace(contact.surface, data=held[name].data())
-        terms.append(Term(surface, Friction(coefficient, _reach(obstacle), number)))
+        place = number, obstacle.center, rows.get(name, 0), name in rows
+        terms.append(Term(surface, Friction(coefficient, _reach(obstacle), *place)))
     return with_more(model, terms, contact.surface)
 
 
@@ -100,8 +102,9 @@ def _seen(at: Configuration, state: State) -> Iterator[tuple[str, Obstacle | Tri
     """Every obstacle, with the sample points (F, 7, 3) as it sees them when it is in its place."""
     contact = _contact(at.model)
     places = sample_places(contact.surface, at.X + displacement(at.model.tip, at.X, state))
-    for (name, obstacle), moved in zip(contact.obstacles.items(), np.asarray(at.loads.shift), strict=True):
-        yield name, obstacle, places - moved
+    views = contact.views(poses(at.model.potential, state, at.loads))
+    for (name, obstacle), view in zip(contact.obstacles.items(), views, strict=True):
+        yield name, obstacle, view.seen(places)
 
 
 def _at_rest(at: Configuration) -> Holds:

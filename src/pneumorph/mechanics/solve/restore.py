@@ -14,13 +14,14 @@ ACCURACY = 1e-10
 """Relative residual of the equations for π."""
 
 
-def restored(model: Model, X: np.ndarray, u: np.ndarray, plate: np.ndarray) -> State:
+def restored(model: Model, X: np.ndarray, u: np.ndarray, plate: np.ndarray, objects: np.ndarray) -> State:
     """The state with displacements u (N, 3) and a plate at [c, θ] (6,); π is that at which Π is stationary in it.
 
-    So of an equilibrium it is the state itself: Π is quadratic in π, and ∫ N (J − 1 − π/κ) = 0.
+    `objects` (J, 6) are the unknowns of free obstacles. So of an equilibrium it is the state itself: Π is quadratic in
+    π, and ∫ N (J − 1 − π/κ) = 0.
     """
     if not model.mixed:
-        return State(u, plate)
+        return State(u, plate, objects=objects)
     tets = model.tets.nodes[: model.elements]
     unknowns, slack = tets[:, :4].copy(), np.zeros(len(tets))
     # Where two rubbers meet, π jumps: every region has an entry for each node.
@@ -38,4 +39,4 @@ def restored(model: Model, X: np.ndarray, u: np.ndarray, plate: np.ndarray) -> S
     matrix = coo_matrix((mass.ravel(), (rows, columns)), shape=(count, count)).tocsr()[used][:, used]
     hydrostatic = np.zeros(count)
     hydrostatic[used] = cg(matrix, right[used], rtol=ACCURACY, M=diags(1.0 / matrix.diagonal()))[0]
-    return State(u, plate, hydrostatic)
+    return State(u, plate, hydrostatic, objects)
