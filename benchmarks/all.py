@@ -20,9 +20,10 @@ HERE = Path(__file__).resolve().parent
 PLACE = HERE.parent / "docs" / "performance.md"
 HEAD = """# Performance
 
-Written by `python benchmarks/all.py --{size} RUNS`, on {machine}. Compare figures within a table: other machines, and
-this one at other times, are faster or slower as a whole. An *equivalent* is the time of one assembly and factorisation
-of the tangent on the same mesh.
+Written by `python benchmarks/all.py --{size} RUNS`.
+
+Machine: {machine}. Compare figures within a table: other machines, and this one at other times, are faster or slower as
+a whole. An *equivalent* is the time of one assembly and factorisation of the tangent on the same mesh.
 """
 
 
@@ -61,7 +62,7 @@ def sections(runs: Path, out: Path) -> list[Section]:
         Section(
             "The sub-problem",
             "One step within the limits, in the middle of a run, by the density of control points.",
-            ["subproblem.py", "0.6"],
+            ["subproblem.py", "0.6", "0.85"],
             ["subproblem.py"],
         ),
         Section(
@@ -79,7 +80,7 @@ def sections(runs: Path, out: Path) -> list[Section]:
         Section(
             "Growth with the mesh",
             "The best design of `linear`; each mesh begins from the state on the one before.",
-            ["growth.py", linear, "3.0", "2.0"],
+            ["growth.py", linear, "3.0", "2.0", "1.4"],
             ["growth.py", linear, "3.0", "2.0", "1.4", "1.0"],
             markdown=True,
         ),
@@ -170,7 +171,7 @@ def main() -> None:
         for section in sections(asked.runs, Path(folder)):
             command = section.quick if asked.size == "quick" else section.full
             if command is not None:
-                page += measured(section, command)
+                page += measured(section, command).replace(f"{asked.runs}{os.sep}", "")
                 asked.out.write_text(page)
 
 
