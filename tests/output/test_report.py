@@ -27,6 +27,7 @@ from pneumorph.output import report_limits
 from pneumorph.output.packed import Steps, in_parts, in_steps, pack, unpack
 from pneumorph.output.report import facts_and_shapes, page_of, write_report
 from pneumorph.output.report_limits import MOST, packed_usage
+from pneumorph.output.report_shapes import packed_states
 from pneumorph.problem import load, loads
 from pneumorph.run import StoredDesign, create, open_run
 
@@ -294,3 +295,18 @@ def test_surfaces_in_the_browser_are_those_of_the_package(tmp_path):
             expected += [cap_points(surface, tip, q, np.full(len(q), ring / 6)) for ring in range(1, 7)]
     # Nets are in the page to a micrometre, and the screen's numbers are single.
     np.testing.assert_allclose(found, np.concatenate(expected), atol=2e-3)
+
+
+def test_free_obstacles_are_shown_where_their_places_are_known(tmp_path):
+    ball = '[[obstacle]]\nname = "ball"\nkind = "sphere"\ncenter = ["0 mm", "30 mm", "8 mm"]\nradius = "6 mm"\n'
+    springs = ", ".join(f'{axis} = "1 N/mm"' for axis in "xyz")
+    held = 'hold = ["turn_x", "turn_y", "turn_z"]'
+    text = tiny() + ball + f"free = {{ {held}, spring = {{ {springs} }} }}\n[contact]\nself = false\n"
+    problem = loads(text.replace("[[task]]", '[[task]]\nmove = { ball = ["0 mm", "0 mm", "9 mm"] }', 1))
+    run = waving_run(tmp_path / "run", problem, 1, {0: analysed(problem, 0.0)})
+    ((design,), _, notes) = packed_states(run, run.history())
+    first, *between, last = (stop["obstacles"] for stop in design["tasks"][0]["stops"])
+    assert first == {} and between and all(each == {"ball": None} for each in between)
+    # Column by column: the last one is how far it is moved.
+    assert last["ball"][12:] == pytest.approx([0.0, 0.0, 9.0, 1.0])
+    assert any(note.startswith("free obstacles are shown at rest") for note in notes)

@@ -112,6 +112,8 @@ def packed_states(
     if most < count:
         stops = [{task: _thinned(each, most / count) for task, each in by_task.items()} for by_task in stops]
         notes.append("fewer pressures are shown than are stored, to keep this file small")
+    if _free(run.problem):
+        notes.append("free obstacles are shown at rest and at the whole pressures, where their places are stored")
     told, arrays = [], Arrays()
     for (entry, fields), by_task in zip(whole, stops, strict=True):
         design, more = _packed_design(entry.iteration, fields, by_task, corners)
@@ -128,7 +130,7 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
     if fields.sag is not None:
         yield Stop(nothing, fields.sag, nodal_stretch(fields.mesh, fields.sag), _moved(problem, task, None, 0.0))
     elif not loaded:
-        yield Stop(nothing, rest, np.ones(len(rest)), _moved(problem, task, None, 0.0))
+        yield Stop(nothing, rest, np.ones(len(rest)), {})
     if task in fields.inflation:
         way, skin = fields.inflation[task], fields.skin
         for part, u, stretch in zip(way.parts, way.u, way.stretch, strict=True):
@@ -148,10 +150,12 @@ def _moved(
     places: dict[str, list[float] | None] = {
         name: view.matrix.T.ravel().tolist() for name, view in views.items() if view.pose.any()
     }
-    if found is None:
-        free = (spec for spec in problem.obstacle if not isinstance(spec, PlaneSpec) and spec.free is not None)
-        places |= {spec.name: None for spec in free}
-    return places
+    return places if found is not None else places | dict.fromkeys(_free(problem))
+
+
+def _free(problem: Problem) -> list[str]:
+    """The names of the free obstacles."""
+    return [spec.name for spec in problem.obstacle if not isinstance(spec, PlaneSpec) and spec.free is not None]
 
 
 def packed_state(

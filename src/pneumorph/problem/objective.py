@@ -217,21 +217,13 @@ class TargetMotion(Table):
 
     @model_validator(mode="after")
     def _has_a_target(self) -> "TargetMotion":
-        if not self.targets:
-            raise InvalidKey(
-                "bending_y",
-                'is missing, and so is every other motion; give at least one, e.g. bending_y = "60 deg"',
-            )
-        if not any(self.weight_of(motion) > 0 for motion in self.targets):
-            weight = "rotation_weight" if self.rotation_weight == 0 else "position_weight"
-            raise InvalidKey(weight, "leaves no motion with a weight; make it positive")
+        _require_target(self, "bending_y", "60 deg")
         return self
 
     @property
     def targets(self) -> dict[str, float]:
         """The motions that are given, in mm and rad, in the order of `MOTIONS`."""
-        given = {motion: getattr(self, motion) for motion in MOTIONS}
-        return {motion: value for motion, value in given.items() if value is not None}
+        return _given(self, MOTIONS)
 
     def weight_of(self, motion: str) -> float:
         """The weight of a motion's squared difference."""
@@ -272,25 +264,36 @@ class TargetPose(Table):
 
     @model_validator(mode="after")
     def _has_a_target(self) -> "TargetPose":
-        if not self.targets:
-            raise InvalidKey("z", 'is missing, and so is every other motion; give at least one, e.g. z = "5 mm"')
-        if not any(self._weight_of(motion) > 0 for motion in self.targets):
-            weight = "rotation_weight" if self.rotation_weight == 0 else "position_weight"
-            raise InvalidKey(weight, "leaves no motion with a weight; make it positive")
+        _require_target(self, "z", "5 mm")
         return self
 
-    def _weight_of(self, motion: str) -> float:
-        return self.rotation_weight if motion.startswith("turn_") else self.position_weight
+    def weight_of(self, motion: str) -> float:
+        """The weight of a motion's squared difference."""
+        return self.position_weight if motion in POSE[:3] else self.rotation_weight
 
     @property
     def targets(self) -> dict[str, float]:
         """The motions that are given, in mm and rad, in the order of `POSE`."""
-        given = {motion: getattr(self, motion) for motion in POSE}
-        return {motion: value for motion, value in given.items() if value is not None}
+        return _given(self, POSE)
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `Press.keeps`."""
         return False
+
+
+def _given(asked: TargetMotion | TargetPose, motions: Sequence[str]) -> dict[str, float]:
+    values = {motion: getattr(asked, motion) for motion in motions}
+    return {motion: value for motion, value in values.items() if value is not None}
+
+
+def _require_target(asked: TargetMotion | TargetPose, key: str, example: str) -> None:
+    """Refuse a table without a motion, for which an example is given, or without one that has a weight."""
+    if not asked.targets:
+        fix = f'give at least one, e.g. {key} = "{example}"'
+        raise InvalidKey(key, f"is missing, and so is every other motion; {fix}")
+    if not any(asked.weight_of(motion) > 0 for motion in asked.targets):
+        weight = "rotation_weight" if asked.rotation_weight == 0 else "position_weight"
+        raise InvalidKey(weight, "leaves no motion with a weight; make it positive")
 
 
 class Press(Table):
