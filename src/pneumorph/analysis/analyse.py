@@ -14,6 +14,7 @@ from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
+    Interpolated,
     Model,
     NoEquilibrium,
     State,
@@ -23,6 +24,7 @@ from pneumorph.mechanics import (
     displacement,
     guided_of,
     loads_of,
+    mean_ratios,
     mirrors_of,
     model_of,
     predict,
@@ -30,11 +32,11 @@ from pneumorph.mechanics import (
     whole_of,
 )
 from pneumorph.mesh import Morph, TetMesh, mesh_body
-from pneumorph.mesh.transfer import linear, transfer
+from pneumorph.mesh.transfer import linear, nearest_elements, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
 
-Starts = Mapping[str, State]
+Starts = Mapping[str, State] | Mapping[str, Interpolated]
 
 DESIGN_TOLERANCE = 1e-6
 """Relative residual of the equilibria in the design loop: J and its gradient then have about five correct digits."""
@@ -196,18 +198,18 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     return states
 
 
-def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
+def carry_over(old: Discretisation, X_old: np.ndarray, states: Mapping[str, State], new: Discretisation) -> Starts:
     """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body."""
-    model, carried = new.model, {}
+    model, mesh, carried = new.model, old.morph.mesh.at(X_old), {}
+    nearest = None if model.mixed else nearest_elements(mesh, new.morph.mesh)
     for name, state in states.items():
         # The nodes of the tip move with the plate: their rows in the state are unused.
         u = displacement(old.model.tip, X_old, state)
-        mesh = old.morph.mesh.at(X_old)
-        if not model.mixed:
-            carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
-            continue
-        moved = transfer(mesh, u, new.morph.mesh.points)
-        carried[name] = State(moved, state.plate, _hydrostatic(old.model, mesh, state, new), state.objects)
+        moved = State(transfer(mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
+        if model.mixed:
+            carried[name] = moved._replace(hydrostatic=_hydrostatic(old.model, mesh, state, new))
+        else:
+            carried[name] = Interpolated(moved, mean_ratios(mesh.tets, X_old, u)[nearest])
     return carried
 
 

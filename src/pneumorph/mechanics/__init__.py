@@ -1,7 +1,7 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
-from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.kinematics import Interpolated, State, mean_ratios
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.potential import displacement
@@ -32,6 +32,7 @@ __all__ = [
     "Configuration",
     "ContactForces",
     "Equilibrium",
+    "Interpolated",
     "Loads",
     "Model",
     "NoEquilibrium",
@@ -51,6 +52,7 @@ __all__ = [
     "follow",
     "guided_of",
     "loads_of",
+    "mean_ratios",
     "mirrors_of",
     "model_of",
     "neo_hookean_rubber",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,22 @@ class State(NamedTuple):
     objects: np.ndarray = np.zeros((0, 6))
 
 
+@dataclass(frozen=True, eq=False)
+class Interpolated:
+    """A state carried over from another mesh.
+
+    Attributes
+    ----------
+    state : State
+        Its displacements are rough in detail.
+    ratios : (E,) float
+        Volume ratio of every element, from the other mesh: more accurate than those of the displacements.
+    """
+
+    state: State
+    ratios: np.ndarray
+
+
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
     """F (3, 3, 4, M) at the quadrature points of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
     F, A = np.empty((3, 3, 4, len(tets))), np.empty((3, 3, 4, len(tets)))
@@ -35,6 +52,11 @@ def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.
 def volume_ratio(F: Any) -> np.ndarray:
     """J = det F of deformation gradients (3, 3, …)."""
     return np.asarray(determinant(F))
+
+
+def mean_ratios(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """The mean volume ratio (M,) of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
+    return volume_ratio(deformation_gradients(tets, X, u)).mean(axis=0)
 
 
 def largest_stretch(F: np.ndarray) -> np.ndarray:

@@ -41,8 +41,16 @@ residual that each may leave at most; and the relative residual at which they en
 predicted or interpolated state, where the tangent would be indefinite."""
 
 
-def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
-    """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed."""
+def minimise(
+    at: Configuration, tangent: Tangent, start: State, tolerance: float, ratios: np.ndarray | None = None
+) -> tuple[State, float] | str:
+    """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed.
+
+    The volume ratios (E,) of a start from another mesh, where they are given, take the place of its own in the first
+    tangent. Where κ is large, those of rough displacements give a stress that is nowhere near that of the equilibrium,
+    while the true one makes this step a good one, as where stresses are unknowns of their own (Magisano, Leonetti and
+    Garcea 2017, Computer Methods in Applied Mechanics and Engineering 313, 986-1005).
+    """
     model = at.model
     vector = supported(at, model.vector(start))
     if not apart(at, vector):
@@ -53,13 +61,14 @@ def minimise(at: Configuration, tangent: Tangent, start: State, tolerance: float
     scale = applied_force(at, model.state(vector))
     residual = supported(at, residual)
     size = float(np.linalg.norm(residual)) / scale
-    relaxations = MOST_RELAXATIONS
-    if not tangent.ready and np.any(vector):
-        # A state carried over from another mesh is rough in detail; steps with the definite tangent at rest smooth it.
+    relaxations = MOST_RELAXATIONS if tangent.ready else 0
+    if not tangent.ready and size > SMOOTH and ratios is not None:
+        tangent.factorise_with(at, model.state(vector), ratios)
+        relaxations = 1
+    elif not tangent.ready and size > SMOOTH and np.any(vector):
+        # Of a rough state whose volume ratios are not known, steps with the definite tangent at rest smooth the detail.
         tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
         relaxations = MOST_RELAXATIONS_AT_REST
-    elif not tangent.ready:
-        relaxations = 0
     raised = None
     most = MOST_NEWTON_STEPS if model.contact is None else MOST_WITH_CONTACT
     for _ in range(most):

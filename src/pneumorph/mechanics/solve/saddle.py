@@ -25,7 +25,6 @@ from pneumorph.mechanics.solve.balance import (
     residual_at,
     smallest_ratio,
     supported,
-    unloaded,
 )
 
 MOST_NEWTON_STEPS = 40
@@ -76,9 +75,6 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         return "the starting state is not finite"
     scale = applied_force(at, model.state(vector))
     size = float(np.linalg.norm(residual)) / scale
-    if not tangent.ready and np.any(vector):
-        # A state carried over from another mesh is rough in detail; steps with the tangent at rest smooth it.
-        tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
     direction, fresh = None, True
     if tangent.ready:
         # The factorisation may belong to other blocked components of the plate.
