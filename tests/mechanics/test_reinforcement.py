@@ -247,10 +247,10 @@ def test_states_are_predicted_after_a_change_of_the_angle():
     asked = problem(**DESIGNED)
     at = analyse_body(asked, starting_body(asked.body))
     ahead = at.space.start + 0.02 * np.eye(at.space.n)[-1]
-    found = analyse(asked, at.space, at.disc, ahead, None, TOLERANCE).equilibria["one"]
-    before = at.analysis.equilibria["one"]
-    predicted = predict_states(at.space, at.disc, at.analysis, ahead)["one"]
-    assert np.abs(predicted.plate - found.state.plate).max() < 0.1 * np.abs(before.plate - found.plate).max()
+    found = analyse(asked, at.space, at.disc, ahead, None, TOLERANCE).equilibria["one"].state
+    before = at.analysis.equilibria["one"].state
+    predicted = predict_states(at.space, at.disc, at.analysis, ahead)["one"].state
+    assert np.abs(predicted.plate - found.plate).max() < 0.1 * np.abs(before.plate - found.plate).max()
 
 
 def test_an_angle_is_designed_and_resumed(tmp_path):

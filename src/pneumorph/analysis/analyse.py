@@ -14,7 +14,7 @@ from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
-    Interpolated,
+    Guess,
     Model,
     NoEquilibrium,
     State,
@@ -24,11 +24,11 @@ from pneumorph.mechanics import (
     displacement,
     guided_of,
     loads_of,
-    mean_ratios,
     mirrors_of,
     model_of,
     predict,
     solve,
+    volume_ratios,
     whole_of,
 )
 from pneumorph.mesh import Morph, TetMesh, mesh_body
@@ -36,7 +36,7 @@ from pneumorph.mesh.transfer import linear, nearest_elements, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
 
-Starts = Mapping[str, State] | Mapping[str, Interpolated]
+Starts = Mapping[str, State] | Mapping[str, Guess]
 
 DESIGN_TOLERANCE = 1e-6
 """Relative residual of the equilibria in the design loop: J and its gradient then have about five correct digits."""
@@ -186,31 +186,46 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
     }
 
 
-def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
+def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:
     """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh."""
     dX = disc.morph.push(space.control_points(phi) - analysis.points)
     pressures, laid = space.pressures(phi), space.laid(phi)
-    states = {}
+    guesses = {}
     for name, at in analysis.configurations.items():
         pressure = np.array([pressures[name][chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, laid=laid)
-        states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
-    return states
+        state = analysis.equilibria[name].state
+        predicted = predict(at, disc.tangents[name], state, dX, loads)
+        guesses[name] = Guess(predicted, _ratios(disc, at.X, state))
+    return guesses
 
 
-def carry_over(old: Discretisation, X_old: np.ndarray, states: Mapping[str, State], new: Discretisation) -> Starts:
+def carry_over(
+    old: Discretisation, X_old: np.ndarray, states: Mapping[str, State | Guess], new: Discretisation
+) -> dict[str, Guess]:
     """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body."""
     model, mesh, carried = new.model, old.morph.mesh.at(X_old), {}
-    nearest = None if model.mixed else nearest_elements(mesh, new.morph.mesh)
-    for name, state in states.items():
+    nearest = nearest_elements(mesh, new.morph.mesh)
+    for name, given in states.items():
+        guess = given if isinstance(given, Guess) else Guess(given, _ratios(old, X_old, given))
+        state = guess.state
         # The nodes of the tip move with the plate: their rows in the state are unused.
         u = displacement(old.model.tip, X_old, state)
         moved = State(transfer(mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
         if model.mixed:
-            carried[name] = moved._replace(hydrostatic=_hydrostatic(old.model, mesh, state, new))
+            carried[name] = Guess(moved._replace(hydrostatic=_hydrostatic(old.model, mesh, state, new)))
         else:
-            carried[name] = Interpolated(moved, mean_ratios(mesh.tets, X_old, u)[nearest])
+            # Over an element they are accurate in the mean, not at every point.
+            ratios = None if guess.ratios is None else np.tile(guess.ratios.mean(axis=0)[nearest], (4, 1))
+            carried[name] = Guess(moved, ratios)
     return carried
+
+
+def _ratios(disc: Discretisation, X: np.ndarray, state: State) -> np.ndarray | None:
+    """The volume ratios (4, E) at a state; None with mixed elements."""
+    if disc.model.mixed:
+        return None
+    return volume_ratios(disc.morph.mesh.tets, X, displacement(disc.model.tip, X, state))
 
 
 def _hydrostatic(old: Model, mesh: TetMesh, state: State, new: Discretisation) -> np.ndarray:

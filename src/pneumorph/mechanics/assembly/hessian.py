@@ -41,7 +41,7 @@ def tangent(
     """Values of the tangent ∂²Π, in the order of the sparsity.
 
     Rows and columns of supported unknowns and of `blocked` (6,) plate unknowns are those of the identity. With volume
-    ratios (E,) the volumetric stress of plain elements is that of these, not of the state's own.
+    ratios (4, E) the volumetric stress of plain elements is that of these, not of the state's own.
     """
     regions = iter(model.regions.values())
     common = model.sparsity
@@ -52,7 +52,7 @@ def tangent(
         for energy in energies:
             own = None
             if ratios is not None and isinstance(energy, Solid):
-                own = ratios[next(regions)]
+                own = ratios[:, next(regions)]
             blocks = _blocks(energy, seen, at, loads, own)
             if blocks is None:
                 continue

@@ -27,19 +27,20 @@ class State(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Interpolated:
-    """A state carried over from another mesh.
+class Guess:
+    """A predicted state, or one carried over from another mesh, from which a search begins.
 
     Attributes
     ----------
     state : State
         Its displacements are rough in detail.
-    ratios : (E,) float
-        Volume ratio of every element, from the other mesh: more accurate than those of the displacements.
+    ratios : (4, E) float, optional
+        Volume ratios at the quadrature points of all elements: those of the equilibrium that the guess is made from,
+        which are nearer to what is sought than those of the displacements. None for mixed elements, which have π.
     """
 
     state: State
-    ratios: np.ndarray
+    ratios: np.ndarray | None = None
 
 
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -54,9 +55,9 @@ def volume_ratio(F: Any) -> np.ndarray:
     return np.asarray(determinant(F))
 
 
-def mean_ratios(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """The mean volume ratio (M,) of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
-    return volume_ratio(deformation_gradients(tets, X, u)).mean(axis=0)
+def volume_ratios(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """The volume ratios (4, M) at the quadrature points of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
+    return volume_ratio(deformation_gradients(tets, X, u))
 
 
 def largest_stretch(F: np.ndarray) -> np.ndarray:

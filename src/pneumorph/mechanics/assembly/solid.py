@@ -140,17 +140,17 @@ def blocks(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Second derivatives of every element by u and u (M, 55, 9), by u and π (M, 10, c, 3), by π and π (M, c, c).
 
-    With volume ratios (M,) of the elements, those without π have the stress U'(J) of these in place of their own J.
+    With volume ratios (4, M) at the points, elements without π have the stress U'(J) of these in place of their own J.
     """
     count, corners = len(seen.nodes), seen.hydrostatics.shape[1]
     if ratios is not None:
-        ratios = np.concatenate([ratios, np.ones(count - seen.count)])
+        ratios = np.hstack([ratios, np.ones((4, count - seen.count))])
     motion, coupling = np.empty((count, 55, 9)), np.zeros((count, 10, corners, 3))
     compression = np.zeros((count, corners, corners))
 
     def work(chunk: slice) -> None:
         here = strained(seen, at, chunk)
-        excess = None if ratios is None else float(solid.parameters[-1]) * (ratios[chunk] - _ratio(here.F))
+        excess = None if ratios is None else float(solid.parameters[-1]) * (ratios[:, chunk] - _ratio(here.F))
         if isinstance(solid.energy_density, OfInvariants):
             # Nine derivatives instead of eighty-one: half the time of the whole assembly.
             by_invariants = np.array(_invariant_derivatives(solid, here.F, here.hydrostatic)[0])

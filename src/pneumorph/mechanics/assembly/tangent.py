@@ -147,7 +147,7 @@ class Tangent:
         self.unit_seconds = time.perf_counter() - began
 
     def factorise_with(self, at: Configuration, state: State, ratios: np.ndarray) -> None:
-        """Factorise the tangent at a state with the volumetric stress of other volume ratios (E,) than its own."""
+        """Factorise the tangent at a state with the volumetric stress of other volume ratios (4, E) than its own."""
         self.refactorise(self._assembled(at, state, ratios), Origin(at, state, exact=False))
 
     def is_of(self, at: Configuration, state: State) -> bool:
