@@ -39,15 +39,16 @@ SPARE = 0.1
 LEAST_SHIFT = 1e-3
 """Least fraction by which the diagonal of an unstable tangent is raised."""
 
-MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED, QUICKLY = 3, 10, 0.9, 0.5
-"""Smoothing steps with one factorisation, or with that at rest, and the fraction of the residual that each may leave at
-most: the second one where the volume ratios of a better factorisation are known."""
+MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED = 3, 10, 0.9
+"""Smoothing steps with one factorisation, or with that at rest, and the fraction of the residual that each but the last
+leaves at most."""
 
 MOST_WITH_RATIOS = 8
 """Steps with volume ratios, each of which is a factorisation."""
 
-SMOOTH, ROUGH = 0.02, 1.0
-"""Relative residuals at which smoothing ends, and above which a first step with known volume ratios is repeated."""
+SMOOTH, ROUGH, FAR = 0.02, 1.0, 10.0
+"""Relative residuals: of a state without rough detail; above which the tangent is often indefinite for the stress of
+rough volume ratios; and above which nearly always, though a nearby state has been factorised."""
 
 
 def minimise(
@@ -65,10 +66,12 @@ def minimise(
     if not np.isfinite(energy) or not np.isfinite(residual).all():
         return "the starting state is not finite"
     scale = applied_force(at, model.state(vector))
-    here = Place(vector, energy, supported(at, residual))
+    begin = here = Place(vector, energy, supported(at, residual))
+    # Steps over which Π may rise are not for surfaces that touch.
+    smoothed = model.contact is not None or begin.size <= SMOOTH * scale
     try:
-        if here.size > tolerance * scale:
-            here = _smoothed(at, tangent, here, ratios, scale)
+        if begin.size > tolerance * scale:
+            here = _relaxed(at, tangent, begin, ratios is None or smoothed, scale)
         raised = None
         most = MOST_NEWTON_STEPS if model.contact is None else MOST_WITH_CONTACT
         for _ in range(most):
@@ -81,7 +84,13 @@ def minimise(
                 return model.state(here.vector), size
             if size > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
                 return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-            direction, raised = _direction(at, tangent, here, scale, raised, tolerance)
+            far = size > (FAR if tangent.ready else ROUGH)
+            direction = None
+            if smoothed or ratios is None or not far:
+                direction, raised = _direction(at, tangent, here, scale, raised, tolerance, smoothed)
+            if direction is None:
+                here, smoothed = _smoothed(at, tangent, begin, ratios, scale), True
+                continue
             moved = _line_search(at, here, direction)
             if moved is None:
                 return "the line search found no lower potential"
@@ -105,36 +114,49 @@ class Place:
         return float(np.linalg.norm(self.residual))
 
 
-def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarray | None, scale: float) -> Place:
-    """A place without the rough detail of a predicted or interpolated state, where the tangent would be indefinite.
+def _relaxed(at: Configuration, tangent: Tangent, here: Place, alone: bool, scale: float) -> Place:
+    """The place after steps with the factorisation of a nearby state, or with that at rest if there is none.
 
-    The tangent of a nearby state smooths it as long as its steps lead nearer. Else, with `ratios`, the tangent of this
-    one does if it has the volumetric stress of these: where κ is large, that of rough displacements is nowhere near
-    the equilibrium's. After a step the ratios are the linearised ones, as where stresses are unknowns of their own
-    (Magisano, Leonetti and Garcea 2017, Computer Methods in Applied Mechanics and Engineering 313, 986-1005).
+    They end when one leaves most of the residual, or little is left. Far from the answer they are made if they are the
+    only way to smooth the rough detail of a state.
     """
-    model = at.model
-    # Steps over which Π may rise are not for surfaces that touch.
-    ratios = ratios if model.contact is None else None
-    if not tangent.ready and ratios is None and here.size > SMOOTH * scale and np.any(here.vector):
+    model, most = at.model, MOST_RELAXATIONS
+    if not tangent.ready:
+        if not alone or here.size <= SMOOTH * scale or not np.any(here.vector):
+            return here
         tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
-        return _relaxed(at, tangent, here, MOST_RELAXATIONS_AT_REST, np.inf, scale)
-    if tangent.ready:
-        here = _relaxed(at, tangent, here, MOST_RELAXATIONS, np.inf if ratios is None else QUICKLY, scale)
-    if model.contact is None and here.size > SMOOTH * scale and ratios is None:
-        ratios = volume_ratios(at, here.vector)
-    best, rough = here, SMOOTH
-    for _ in range(MOST_WITH_RATIOS):
-        if ratios is None or here.size <= rough * scale:
+        most = MOST_RELAXATIONS_AT_REST
+    elif not alone and here.size > FAR * scale:
+        return here
+    for _ in range(most):
+        moved = _line_search(at, here, supported(at, tangent.precondition(-here.residual)))
+        if moved is None:
             break
-        tangent.factorise_with(at, model.state(here.vector), ratios)
+        before, here = here, moved
+        if here.size > RELAXED * before.size or here.size <= SMOOTH * scale:
+            break
+    return here
+
+
+def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarray | None, scale: float) -> Place:
+    """A place without the rough detail of a predicted or interpolated state, for which the tangent is indefinite.
+
+    Where κ is large, the volumetric stress of rough displacements is nowhere near the equilibrium's. That of `ratios`
+    takes its place in the tangent; after a step they are the linearised ones, as where stresses are unknowns of their
+    own (Magisano, Leonetti and Garcea 2017, Computer Methods in Applied Mechanics and Engineering 313, 986-1005).
+    """
+    ratios, best = volume_ratios(at, here.vector) if ratios is None else ratios, here
+    for _ in range(MOST_WITH_RATIOS):
+        tangent.factorise_with(at, at.model.state(here.vector), ratios)
         direction = supported(at, tangent.precondition(-here.residual))
         moved = _sound(at, here, direction)
         if moved is None:
             break
-        ratios, here, rough = stepped_ratios(at, ratios, here.vector, direction, moved.vector), moved, ROUGH
+        ratios, here = stepped_ratios(at, ratios, here.vector, direction, moved.vector), moved
+        if here.size <= ROUGH * scale:
+            return here
         best = min(best, here, key=lambda place: place.size)
-    return here if here.size <= ROUGH * scale else best
+    return best
 
 
 def _sound(at: Configuration, here: Place, direction: np.ndarray) -> Place | None:
@@ -149,23 +171,10 @@ def _sound(at: Configuration, here: Place, direction: np.ndarray) -> Place | Non
     return None
 
 
-def _relaxed(at: Configuration, tangent: Tangent, here: Place, most: int, share: float, scale: float) -> Place:
-    """The place after steps with the last factorisation; one that leaves more than a share of the residual is not made.
-
-    They end with one that leaves most of it, or little in all.
-    """
-    for _ in range(most):
-        moved = _line_search(at, here, supported(at, tangent.precondition(-here.residual)))
-        if moved is None or moved.size > share * here.size:
-            break
-        before, here = here, moved
-        if here.size > RELAXED * before.size or here.size <= SMOOTH * scale:
-            break
-    return here
-
-
-def _direction(at: Configuration, tangent: Tangent, here: Place, scale: float, raised, tolerance: float):
+def _direction(at: Configuration, tangent: Tangent, here: Place, scale: float, raised, tolerance: float, raising: bool):
     """A descent direction, and by what fraction the last factorisation's diagonal is raised; None before the first.
+
+    None for both where the tangent is unstable, and the diagonal is not to be raised.
 
     The factorisation of a nearby tangent is good for a few conjugate-gradient steps; if they do not converge, the
     tangent is factorised. Where it is indefinite, conjugate gradients follow its negative curvature.
@@ -177,6 +186,9 @@ def _direction(at: Configuration, tangent: Tangent, here: Place, scale: float, r
         solution = tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS)
         if solution.converged:
             return solution.x, raised
+    if not raising:
+        tangent.factorise(at, state)
+        return (tangent.precondition(-residual), 0.0) if tangent.negative_pivots <= 0 else (None, None)
     # Where the last tangent was unstable, this one is likely to be so by about as much.
     first = raised / 4 if raised and raised / 4 >= LEAST_SHIFT else 0.0
     raised = tangent.factorise_convex(at, state, LEAST_SHIFT, first)
