@@ -16,7 +16,7 @@ from pneumorph.geometry.symmetry import column_squares, symmetric_basis
 from pneumorph.geometry.tube import TubeSurface
 from pneumorph.geometry.wedge import Turned, turned_of
 from pneumorph.problem.models import Symmetry
-from pneumorph.problem.reinforcement import DATA, designed, reinforcements
+from pneumorph.problem.reinforcement import data_of, designed, reinforcements
 from pneumorph.problem.symmetry import operations
 from pneumorph.problem.variable import Variable
 
@@ -41,7 +41,7 @@ class FreePressure:
 
 @dataclass(frozen=True)
 class FreeDatum:
-    """A stiffness or winding angle of a sheet or of fibres that is designed along with the shape.
+    """A stiffness, coverage or winding angle of a sheet or of fibres that is designed along with the shape.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class FreeDatum:
     place : (int, int)
         Where it is in `Loads.laid`.
     start, scale : float
-        Its value at the start in N/mm or rad, and its scale in mm of Φ.
+        Its value at the start in N/mm, 1 or rad, and its scale in mm of Φ.
     """
 
     name: str
@@ -127,7 +127,7 @@ class DesignSpace:
         return result
 
     def data(self, phi: Array) -> dict[str, dict[str, float]]:
-        """What is designed of sheets and fibres, by their names and by key, in N/mm and rad."""
+        """What is designed of sheets and fibres, by their names and by key, in N/mm, 1 and rad."""
         result: dict[str, dict[str, float]] = {}
         for free, value in zip(self.free_data, phi[self._data], strict=True):
             result.setdefault(free.name, {})[free.key] = float(value) / free.scale
@@ -154,7 +154,7 @@ class DesignSpace:
         dp : {task: {chamber: float}}, optional
             Derivatives with respect to the pressures, per MPa; missing ones are zero.
         laid : (R, 2) array, optional
-            Derivatives with respect to stiffnesses and angles of sheets and fibres; zero by default.
+            Derivatives with respect to what `Loads.laid` changes of sheets and fibres; zero by default.
 
         Returns
         -------
@@ -198,10 +198,10 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
                 continue
             pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
             variables.append(pressure)
-    names = [each.name for each in reinforcements(problem)]
+    names = {each.name: list(data_of(each)) for each in reinforcements(problem)}
     for name, own in designed(problem).items():
         for key, datum in own.items():
-            place = names.index(name), DATA.index(key)
+            place = list(names).index(name), names[name].index(key)
             data.append(FreeDatum(name, key, place, datum.start, _scale(datum)))
             variables.append(datum)
     # Those that are no shape, in mm of Φ.
