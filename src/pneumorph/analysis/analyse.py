@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import Body, build_covers, build_levels, build_linings
+from pneumorph.geometry import Body, build_covers, build_levels, build_linings, build_wedges
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
@@ -98,7 +98,8 @@ def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float 
     covers = build_covers(problem.body, reinforcements(problem))
     linings = build_linings(problem.body, problem.region)
     levels = build_levels(problem.body, problem.region)
-    return mesh_body(body, size or problem.mesh.size, mirrors, linings, covers, levels)
+    wedges = build_wedges(problem.body, problem.region)
+    return mesh_body(body, size or problem.mesh.size, mirrors, linings, covers, levels, wedges)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:

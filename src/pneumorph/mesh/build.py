@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Cover, Level, Lining
+from pneumorph.geometry import Body, Cover, Level, Lining, Wedge
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.cover import covered
 from pneumorph.mesh.cut import with_cut_regions
@@ -17,6 +17,7 @@ from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.section import with_sections
 from pneumorph.mesh.surface import surface_mesh
 from pneumorph.mesh.volume import fill
+from pneumorph.mesh.wedge import following, named, with_half_planes
 
 _TURN = np.radians(45)
 _FINER = (1.0, 0.93, 0.86, 0.8, 0.65, 0.5)
@@ -36,6 +37,7 @@ def mesh_body(
     linings: Sequence[Lining] = (),
     covers: Sequence[Cover] = (),
     levels: Sequence[Level] = (),
+    wedges: Sequence[Wedge] = (),
 ) -> Morph:
     """Mesh a body with quadratic tetrahedra, or the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz) of a symmetric one.
 
@@ -54,6 +56,8 @@ def mesh_body(
         Where sheets and fibres lie.
     levels : sequence of Level, from the lowest to the highest
         Planes above which what is in no layer becomes a region.
+    wedges : sequence of Wedge, all around the axis
+        Parts of the body between half-planes, without layers and planes.
 
     Raises
     ------
@@ -67,16 +71,18 @@ def mesh_body(
     for finer in _FINER:
         stop_if_asked()
         try:
-            surface = surface_mesh(body, finer * size, finer * _TURN, mirrors, linings, levels)
+            surface = surface_mesh(body, finer * size, finer * _TURN, mirrors, linings, levels, wedges)
             nodes = surface.B @ P + surface.offset
-            solids, nodes = with_sections(surface.solids, nodes, levels, mirrors, finer * size)
+            solids, nodes, inside = with_half_planes(surface.solids, nodes, wedges, finer * size)
+            solids, nodes = with_sections(solids, nodes, levels, mirrors, finer * size)
             faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, mirrors, finer * size)
             straight = replace(fill(solids, faces, nodes, finer * size), covers=covered(faces, surface.param, covers))
         except MeshError as error:
             reason = error
             continue
         heights = [level.height for level in levels]
-        result = build_morph(straight, surface.B, surface.offset, exact, size, surface.param, heights)
+        B, offset = following(inside, straight.points, surface.B, surface.offset)
+        result = build_morph(named(straight, wedges), B, offset, exact, size, surface.param, heights)
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:
             return result

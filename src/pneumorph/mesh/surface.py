@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Level, Lining, TubeSurface
+from pneumorph.geometry import Body, Level, Lining, TubeSurface, Wedge
 from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
 from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.problem.regions import REST
@@ -22,6 +22,7 @@ _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
 """q at which the kept part begins, on the exterior and on a chamber, by the planes that cut the surface."""
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
 _TURNED = [0, 2, 1, 5, 4, 3]  # the nodes of a triangle seen from its other side
+_SAME = 1e-9  # parameters nearer than this are one
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line
 
 
@@ -42,7 +43,7 @@ class SurfaceMesh:
         ``faces``; q exceeds 1 where a triangle crosses the seam.
     solids : dict of (n, 6) int
         The triangles that bound each region, normals outwards; those between two regions belong to both. A body of a
-        single rubber is one region "".
+        single rubber is one region ""; of wedges, each has its number as its name, and is open in half-planes.
     """
 
     B: sparse.csr_array
@@ -64,6 +65,7 @@ def surface_mesh(
     mirrors: tuple[str, ...] = (),
     linings: Sequence[Lining] = (),
     levels: Sequence[Level] = (),
+    wedges: Sequence[Wedge] = (),
 ) -> SurfaceMesh:
     """Triangulate all surfaces of a body, or of its part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz).
 
@@ -80,6 +82,8 @@ def surface_mesh(
         Layers of other rubbers, whose inner sides are triangulated like the surfaces along which they lie.
     levels : sequence of Level
         Planes along whose rings there are edges.
+    wedges : sequence of Wedge
+        Parts between half-planes, along whose lines there are edges, across the end discs too.
 
     Raises
     ------
@@ -88,10 +92,11 @@ def surface_mesh(
     """
     side = size / 2**0.25
     regions = list(dict.fromkeys([REST, *(lining.region for lining in linings)]))
+    regions = [str(number) for number in range(len(wedges))] or regions
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
     rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
     patches = [
-        _kept(surface, side, turn, mirrors, lined, crossed)
+        _kept(surface, side, turn, mirrors, lined, crossed, wedges)
         for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
     ]
     n_vertices = sum(patch.n_vertices for patch in patches)
@@ -123,7 +128,7 @@ def surface_mesh(
         faces,
         param,
         {region: np.concatenate(parts) for region, parts in solids.items()}
-        if linings
+        if linings or wedges
         else {"": np.concatenate(list(faces.values()))},
     )
 
@@ -176,6 +181,53 @@ class _Ring:
     depth: float = 0.0
 
 
+@dataclass(frozen=True)
+class _Around:
+    """The lines along which rings of vertices are joined: q starts at the `seam`.
+
+    Of 2 or 4 `parts` that are mirror images, each begins and ends with lines in mirror planes. Other lines are those at
+    the `edges` of wedges.
+    """
+
+    seam: float
+    parts: int
+    edges: list[float]
+
+    def through(self, q: np.ndarray, places: Sequence[float]) -> np.ndarray:
+        """A ring of parameters, moved so that one is at each of the places."""
+        at = self.seam + (np.array(places) - self.seam) % 1.0
+        at = at[(at > self.seam + _SAME) & (at < self.seam + 1.0 - _SAME)]
+        if self.parts == 1:
+            return _through(np.append(q, self.seam + 1.0), at)[:-1]
+        half, moved = len(q) // 2, q.copy()
+        if len(at):
+            # Symmetric about one plane: no part of a tube is so about two.
+            moved[: half + 1] = _through(q[: half + 1], at[at < self.seam + 0.5])
+            moved[half + 1 :] = 2 * self.seam + 1 - moved[1:half][::-1]
+        return moved
+
+    def thinned(self, q: np.ndarray, count: int) -> np.ndarray:
+        """``count`` parameters distributed like those of a ring."""
+        fewer = np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, q[0] + 1.0))
+        return self.through(fewer, self.edges) if count > 1 else fewer
+
+    def joints(self, q: np.ndarray) -> np.ndarray:
+        """The numbers along a ring of the vertices at all lines, or of those at its quarters; first 0, last len(q)."""
+        if not self.edges or len(q) == 1:
+            return np.arange(5) * len(q) // 4
+        at = [len(q) // 2] if self.parts == 2 else []
+        for place in self.edges:
+            near = np.abs((q - place + 0.5) % 1.0 - 0.5)
+            at.append(int(near.argmin()))
+        return np.unique([0, *at, len(q)])
+
+
+def _edges(surface: TubeSurface, wedges: Sequence[Wedge]) -> list[float]:
+    """q of the lines at the edges of wedges."""
+    parts = [wedge.parts[surface.name] for wedge in wedges if surface.name in wedge.parts]
+    return [part[0] % 1.0 for part in parts if part[1] - part[0] < 1.0]
+
+
 def _kept(
     surface: TubeSurface,
     size: float,
@@ -183,6 +235,7 @@ def _kept(
     mirrors: tuple[str, ...],
     linings: Sequence[Lining],
     crossed: Sequence[float],
+    wedges: Sequence[Wedge],
 ) -> _Patch:
     """The part of a surface that is meshed: all of it, what is on the kept side of mirror planes, or nothing."""
     across = {plane: _middle(surface)[NORMALS[plane]] for plane in mirrors}
@@ -193,9 +246,10 @@ def _kept(
         return _Patch(B, np.zeros((0, 3)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)), none, none)
     cutting = tuple(plane for plane, middle in across.items() if middle <= _IN_PLANE)
     if not cutting:
-        return _patch(surface, size, turn, linings, crossed)
+        edges = _edges(surface, wedges)
+        return _patch(surface, size, turn, linings, crossed, wedges, edges[0] if edges else 0.0)
     seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
-    whole = _patch(surface, size, turn, linings, crossed, seam, parts)
+    whole = _patch(surface, size, turn, linings, crossed, wedges, seam, parts)
     part = whole.param[:, :3, 0].mean(axis=1) < seam + 1 / parts
     used, triangles = np.unique(whole.triangles[part], return_inverse=True)
     n_vertices = int(np.searchsorted(used, whole.n_vertices))
@@ -215,26 +269,28 @@ def _patch(
     turn: float,
     linings: Sequence[Lining],
     crossed: Sequence[float],
-    seam: float = 0.0,
+    wedges: Sequence[Wedge],
+    seam: float,
     parts: int = 1,
 ) -> _Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
     q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
-    There are edges along the rings r = `crossed`.
+    There are edges along the rings r = `crossed`, and along the lines at the edges of wedges.
     """
-    tube = _tube_rings(surface, size, turn, seam, parts, linings, crossed)
+    around = _Around(seam, parts, _edges(surface, wedges))
+    tube = _tube_rings(surface, size, turn, around, linings, crossed)
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
     base, tip = (
-        _disc_rings(surface, ring, size, lining) if surface.ends == "flat" else []
+        _disc_rings(surface, ring, size, around, lining) if surface.ends == "flat" else []
         for ring, lining in zip((tube[0], tube[-1]), ending, strict=True)
     )
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
 
     # Corners as (ring, number along it); the number is n where a triangle closes a ring of n vertices.
-    strips = [_strip(len(a.q), len(b.q), k) for k, (a, b) in enumerate(pairwise(rings))]
+    strips = [_strip(around.joints(a.q), around.joints(b.q), k) for k, (a, b) in enumerate(pairwise(rings))]
     ring = np.concatenate([k + strip[..., 0] for k, strip in enumerate(strips)])
     along = np.concatenate([strip[..., 1] for strip in strips])
     strip_part = np.repeat([0, 1, 2], [len(base), len(tube) - 1, len(tip)])
@@ -256,6 +312,8 @@ def _patch(
     ):
         in_layer[discs] = -1 if lining is None else linings.index(lining)
     rest, void = np.full(len(vertex), REST, object), np.full(len(vertex), "", object)
+    for number, wedge in enumerate(wedges):
+        rest[wedge.covers(surface.name, q.mean(axis=1))] = str(number)
     sheet = Sheet(vertex_q, row_r, row_s, depth, in_layer, vertex, q, r, part, single, rest, void)
     for number, lining in enumerate(linings):
         chains = np.full((len(sheet.q), steps_through(lining, size) + 1), -1)
@@ -333,8 +391,7 @@ def _tube_rings(
     surface: TubeSurface,
     size: float,
     turn: float,
-    seam: float,
-    parts: int,
+    around: _Around,
     linings: Sequence[Lining],
     crossed: Sequence[float],
 ) -> list[_Ring]:
@@ -342,6 +399,7 @@ def _tube_rings(
 
     Where a layer begins or ends there is a line, and where the tube is `crossed`.
     """
+    seam, parts = around.seam, around.parts
     q = _lines(surface, "q", size, turn, seam)
     if parts > 1:
         # Symmetric about the plane, to the last digit.
@@ -352,13 +410,7 @@ def _tube_rings(
         first = (first + second - 0.5) / 2
         q = np.concatenate([first, first + 0.5])
     r = _lines(surface, "r", size, turn)
-    half, around = len(q) // 2, np.array([seam + (end - seam) % 1.0 for lining in linings for end in lining.q or ()])
-    if parts == 1:
-        q = _through(np.append(q, seam + 1.0), around)[:-1]
-    elif len(around):
-        # Symmetric about one plane: no part of a tube is so about two.
-        q[: half + 1] = _through(q[: half + 1], around[around < seam + 0.5])
-        q[half + 1 :] = 2 * seam + 1 - q[1:half][::-1]
+    q = around.through(q, [*around.edges, *(end for lining in linings for end in lining.q or ())])
     r = _through(r, np.array([end for lining in linings for end in lining.r if 0.0 < end < 1.0] + list(crossed)))
     count = np.full(len(r), len(q))
     if surface.ends == "pole":
@@ -371,7 +423,7 @@ def _tube_rings(
                     break
                 count[j] = wanted[j]
         count[[0, -1]] = 1
-    return [_Ring(_thinned(q, n), float(rj)) for n, rj in zip(count, r, strict=True)]
+    return [_Ring(around.thinned(q, n), float(rj)) for n, rj in zip(count, r, strict=True)]
 
 
 def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -385,26 +437,23 @@ def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(len(lines)), [0, *nearest, len(lines) - 1], [lines[0], *places, lines[-1]])
 
 
-def _disc_rings(surface: TubeSurface, rim: _Ring, size: float, lining: Lining | None = None) -> list[_Ring]:
+def _disc_rings(
+    surface: TubeSurface, rim: _Ring, size: float, around: _Around, lining: Lining | None = None
+) -> list[_Ring]:
     """Rings of an end disc, from the one next to the rim to the centre; a layer that ends in it has its own."""
     if lining is not None:
         steps = steps_through(lining, size)
         through = [replace(rim, depth=k / steps) for k in range(1, steps + 1)]
         within = replace(surface, net=surface.net + lining.offset)
-        return [*through, *(replace(ring, depth=1.0) for ring in _disc_rings(within, rim, size))]
+        return [*through, *(replace(ring, depth=1.0) for ring in _disc_rings(within, rim, size, around))]
     points = surface.points(np.append(rim.q, rim.q[0]), np.full(len(rim.q) + 1, rim.r))
     girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     steps = max(1, round(girth / (2 * np.pi * size)))
     rings, count = [], len(rim.q)
     for k in range(steps - 1, 0, -1):
         count = min(count, max(8, 4 * round(girth * k / steps / (4 * size)), 4 * round(count / 8)))
-        rings.append(_Ring(_thinned(rim.q, count), rim.r, k / steps))
+        rings.append(_Ring(around.thinned(rim.q, count), rim.r, k / steps))
     return [*rings, _Ring(np.zeros(1), rim.r, 0.0)]
-
-
-def _thinned(q: np.ndarray, count: int) -> np.ndarray:
-    """``count`` parameters distributed like those in q."""
-    return np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, q[0] + 1.0))
 
 
 def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start: float = 0.0) -> np.ndarray:
@@ -438,8 +487,12 @@ def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start
     return lines[:-1] if along_q else lines
 
 
-def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
-    """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, index in the ring)."""
+def _strip(below: np.ndarray, above: np.ndarray, parity: int) -> np.ndarray:
+    """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, index in the ring).
+
+    `below` and `above` are the numbers of vertices between which the rings are joined, first 0, last those of all.
+    """
+    lower, upper = int(below[-1]), int(above[-1])
     if upper == 1:
         return np.array([[(0, i), (0, i + 1), (1, 0)] for i in range(lower)])
     if lower == 1:
@@ -451,14 +504,17 @@ def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
         cells = np.concatenate([rising if (i + parity) % 2 == 0 else falling for i in range(lower)])
         cells[..., 1] += np.arange(lower)[:, None, None]
         return cells.reshape(-1, 3, 2)
-    quarters = [_quarter(lower // 4, upper // 4, mirrored=bool(k % 2)) for k in range(4)]
-    for k, quarter in enumerate(quarters):
-        quarter[..., 1] += k * np.where(quarter[..., 0] == 0, lower // 4, upper // 4)
-    return np.concatenate(quarters)
+    sections = [
+        _section(b - a, d - c, mirrored=bool(k % 2))
+        for k, ((a, b), (c, d)) in enumerate(zip(pairwise(below.tolist()), pairwise(above.tolist()), strict=True))
+    ]
+    for k, section in enumerate(sections):
+        section[..., 1] += np.where(section[..., 0] == 0, below[k], above[k])
+    return np.concatenate(sections)
 
 
-def _quarter(lower: int, upper: int, mirrored: bool) -> np.ndarray:
-    """A quarter of a strip between rings of different counts; adjacent quarters are mirror images."""
+def _section(lower: int, upper: int, mirrored: bool) -> np.ndarray:
+    """A part of a strip between rings of different counts; adjacent quarters are mirror images."""
     i = j = 0
     triangles = []
     while i < lower or j < upper:
@@ -470,8 +526,8 @@ def _quarter(lower: int, upper: int, mirrored: bool) -> np.ndarray:
         else:
             triangles.append([(0, i), (1, j + 1), (1, j)])
             j += 1
-    quarter = np.array(triangles)
+    section = np.array(triangles)
     if mirrored:
-        quarter[..., 1] = np.where(quarter[..., 0] == 0, lower, upper) - quarter[..., 1]
-        quarter = quarter[:, ::-1]
-    return quarter
+        section[..., 1] = np.where(section[..., 0] == 0, lower, upper) - section[..., 1]
+        section = section[:, ::-1]
+    return section
