@@ -89,7 +89,7 @@ def minimise(
             if smoothed or ratios is None or not far:
                 direction, raised = _direction(at, tangent, here, scale, raised, tolerance, smoothed)
             if direction is None:
-                here, smoothed = _smoothed(at, tangent, begin, ratios, scale), True
+                here, smoothed = _smoothed(at, tangent, here if ratios is None else begin, ratios, scale), True
                 continue
             moved = _line_search(at, here, direction)
             if moved is None:
