@@ -12,6 +12,9 @@ TET_EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 TRIANGLE_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 """Corner pairs whose mid-side nodes are columns 3…5 of a six-node triangle."""
 
+TURNED = [0, 2, 1, 5, 4, 3]
+"""The nodes of a six-node triangle seen from its other side."""
+
 TET_FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 """Corners of the four faces of a positively oriented tetrahedron, seen counter-clockwise from outside."""
 
