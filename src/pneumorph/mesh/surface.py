@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import KDTree
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body, Level, Lining, TubeSurface
 from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
-from pneumorph.mesh.tets import TRIANGLE_EDGES
+from pneumorph.mesh.tets import TRIANGLE_EDGES, TURNED
 from pneumorph.problem.regions import REST
-from pneumorph.problem.symmetry import MIRRORS, NORMALS
+from pneumorph.problem.symmetry import MIRRORS, NORMALS, Part, turned, turns_of
 
 _SAMPLES_PER_SPAN = 4
+_SYMMETRIC = 1e-4  # mm; images on surfaces that are symmetric but for rounding are nearer
 _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to a mirror plane is cut by it
 _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
 """q at which the kept part begins, on the exterior and on a chamber, by the planes that cut the surface."""
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
-_TURNED = [0, 2, 1, 5, 4, 3]  # the nodes of a triangle seen from its other side
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line
 
 
@@ -43,6 +44,8 @@ class SurfaceMesh:
     solids : dict of (n, 6) int
         The triangles that bound each region, normals outwards; those between two regions belong to both. A body of a
         single rubber is one region "".
+    seam : (n, 2) int
+        Of a sector, the nodes of the surfaces where it begins, each with its image, where it ends.
     """
 
     B: sparse.csr_array
@@ -50,6 +53,7 @@ class SurfaceMesh:
     faces: dict[str, np.ndarray]
     param: dict[str, np.ndarray]
     solids: dict[str, np.ndarray]
+    seam: np.ndarray
 
     @property
     def triangles(self) -> np.ndarray:
@@ -61,11 +65,13 @@ def surface_mesh(
     body: Body,
     size: float,
     turn: float = np.pi / 4,
-    mirrors: tuple[str, ...] = (),
+    part: Part = (),
     linings: Sequence[Lining] = (),
     levels: Sequence[Level] = (),
 ) -> SurfaceMesh:
-    """Triangulate all surfaces of a body, or of its part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz).
+    """Triangulate all surfaces of a body, or of its part: that at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz), or a sector.
+
+    A sector is between two lines of constant q on each surface around the axis; no line meets a chamber beside it.
 
     Parameters
     ----------
@@ -74,8 +80,8 @@ def surface_mesh(
         Desired edge length, mm: the geometric mean of a grid cell's side and diagonal.
     turn : float
         Largest rotation of a surface line's tangent along one edge, rad.
-    mirrors : tuple of "xz" and "yz", in this order
-        The mirror planes; surfaces cut by them are left open there.
+    part : Part
+        Surfaces that are cut are left open there. A sector has no layers.
     linings : sequence of Lining
         Layers of other rubbers, whose inner sides are triangulated like the surfaces along which they lie.
     levels : sequence of Level
@@ -90,30 +96,32 @@ def surface_mesh(
     regions = list(dict.fromkeys([REST, *(lining.region for lining in linings)]))
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
     rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
+    begin = _beginning(body, turns_of(part))
     patches = [
-        _kept(surface, side, turn, mirrors, lined, crossed)
+        _kept(surface, side, turn, part, begin, lined, crossed)
         for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
     ]
     n_vertices = sum(patch.n_vertices for patch in patches)
     # The vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
     first_mid = n_vertices + np.cumsum([0] + [patch.n_mids for patch in patches])
-    faces, param = {}, {}
+    faces, param, seam = {}, {}, [np.zeros((0, 2), int)]
     solids: dict[str, list[np.ndarray]] = {region: [] for region in regions}
     for surface, patch, v, m in zip(body.surfaces, patches, first_vertex, first_mid, strict=False):
         if not len(patch.triangles):
             continue
         number = np.concatenate([v + np.arange(patch.n_vertices), m + np.arange(patch.n_mids)])
+        seam.append(number[patch.seam])
         base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
         if surface.cavity:
-            names = " ".join(chamber.name for chamber in _with_images(body, surface, mirrors))
+            names = " ".join(chamber.name for chamber in _with_images(body, surface, part))
             faces[f"chamber {names}"] = np.concatenate([tube, base, tip])
         else:
             faces |= {"base": base, "tip": tip, "exterior": tube}
         param[surface.name] = patch.param[patch.part == 1]
         for region, parts in solids.items():
             parts += [number[patch.triangles[patch.behind == region]]]
-            parts += [number[patch.triangles[patch.ahead == region]][:, _TURNED]]
+            parts += [number[patch.triangles[patch.ahead == region]][:, TURNED]]
     corners = sparse.block_diag([patch.B[: patch.n_vertices] for patch in patches])
     mids = sparse.block_diag([patch.B[patch.n_vertices :] for patch in patches])
     offset = [patch.offset[: patch.n_vertices] for patch in patches], [p.offset[p.n_vertices :] for p in patches]
@@ -125,14 +133,31 @@ def surface_mesh(
         {region: np.concatenate(parts) for region, parts in solids.items()}
         if linings
         else {"": np.concatenate(list(faces.values()))},
+        np.concatenate(seam),
     )
 
 
-def _with_images(body: Body, surface: TubeSurface, mirrors: tuple[str, ...]) -> list[TubeSurface]:
-    """The surface and its mirror images, as far as they are other surfaces, in the order of `TetMesh.faces`."""
+def _beginning(body: Body, turns: int) -> float:
+    """The angle at which a sector begins, in turns: as far as possible from the middles of chambers beside the axis."""
+    middles = np.array([_middle(chamber) for chamber in body.chambers if not _on_axis(chamber)]).reshape(-1, 3)
+    if not len(middles):
+        return 0.0
+    angles = np.sort(np.arctan2(middles[:, 1], middles[:, 0]) / (2.0 * np.pi) % (1.0 / turns))
+    gaps = np.diff(angles, append=angles[0] + 1.0 / turns)
+    return float((angles + gaps / 2.0)[gaps.argmax()] % (1.0 / turns))
+
+
+def _on_axis(surface: TubeSurface) -> bool:
+    return bool(np.hypot(*_middle(surface)[:2]) <= _IN_PLANE)
+
+
+def _with_images(body: Body, surface: TubeSurface, part: Part) -> list[TubeSurface]:
+    """The surface and its images, as far as they are other surfaces, in the order of `TetMesh.faces`."""
     places = [_middle(surface)]
-    for plane in mirrors:
-        if abs(places[0][NORMALS[plane]]) > _IN_PLANE:
+    if not _on_axis(surface):
+        places = list(turned(turns_of(part)) @ places[0])
+    for plane in part:
+        if plane in MIRRORS and abs(places[0][NORMALS[plane]]) > _IN_PLANE:
             places += [place * MIRRORS[plane] for place in places]
     return [min(body.chambers, key=lambda each: float(np.abs(_middle(each) - place).max())) for place in places]
 
@@ -157,6 +182,7 @@ class _Patch:
     param: np.ndarray
     behind: np.ndarray
     ahead: np.ndarray
+    seam: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
 
     @property
     def n_mids(self) -> int:
@@ -180,23 +206,35 @@ def _kept(
     surface: TubeSurface,
     size: float,
     turn: float,
-    mirrors: tuple[str, ...],
+    part: Part,
+    begin: float,
     linings: Sequence[Lining],
     crossed: Sequence[float],
 ) -> _Patch:
-    """The part of a surface that is meshed: all of it, what is on the kept side of mirror planes, or nothing."""
-    across = {plane: _middle(surface)[NORMALS[plane]] for plane in mirrors}
-    if any(middle < -_IN_PLANE for middle in across.values()):
+    """The part of a surface that is meshed: all of it, what is on the kept side of the cuts, or nothing."""
+    middle, turns = _middle(surface), turns_of(part)
+    across = {plane: middle[NORMALS[plane]] for plane in part if plane in MIRRORS}
+    if turns > 1 and _on_axis(surface):
+        # Chambers have q clockwise.
+        seam = (-begin - 1.0 / turns) % 1.0 if surface.cavity else begin
+        whole = _patch(surface, size, turn, linings, crossed, seam, turns=turns)
+        return _with_seam(_before(whole, seam + 1.0 / turns), surface, seam, turns)
+    beyond = turns > 1 and (np.arctan2(middle[1], middle[0]) / (2.0 * np.pi) - begin) % 1.0 >= 1.0 / turns
+    if beyond or any(place < -_IN_PLANE for place in across.values()):
         columns = surface.net.shape[0] * surface.net.shape[1]
         nothing, none = np.zeros((0, 6), int), np.zeros(0, "<U1")
         B = sparse.csr_array((0, columns))
         return _Patch(B, np.zeros((0, 3)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)), none, none)
-    cutting = tuple(plane for plane, middle in across.items() if middle <= _IN_PLANE)
+    cutting = tuple(plane for plane, place in across.items() if place <= _IN_PLANE)
     if not cutting:
         return _patch(surface, size, turn, linings, crossed)
     seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
-    whole = _patch(surface, size, turn, linings, crossed, seam, parts)
-    part = whole.param[:, :3, 0].mean(axis=1) < seam + 1 / parts
+    return _before(_patch(surface, size, turn, linings, crossed, seam, parts), seam + 1 / parts)
+
+
+def _before(whole: _Patch, q: float) -> _Patch:
+    """The triangles of a patch before a line of its grid."""
+    part = whole.param[:, :3, 0].mean(axis=1) < q
     used, triangles = np.unique(whole.triangles[part], return_inverse=True)
     n_vertices = int(np.searchsorted(used, whole.n_vertices))
     return replace(
@@ -209,6 +247,23 @@ def _kept(
     )
 
 
+def _with_seam(patch: _Patch, surface: TubeSurface, seam: float, turns: int) -> _Patch:
+    """The patch of a sector that begins at q = seam, with the nodes at its edges.
+
+    Raises
+    ------
+    MeshError
+        If the surface is not symmetric.
+    """
+    q, places = patch.param[..., 0], patch.B @ surface.net.reshape(-1, 3)
+    ends = [np.unique(patch.triangles[np.abs(q - line) < 1e-9]) for line in (seam, seam + 1.0 / turns)]
+    first, last = ends[::-1] if surface.cavity else ends
+    away, nearest = KDTree(places[last]).query(places[first] @ turned(turns)[1].T)
+    if len(first) != len(last) or len(np.unique(nearest)) < len(last) or away.max() > _SYMMETRIC:
+        raise MeshError("the surfaces are not the same after a turn")
+    return replace(patch, seam=np.column_stack([first, last[nearest]]))
+
+
 def _patch(
     surface: TubeSurface,
     size: float,
@@ -217,24 +272,25 @@ def _patch(
     crossed: Sequence[float],
     seam: float = 0.0,
     parts: int = 1,
+    turns: int = 1,
 ) -> _Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
     q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
-    There are edges along the rings r = `crossed`.
+    Of a number of `turns`, each is the image of the one before. There are edges along the rings r = `crossed`.
     """
-    tube = _tube_rings(surface, size, turn, seam, parts, linings, crossed)
+    tube = _tube_rings(surface, size, turn, seam, parts, turns, linings, crossed)
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
     base, tip = (
-        _disc_rings(surface, ring, size, lining) if surface.ends == "flat" else []
+        _disc_rings(surface, ring, size, turns, lining) if surface.ends == "flat" else []
         for ring, lining in zip((tube[0], tube[-1]), ending, strict=True)
     )
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
 
     # Corners as (ring, number along it); the number is n where a triangle closes a ring of n vertices.
-    strips = [_strip(len(a.q), len(b.q), k) for k, (a, b) in enumerate(pairwise(rings))]
+    strips = [_strip(len(a.q), len(b.q), k, _alike(turns)) for k, (a, b) in enumerate(pairwise(rings))]
     ring = np.concatenate([k + strip[..., 0] for k, strip in enumerate(strips)])
     along = np.concatenate([strip[..., 1] for strip in strips])
     strip_part = np.repeat([0, 1, 2], [len(base), len(tube) - 1, len(tip)])
@@ -335,6 +391,7 @@ def _tube_rings(
     turn: float,
     seam: float,
     parts: int,
+    turns: int,
     linings: Sequence[Lining],
     crossed: Sequence[float],
 ) -> list[_Ring]:
@@ -342,7 +399,12 @@ def _tube_rings(
 
     Where a layer begins or ends there is a line, and where the tube is `crossed`.
     """
-    q = _lines(surface, "q", size, turn, seam)
+    q, alike = _lines(surface, "q", size, turn, seam, _alike(turns)), _alike(turns)
+    if turns > 1:
+        # The same in every turn, to the last digit.
+        first = np.mean(q.reshape(turns, -1) - np.arange(turns)[:, None] / turns, axis=0)
+        first += seam - first[0]
+        q = np.concatenate([first + number / turns for number in range(turns)])
     if parts > 1:
         # Symmetric about the plane, to the last digit.
         q[1:] = (q[1:] + (2 * seam + 1) - q[:0:-1]) / 2
@@ -364,7 +426,7 @@ def _tube_rings(
     if surface.ends == "pole":
         closed = surface.sample(np.linspace(0, 1, 4 * len(q) + 1), r)
         girth = np.linalg.norm(np.diff(closed, axis=1), axis=2).sum(axis=1)
-        wanted = np.maximum(8, 4 * np.round(girth / (4 * size)).astype(int))
+        wanted = np.maximum(_least(alike), alike * np.round(girth / (alike * size)).astype(int))
         for rows in (range(1, len(r) - 1), range(len(r) - 2, 0, -1)):
             for j in rows:
                 if wanted[j] >= len(q):
@@ -385,19 +447,22 @@ def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(len(lines)), [0, *nearest, len(lines) - 1], [lines[0], *places, lines[-1]])
 
 
-def _disc_rings(surface: TubeSurface, rim: _Ring, size: float, lining: Lining | None = None) -> list[_Ring]:
+def _disc_rings(
+    surface: TubeSurface, rim: _Ring, size: float, turns: int, lining: Lining | None = None
+) -> list[_Ring]:
     """Rings of an end disc, from the one next to the rim to the centre; a layer that ends in it has its own."""
     if lining is not None:
         steps = steps_through(lining, size)
         through = [replace(rim, depth=k / steps) for k in range(1, steps + 1)]
         within = replace(surface, net=surface.net + lining.offset)
-        return [*through, *(replace(ring, depth=1.0) for ring in _disc_rings(within, rim, size))]
+        return [*through, *(replace(ring, depth=1.0) for ring in _disc_rings(within, rim, size, turns))]
     points = surface.points(np.append(rim.q, rim.q[0]), np.full(len(rim.q) + 1, rim.r))
     girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     steps = max(1, round(girth / (2 * np.pi * size)))
-    rings, count = [], len(rim.q)
+    rings, count, alike = [], len(rim.q), _alike(turns)
     for k in range(steps - 1, 0, -1):
-        count = min(count, max(8, 4 * round(girth * k / steps / (4 * size)), 4 * round(count / 8)))
+        wanted = alike * round(girth * k / steps / (alike * size))
+        count = min(count, max(_least(alike), wanted, alike * round(count / (2 * alike))))
         rings.append(_Ring(_thinned(rim.q, count), rim.r, k / steps))
     return [*rings, _Ring(np.zeros(1), rim.r, 0.0)]
 
@@ -407,11 +472,23 @@ def _thinned(q: np.ndarray, count: int) -> np.ndarray:
     return np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, q[0] + 1.0))
 
 
-def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start: float = 0.0) -> np.ndarray:
+def _alike(turns: int) -> int:
+    """Into how many parts rings are divided that have as many vertices: four, or one for every turn."""
+    return 4 if turns == 1 else turns
+
+
+def _least(alike: int) -> int:
+    """The smallest number of vertices of a ring: eight, or the next multiple of its parts."""
+    return -(-8 // alike) * alike
+
+
+def _lines(
+    surface: TubeSurface, direction: str, size: float, turn: float, start: float = 0.0, alike: int = 2
+) -> np.ndarray:
     """Parameters of the grid lines at equal increments of max(arc length / size, turning angle / turn).
 
-    In q they begin at `start`, are a multiple of four in number and exclude the end of the period; in r they include
-    both ends and have an even number of steps.
+    In q they begin at `start` and exclude the end of the period; in r they include both ends. The number of steps is a
+    multiple of `alike`.
     """
     along_q = direction == "q"
     q, r = (np.linspace(0, 1, _SAMPLES_PER_SPAN * basis.spans + 1) for basis in (surface.basis_q, surface.basis_r))
@@ -432,14 +509,16 @@ def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start
     step = np.min(speed / density + _GRADATION * apart, axis=1)
     density = speed / step
     steps = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(t))])
-    multiple = 4 if along_q else 2
-    count = max(2 * multiple, multiple * round(steps[-1] / multiple))
+    count = max(_least(alike) if along_q else 4, alike * round(steps[-1] / alike))
     lines = np.interp(np.linspace(0, steps[-1], count + 1), steps, t)
     return lines[:-1] if along_q else lines
 
 
-def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
-    """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, index in the ring)."""
+def _strip(lower: int, upper: int, parity: int, alike: int) -> np.ndarray:
+    """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, index in the ring).
+
+    The numbers of vertices are multiples of `alike`, or 1.
+    """
     if upper == 1:
         return np.array([[(0, i), (0, i + 1), (1, 0)] for i in range(lower)])
     if lower == 1:
@@ -451,14 +530,14 @@ def _strip(lower: int, upper: int, parity: int) -> np.ndarray:
         cells = np.concatenate([rising if (i + parity) % 2 == 0 else falling for i in range(lower)])
         cells[..., 1] += np.arange(lower)[:, None, None]
         return cells.reshape(-1, 3, 2)
-    quarters = [_quarter(lower // 4, upper // 4, mirrored=bool(k % 2)) for k in range(4)]
-    for k, quarter in enumerate(quarters):
-        quarter[..., 1] += k * np.where(quarter[..., 0] == 0, lower // 4, upper // 4)
-    return np.concatenate(quarters)
+    sectors = [_sector(lower // alike, upper // alike, mirrored=bool(k % 2)) for k in range(alike)]
+    for k, sector in enumerate(sectors):
+        sector[..., 1] += k * np.where(sector[..., 0] == 0, lower // alike, upper // alike)
+    return np.concatenate(sectors)
 
 
-def _quarter(lower: int, upper: int, mirrored: bool) -> np.ndarray:
-    """A quarter of a strip between rings of different counts; adjacent quarters are mirror images."""
+def _sector(lower: int, upper: int, mirrored: bool) -> np.ndarray:
+    """A part of a strip between rings of different counts; adjacent ones are mirror images."""
     i = j = 0
     triangles = []
     while i < lower or j < upper:
@@ -470,8 +549,8 @@ def _quarter(lower: int, upper: int, mirrored: bool) -> np.ndarray:
         else:
             triangles.append([(0, i), (1, j + 1), (1, j)])
             j += 1
-    quarter = np.array(triangles)
+    sector = np.array(triangles)
     if mirrored:
-        quarter[..., 1] = np.where(quarter[..., 0] == 0, lower, upper) - quarter[..., 1]
-        quarter = quarter[:, ::-1]
-    return quarter
+        sector[..., 1] = np.where(sector[..., 0] == 0, lower, upper) - sector[..., 1]
+        sector = sector[:, ::-1]
+    return sector
