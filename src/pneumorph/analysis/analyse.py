@@ -23,16 +23,17 @@ from pneumorph.mechanics import (
     displacement,
     guided_of,
     loads_of,
-    mirrors_of,
     model_of,
+    part_of,
     predict,
     solve,
     whole_of,
 )
-from pneumorph.mesh import Morph, TetMesh, mesh_body
+from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
 from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem.symmetry import Part
 
 Starts = Mapping[str, State]
 
@@ -87,16 +88,16 @@ class Analysis:
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body, or half or a quarter of it where mirror planes allow that, and build its model for analysis."""
-    return build_discretisation(problem, mesh_of(problem, body, mirrors_of(problem)), body.control_points())
+    """Mesh a body, or a part of it where symmetry allows that, and build its model for analysis."""
+    return build_discretisation(problem, mesh_of(problem, body, part_of(problem)), body.control_points())
 
 
-def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float | None = None) -> Morph:
-    """Mesh a body of a problem with its regions and covers, or its half or quarter; the size of elements is in mm."""
+def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None) -> Morph:
+    """Mesh a body of a problem with its regions and covers, or a part of it; the size of elements is in mm."""
     covers = build_covers(problem.body, reinforcements(problem))
     linings = build_linings(problem.body, problem.region)
     levels = build_levels(problem.body, problem.region)
-    return mesh_body(body, size or problem.mesh.size, mirrors, linings, covers, levels)
+    return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
@@ -175,7 +176,7 @@ def analyse(
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
     """Whether the state of each task is stable; of part of a body, against all motions of the whole."""
     found = {name: equilibrium.stable for name, equilibrium in analysis.equilibria.items()}
-    if not disc.model.mirrors:
+    if not disc.model.part:
         return found
     whole = whole_of(disc.model, disc.morph.mesh)
     return {
@@ -197,25 +198,28 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
 
 
 def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
-    """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body."""
-    model, carried = new.model, {}
+    """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body.
+
+    The cuts of sectors are not in the same places on both, so the state of all sectors is interpolated.
+    """
+    model, mesh, carried = new.model, old.morph.mesh.at(X_old), {}
+    image = unfold(mesh, keep=new.morph.mesh.mirrors)
     for name, state in states.items():
         # The nodes of the tip move with the plate: their rows in the state are unused.
-        u = displacement(old.model.tip, X_old, state)
-        mesh = old.morph.mesh.at(X_old)
-        if not model.mixed:
-            carried[name] = State(transfer(mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
-            continue
-        moved = transfer(mesh, u, new.morph.mesh.points)
-        carried[name] = State(moved, state.plate, _hydrostatic(old.model, mesh, state, new), state.objects)
+        u = image.vectors(displacement(old.model.tip, X_old, state))
+        moved = transfer(image.mesh, u, new.morph.mesh.points)
+        hydrostatic = _hydrostatic(old.model, image, state, new) if model.mixed else np.zeros(0)
+        carried[name] = State(moved, state.plate, hydrostatic, state.objects)
     return carried
 
 
-def _hydrostatic(old: Model, mesh: TetMesh, state: State, new: Discretisation) -> np.ndarray:
+def _hydrostatic(old: Model, image: Unfolded, state: State, new: Discretisation) -> np.ndarray:
     """π on a new mesh: it jumps between regions, so that of each is carried over within it."""
     points, found = new.morph.mesh.points, np.zeros((len(new.model.rubbers), new.model.nodes))
-    values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)
-    for number, (region, own) in enumerate(old.regions.items()):
+    values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)[:, image.source]
+    mesh = image.mesh
+    for number, region in enumerate(old.regions):
+        own = mesh.regions.get(region, np.arange(len(mesh.tets)))
         within = replace(mesh, tets=mesh.tets[own], regions={})
         nodes = np.unique(new.morph.mesh.tets[new.model.regions[region]])
         found[number, nodes] = transfer(within, linear(within, values[number])[:, None], points[nodes])[:, 0]

@@ -18,9 +18,7 @@ from pneumorph.problem.symmetry import sector, turned
 _WIDEST = 2.5  # rad; beyond this angle from the middle of a cut its edges may be more than half a turn apart
 
 
-def with_sector(
-    faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, size: float
-) -> tuple[Faces, np.ndarray]:
+def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, size: float) -> tuple[Faces, np.ndarray]:
     """Close the surfaces of a sector by its two cut faces.
 
     Parameters

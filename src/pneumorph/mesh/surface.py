@@ -15,7 +15,7 @@ from pneumorph.geometry import Body, Level, Lining, TubeSurface
 from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
 from pneumorph.mesh.tets import TRIANGLE_EDGES, TURNED
 from pneumorph.problem.regions import REST
-from pneumorph.problem.symmetry import MIRRORS, NORMALS, Part, turned, turns_of
+from pneumorph.problem.symmetry import MIRRORS, NORMALS, Part, beginning_of, turned, turns_of
 
 _SAMPLES_PER_SPAN = 4
 _SYMMETRIC = 1e-4  # mm; images on surfaces that are symmetric but for rounding are nearer
@@ -96,7 +96,8 @@ def surface_mesh(
     regions = list(dict.fromkeys([REST, *(lining.region for lining in linings)]))
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
     rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
-    begin = _beginning(body, turns_of(part))
+    middles = np.array([_middle(chamber)[:2] for chamber in body.chambers if not _on_axis(chamber)]).reshape(-1, 2)
+    begin = beginning_of(middles, turns_of(part))
     patches = [
         _kept(surface, side, turn, part, begin, lined, crossed)
         for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
@@ -135,16 +136,6 @@ def surface_mesh(
         else {"": np.concatenate(list(faces.values()))},
         np.concatenate(seam),
     )
-
-
-def _beginning(body: Body, turns: int) -> float:
-    """The angle at which a sector begins, in turns: as far as possible from the middles of chambers beside the axis."""
-    middles = np.array([_middle(chamber) for chamber in body.chambers if not _on_axis(chamber)]).reshape(-1, 3)
-    if not len(middles):
-        return 0.0
-    angles = np.sort(np.arctan2(middles[:, 1], middles[:, 0]) / (2.0 * np.pi) % (1.0 / turns))
-    gaps = np.diff(angles, append=angles[0] + 1.0 / turns)
-    return float((angles + gaps / 2.0)[gaps.argmax()] % (1.0 / turns))
 
 
 def _on_axis(surface: TubeSurface) -> bool:
@@ -447,9 +438,7 @@ def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(len(lines)), [0, *nearest, len(lines) - 1], [lines[0], *places, lines[-1]])
 
 
-def _disc_rings(
-    surface: TubeSurface, rim: _Ring, size: float, turns: int, lining: Lining | None = None
-) -> list[_Ring]:
+def _disc_rings(surface: TubeSurface, rim: _Ring, size: float, turns: int, lining: Lining | None = None) -> list[_Ring]:
     """Rings of an end disc, from the one next to the rim to the centre; a layer that ends in it has its own."""
     if lining is not None:
         steps = steps_through(lining, size)

@@ -149,7 +149,7 @@ class TetMesh:
 
     @property
     def tied(self) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes (n,) of a sector that are images, in its second cut, and those (n,) in the first whose images they are."""
+        """Nodes (n,) in the second cut of a sector, and those (n,) in the first whose images they are."""
         found = [(self.faces[name], self.faces[f"{name} image"]) for name in self.part if name not in self.mirrors]
         if not found:
             return np.zeros(0, int), np.zeros(0, int)
@@ -163,8 +163,9 @@ class TetMesh:
     @property
     def axis(self) -> np.ndarray:
         """Sorted indices of the nodes of a sector that are on the axis."""
-        cuts = [self.faces[name] for name in self.faces if name.startswith("sector ")]
-        return np.intersect1d(*cuts) if cuts else np.zeros(0, int)
+        names = [name for name in self.part if name not in self.mirrors]
+        found = [np.intersect1d(self.faces[name], self.faces[f"{name} image"]) for name in names]
+        return np.concatenate([np.zeros(0, int), *found])
 
     def mirror_nodes(self, plane: str) -> np.ndarray:
         """Sorted indices of the nodes in one of its mirror planes."""

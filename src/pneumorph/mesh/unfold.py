@@ -102,9 +102,8 @@ def _joined(mesh: TetMesh) -> Unfolded:
 def _unfolded(mesh, points, tets, faces, images, source, turn) -> Unfolded:
     """The unfolded mesh, where the nodes of every copy of the part have numbers `images`."""
     count = len(mesh.tets)
-    regions = {
-        name: np.concatenate([copy * count + part for copy in range(len(images))]) for name, part in mesh.regions.items()
-    }
+    starts = count * np.arange(len(images))[:, None]
+    regions = {name: (starts + part).ravel() for name, part in mesh.regions.items()}
     covers = {
         name: Covered(np.concatenate([image[own.nodes] for image in images]), np.tile(own.points, (len(images), 1, 1)))
         for name, own in mesh.covers.items()

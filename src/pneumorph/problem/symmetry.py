@@ -61,6 +61,15 @@ def turns_of(part: Part) -> int:
     return next((int(name.removeprefix("sector ")) for name in part if name.startswith("sector ")), 1)
 
 
+def beginning_of(middles: NDArray[np.float64], turns: int) -> float:
+    """The angle at which a sector begins, in turns: as far as possible from chambers beside the axis, middles (n, 2)."""
+    if not len(middles):
+        return 0.0
+    angles = np.sort(np.arctan2(middles[:, 1], middles[:, 0]) / (2.0 * np.pi) % (1.0 / turns))
+    gaps = np.diff(angles, append=angles[0] + 1.0 / turns)
+    return float((angles + gaps / 2.0)[gaps.argmax()] % (1.0 / turns))
+
+
 def turned(turns: int) -> NDArray[np.float64]:
     """Rotations (turns, 3, 3) about z by multiples of a `turns`-th of a full one, the identity first."""
     angle = 2.0 * np.pi * np.arange(turns) / turns

@@ -1,4 +1,4 @@
-"""Mechanics of half or a quarter of a body: when that is enough, and the whole body that it represents.
+"""Mechanics of part of a body: when half or a quarter is enough, and the whole body that any part represents.
 
 Such a model has symmetric motions only. Stability against all other motions follows from the tangent of the whole body,
 factorised once at the mirrored state.
@@ -36,13 +36,18 @@ def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -
     """
     if problem.contact is not None or problem.obstacle:
         return ()
-    if pressures is None:
-        pressures = [
-            {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
-            for task in problem.task
-        ]
-    applied = list(pressures)
+    applied = applied_pressures(problem, pressures)
     return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied))
+
+
+def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -> list[Pressures]:
+    """The given pressures, or those of the tasks, where a free one is like no other."""
+    if pressures is not None:
+        return list(pressures)
+    return [
+        {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
+        for task in problem.task
+    ]
 
 
 def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> bool:
@@ -80,7 +85,7 @@ def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The whole body that the model of a half or a quarter, its part, represents."""
+    """The whole body that the model of a part represents."""
 
     part: Model
     image: Unfolded
