@@ -52,7 +52,7 @@ def columns_multiple(symmetry: Symmetry) -> int:
 
 
 def sector(turns: int) -> str:
-    """The name of a sector between the surfaces of two cuts, of which a rotation by a `turns`-th turns one to the other."""
+    """The name of a sector, one of a number of `turns`: between two cuts, the second the image of the first."""
     return f"sector {turns}"
 
 
@@ -62,7 +62,7 @@ def turns_of(part: Part) -> int:
 
 
 def beginning_of(middles: NDArray[np.float64], turns: int) -> float:
-    """The angle at which a sector begins, in turns: as far as possible from chambers beside the axis, middles (n, 2)."""
+    """Where a sector begins, in turns about z: far from the middles (n, 2) of all chambers beside the axis."""
     if not len(middles):
         return 0.0
     angles = np.sort(np.arctan2(middles[:, 1], middles[:, 0]) / (2.0 * np.pi) % (1.0 / turns))
@@ -92,7 +92,7 @@ def images_of(part: Part) -> NDArray[np.float64]:
 
 def even_of(part: Part) -> NDArray[np.float64]:
     """Ones (3,), with 0 for components of vectors that cancel over the whole body."""
-    return np.round(np.diagonal(images_of(part).mean(axis=0)))
+    return np.where(np.diagonal(images_of(part).mean(axis=0)) > 0.5, 1.0, 0.0)
 
 
 def odd_of(part: Part) -> NDArray[np.bool_]:
