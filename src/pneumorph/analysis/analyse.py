@@ -216,7 +216,7 @@ def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Disc
 def _hydrostatic(old: Model, image: Unfolded, state: State, new: Discretisation) -> np.ndarray:
     """π on a new mesh: it jumps between regions, so that of each is carried over within it."""
     points, found = new.morph.mesh.points, np.zeros((len(new.model.rubbers), new.model.nodes))
-    values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)[:, image.source]
+    values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)[:, old.source[image.source]]
     mesh = image.mesh
     for number, region in enumerate(old.regions):
         own = mesh.regions.get(region, np.arange(len(mesh.tets)))

@@ -26,11 +26,14 @@ class Unfolded:
         For every node, the node of the part that it is or whose image it is.
     turn : (N, 3, 3) float
         The operation that maps vectors at the source node to those here.
+    copies : int
+        How often it contains the part.
     """
 
     mesh: TetMesh
     source: np.ndarray
     turn: np.ndarray
+    copies: int
 
     def vectors(self, part: np.ndarray) -> np.ndarray:
         """Nodal vectors (N, 3) on the unfolded mesh from those on the part (n, 3)."""
@@ -40,11 +43,12 @@ class Unfolded:
 def unfold(mesh: TetMesh, keep: Collection[str] = ()) -> Unfolded:
     """Unfold a mesh about the cuts of its part, but for those to `keep`; a whole mesh is returned unchanged."""
     n = len(mesh.points)
-    found = Unfolded(mesh, np.arange(n), np.tile(np.eye(3), (n, 1, 1)))
+    found = Unfolded(mesh, np.arange(n), np.tile(np.eye(3), (n, 1, 1)), 1)
     for cut in mesh.part:
         if cut not in keep:
             step = _doubled(found.mesh, cut) if cut in MIRRORS else _joined(mesh)
-            found = Unfolded(step.mesh, found.source[step.source], step.turn @ found.turn[step.source])
+            source, turn = found.source[step.source], step.turn @ found.turn[step.source]
+            found = Unfolded(step.mesh, source, turn, step.copies * found.copies)
     return found
 
 
@@ -108,7 +112,7 @@ def _unfolded(mesh, points, tets, faces, images, source, turn) -> Unfolded:
         name: Covered(np.concatenate([image[own.nodes] for image in images]), np.tile(own.points, (len(images), 1, 1)))
         for name, own in mesh.covers.items()
     }
-    return Unfolded(TetMesh(_applied(turn, points[source]), tets, faces, regions, covers), source, turn)
+    return Unfolded(TetMesh(_applied(turn, points[source]), tets, faces, regions, covers), source, turn, len(images))
 
 
 def _applied(turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -12,8 +12,10 @@ from math import nan
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.contact import Contact
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, build_model
+from pneumorph.mechanics.assembly.obstacles import surface_of
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfold
@@ -104,11 +106,13 @@ class Whole:
 
     def state(self, part: State) -> State:
         """The symmetric state of the whole body, from the state of its part."""
-        u = self.image.vectors(part.u)
+        own = np.array(part.u)
+        self.part.tip.tied.led(own)
+        u = self.image.vectors(own)
         if not self.part.mixed:
             return State(u, part.plate)
         count = len(self.part.rubbers)
-        hydrostatic = part.hydrostatic.reshape(count, -1)[:, self.image.source]
+        hydrostatic = part.hydrostatic.reshape(count, -1)[:, self.part.source[self.image.source]]
         return State(u, part.plate, hydrostatic.ravel())
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
@@ -122,7 +126,18 @@ def whole_of(part: Model, mesh: TetMesh) -> Whole:
     image = unfold(mesh)
     rubber = part.rubber if len(part.rubbers) == 1 else part.rubbers
     weight = any(isinstance(term.energy, Weight) for term in part.terms)
+    contact = None
+    if part.contact is not None:
+        surface = surface_of(image.mesh)
+        own = None if part.contact.own is None else part.contact.own.of_whole(surface, image.mesh.points)
+        contact = Contact(surface, {}, {}, own)
     body = build_model(
-        image.mesh, rubber, part.plate, mixed=part.mixed, weight=weight, reinforcements=part.reinforcements
+        image.mesh,
+        rubber,
+        part.plate,
+        mixed=part.mixed,
+        weight=weight,
+        contact=contact,
+        reinforcements=part.reinforcements,
     )
     return Whole(part, image, body, Tangent(body))
