@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import ComputationError, MeshError, ProblemError
 from pneumorph.geometry import Body, build_covers, build_levels, build_linings
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
@@ -33,7 +33,7 @@ from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
 from pneumorph.mesh.transfer import linear, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
-from pneumorph.problem.symmetry import Part
+from pneumorph.problem.symmetry import Part, turns_of
 
 Starts = Mapping[str, State]
 
@@ -93,11 +93,19 @@ def discretise(problem: Problem, body: Body) -> Discretisation:
 
 
 def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None) -> Morph:
-    """Mesh a body of a problem with its regions and covers, or a part of it; the size of elements is in mm."""
+    """Mesh a body of a problem with its regions and covers, or a part of it; the size of elements is in mm.
+
+    Where the cut of a sector would cross itself or a surface, the whole body is meshed.
+    """
     covers = build_covers(problem.body, reinforcements(problem))
     linings = build_linings(problem.body, problem.region)
     levels = build_levels(problem.body, problem.region)
-    return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels)
+    try:
+        return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels)
+    except MeshError:
+        if turns_of(part) == 1:
+            raise
+    return mesh_body(body, size or problem.mesh.size, (), linings, covers, levels)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:

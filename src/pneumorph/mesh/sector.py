@@ -12,6 +12,7 @@ from scipy.sparse.linalg import spsolve
 
 from pneumorph.errors import MeshError
 from pneumorph.mesh.cut import Faces, filled, line, open_edges
+from pneumorph.mesh.surface import UNLIKE
 from pneumorph.mesh.tets import TURNED
 from pneumorph.problem.symmetry import sector, turned
 
@@ -43,8 +44,10 @@ def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, s
     Raises
     ------
     MeshError
-        If the edges of the first face cross when seen along the circles around the axis.
+        If the body is not symmetric, or the edges of the first face cross when seen along the circles around the axis.
     """
+    if not len(seam):
+        raise MeshError(UNLIKE)
     first, last = seam.T
     rotation, edges = turned(turns)[1], open_edges(faces)
     nodes = nodes.copy()

@@ -18,6 +18,7 @@ from pneumorph.problem.regions import REST
 from pneumorph.problem.symmetry import MIRRORS, NORMALS, Part, beginning_of, turned, turns_of
 
 _SAMPLES_PER_SPAN = 4
+UNLIKE = "the surfaces are not the same after a turn by one sector"
 _SYMMETRIC = 1e-4  # mm; images on surfaces that are symmetric but for rounding are nearer
 _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to a mirror plane is cut by it
 _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
@@ -251,7 +252,7 @@ def _with_seam(patch: _Patch, surface: TubeSurface, seam: float, turns: int) -> 
     first, last = ends[::-1] if surface.cavity else ends
     away, nearest = KDTree(places[last]).query(places[first] @ turned(turns)[1].T)
     if len(first) != len(last) or len(np.unique(nearest)) < len(last) or away.max() > _SYMMETRIC:
-        raise MeshError("the surfaces are not the same after a turn")
+        raise MeshError(UNLIKE)
     return replace(patch, seam=np.column_stack([first, last[nearest]]))
 
 
