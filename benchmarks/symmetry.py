@@ -22,6 +22,7 @@ from pneumorph.problem import load
 from pneumorph.problem.symmetry import images_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "bending.toml"
+NAMES = {1: "whole", 2: "half", 4: "quarter"}
 
 
 def main(file: str, size: float, planes: str | None) -> None:
@@ -65,7 +66,7 @@ def main(file: str, size: float, planes: str | None) -> None:
             is_stable = check_stability(disc, found)
             once = time.process_time() - began
         medians = {name: median(times[1:]) for name, times in seconds.items()}
-        measured["whole" if part == () else f"1/{len(images_of(part))}"] = disc.model, found.value, slope, medians
+        measured[NAMES.get(len(images_of(part)), f"1/{len(images_of(part))}")] = disc.model, found.value, slope, medians
 
     whole = measured["whole"]
     parts = {name: part for name, part in measured.items() if part is not whole}
