@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.section import with_sections
 from pneumorph.mesh.sector import with_sector
-from pneumorph.mesh.surface import surface_mesh
+from pneumorph.mesh.surface import beginnings, surface_mesh
 from pneumorph.mesh.volume import fill
 from pneumorph.problem.symmetry import Part, turns_of
 
@@ -44,6 +45,7 @@ def mesh_body(
     That is the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz), or a sector.
 
     If chords of a coarse triangulation cross, or an element is inverted when curved, finer triangulations are tried.
+    Sectors may also begin elsewhere.
 
     Parameters
     ----------
@@ -68,10 +70,10 @@ def mesh_body(
     P = np.round(exact, _DECIMALS)
     body = body.with_control_points(P)
     reason = MeshError("no attempt was made")
-    for finer in _FINER:
+    for finer, begin in product(_FINER, beginnings(body, part)):
         stop_if_asked()
         try:
-            surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels)
+            surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, begin)
             nodes = surface.B @ P + surface.offset
             if turns > 1:
                 faces, nodes = with_sector(surface.faces, nodes, surface.seam, turns, finer * size)

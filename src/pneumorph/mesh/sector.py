@@ -1,22 +1,21 @@
 """The cut faces of a sector of a body: a triangulated surface through the axis, and its image turned by one sector.
 
-Where a sector begins on the surfaces is no plane curve, since control points move freely. The first face is therefore
-triangulated in the distance from the axis and the height, and its inner vertices get the angle that is harmonic there.
+Where a sector begins on the surfaces is no plane curve, since control points move freely, and goes straight through the
+walls between them (`slant.py`). The first face is therefore triangulated in a plane of the height and the distance from
+the exterior, and its inner vertices get the x and y that are harmonic there.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import splu
 
 from pneumorph.errors import MeshError
 from pneumorph.mesh.cut import Faces, filled, line, open_edges
 from pneumorph.mesh.surface import UNLIKE
 from pneumorph.mesh.tets import TURNED
 from pneumorph.problem.symmetry import sector, turned
-
-_WIDEST = 2.5  # rad; beyond this angle from the middle of a cut its edges may be more than half a turn apart
 
 
 def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, size: float) -> tuple[Faces, np.ndarray]:
@@ -44,7 +43,7 @@ def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, s
     Raises
     ------
     MeshError
-        If the body is not symmetric, or the edges of the first face cross when seen along the circles around the axis.
+        If the body is not symmetric, or the edges of the first face cross in that plane.
     """
     if not len(seam):
         raise MeshError(UNLIKE)
@@ -59,18 +58,12 @@ def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, s
     # Seen from outside, the sector is left of its axis going down in the first face.
     rim = np.concatenate([rim, upwards[:, [1, 0, 2]]])
 
-    across = nodes[:, 0] + 1j * nodes[:, 1]
-    flat = np.column_stack([np.abs(across), np.zeros(len(nodes)), nodes[:, 2]])
-    known = len(nodes)
+    flat, known = _flattened(nodes, first[np.isin(first, faces["exterior"])]), len(nodes)
+    flat[axis, 0] = 0.0
     triangles, flat = filled(rim, flat, 1, size)
     added = np.arange(known, len(flat))
-    middle = np.exp(1j * np.angle(across[first].sum()))
-    angle = np.angle(across / middle)
-    if np.abs(angle[first]).max() > _WIDEST:
-        raise MeshError("a cut between sectors goes more than half around the axis")
-    angle = _harmonic(triangles[:, :3], flat, np.concatenate([angle, np.zeros(len(added))]), first)
-    places = flat[:, 0] * np.exp(1j * angle) * middle
-    nodes = np.concatenate([nodes, np.column_stack([places.real, places.imag, flat[:, 2]])[added]])
+    nodes = np.concatenate([nodes, flat[added]])
+    nodes[:, :2] = _harmonic(triangles[:, :3], flat, nodes[:, :2], np.union1d(first, axis))
     # Edges inside are straight.
     inner = np.isin(triangles[:, 3:], added)
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]][inner]
@@ -84,18 +77,28 @@ def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, s
     return faces | {sector(turns): triangles, f"{sector(turns)} image": image[triangles[:, TURNED]]}, nodes
 
 
-def _harmonic(triangles: np.ndarray, flat: np.ndarray, angle: np.ndarray, given: np.ndarray) -> np.ndarray:
-    """Angles at all corners of triangles (nf, 3) that are harmonic between those that are given; others stay."""
+def _flattened(nodes: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """Nodes (N, 3) in a plane y = 0, where `line`, on the exterior, is as far from the axis as it is.
+
+    Others are at their horizontal distance from it, towards the axis.
+    """
+    ordered = nodes[line[np.argsort(nodes[line, 2], kind="stable")]]
+    across = np.column_stack([np.interp(nodes[:, 2], ordered[:, 2], ordered[:, axis]) for axis in (0, 1)])
+    away = np.linalg.norm(across, axis=1) - np.linalg.norm(nodes[:, :2] - across, axis=1)
+    return np.column_stack([away, np.zeros(len(nodes)), nodes[:, 2]])
+
+
+def _harmonic(triangles: np.ndarray, flat: np.ndarray, values: np.ndarray, given: np.ndarray) -> np.ndarray:
+    """Values (N, k) at all corners of triangles (nf, 3) that are harmonic between those that are given; others stay."""
     corners = flat[triangles][..., [0, 2]]
     sides = np.roll(corners, -1, axis=1) - np.roll(corners, -2, axis=1)
     area = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
     blocks = np.einsum("fai,fbi->fab", sides, sides) / (2.0 * area)[:, None, None]
     rows, columns = np.repeat(triangles, 3, axis=1), np.tile(triangles, (1, 3))
-    stiffness = sparse.csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (len(angle), len(angle)))
-    inner = np.setdiff1d(triangles, given)
-    found = angle.copy()
+    stiffness = sparse.csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (len(values), len(values)))
+    inner, held = np.setdiff1d(triangles, given), np.intersect1d(triangles, given)
+    found = values.copy()
     if len(inner):
-        held = np.intersect1d(triangles, given)
-        known = stiffness[inner][:, held] @ angle[held]
-        found[inner] = spsolve(sparse.csc_array(stiffness[inner][:, inner]), -known)
+        factor = splu(sparse.csc_matrix(stiffness[inner][:, inner]))
+        found[inner] = -factor.solve(stiffness[inner][:, held] @ values[held])
     return found

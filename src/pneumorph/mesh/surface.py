@@ -13,12 +13,14 @@ from scipy.spatial import KDTree
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body, Level, Lining, TubeSurface
 from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
+from pneumorph.mesh.slant import UPRIGHT, Slant, slant_of
 from pneumorph.mesh.tets import TRIANGLE_EDGES, TURNED
 from pneumorph.problem.regions import REST
 from pneumorph.problem.symmetry import MIRRORS, NORMALS, Part, beginning_of, turned, turns_of
 
 _SAMPLES_PER_SPAN = 4
 UNLIKE = "the surfaces are not the same after a turn by one sector"
+_SHIFTS = (0.0, 0.5, 0.25)  # where a sector begins that may do so anywhere, as far as tried
 _SYMMETRIC = 1e-4  # mm; images on surfaces that are symmetric but for rounding are nearer
 _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to a mirror plane is cut by it
 _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
@@ -69,10 +71,11 @@ def surface_mesh(
     part: Part = (),
     linings: Sequence[Lining] = (),
     levels: Sequence[Level] = (),
+    begin: float = 0.0,
 ) -> SurfaceMesh:
     """Triangulate all surfaces of a body, or of its part: that at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz), or a sector.
 
-    A sector is between two lines of constant q on each surface around the axis; no line meets a chamber beside it.
+    A sector is between two lines on each surface around the axis, of constant q on the exterior.
 
     Parameters
     ----------
@@ -87,6 +90,8 @@ def surface_mesh(
         Layers of other rubbers, whose inner sides are triangulated like the surfaces along which they lie.
     levels : sequence of Level
         Planes along whose rings there are edges.
+    begin : float
+        Where a sector begins, in turns about z, see `beginnings`.
 
     Raises
     ------
@@ -97,10 +102,8 @@ def surface_mesh(
     regions = list(dict.fromkeys([REST, *(lining.region for lining in linings)]))
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
     rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
-    middles = np.array([_middle(chamber)[:2] for chamber in body.chambers if not _on_axis(chamber)]).reshape(-1, 2)
-    begin = beginning_of(middles, turns_of(part))
     patches = [
-        _kept(surface, side, turn, part, begin, lined, crossed)
+        _kept(surface, side, turn, part, begin, body.exterior, lined, crossed)
         for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
     ]
     n_vertices = sum(patch.n_vertices for patch in patches)
@@ -137,6 +140,15 @@ def surface_mesh(
         else {"": np.concatenate(list(faces.values()))},
         np.concatenate(seam),
     )
+
+
+def beginnings(body: Body, part: Part) -> Sequence[float]:
+    """Where a sector may begin: anywhere, or where its cuts are farthest from the chambers beside the axis."""
+    turns = turns_of(part)
+    middles = np.array([_middle(chamber)[:2] for chamber in body.chambers if not _on_axis(chamber)]).reshape(-1, 2)
+    if turns == 1 or len(middles):
+        return (beginning_of(middles, turns),)
+    return tuple(shift / turns for shift in _SHIFTS)
 
 
 def _on_axis(surface: TubeSurface) -> bool:
@@ -200,6 +212,7 @@ def _kept(
     turn: float,
     part: Part,
     begin: float,
+    exterior: TubeSurface,
     linings: Sequence[Lining],
     crossed: Sequence[float],
 ) -> _Patch:
@@ -209,8 +222,11 @@ def _kept(
     if turns > 1 and _on_axis(surface):
         # Chambers have q clockwise.
         seam = (-begin - 1.0 / turns) % 1.0 if surface.cavity else begin
-        whole = _patch(surface, size, turn, linings, crossed, seam, turns=turns)
-        return _with_seam(_before(whole, seam + 1.0 / turns), surface, seam, turns)
+        slant = slant_of(surface, exterior, begin, seam + 1.0 / turns) if surface.cavity else UPRIGHT
+        whole = _patch(surface, size, turn, linings, crossed, seam, turns=turns, slant=slant)
+        patch = _with_seam(_before(whole, seam + 1.0 / turns), surface, seam, turns)
+        q, r = patch.param[..., 0], patch.param[..., 1]
+        return replace(patch, param=np.stack([q + slant.at(r), r], axis=-1))
     beyond = turns > 1 and (np.arctan2(middle[1], middle[0]) / (2.0 * np.pi) - begin) % 1.0 >= 1.0 / turns
     if beyond or any(place < -_IN_PLANE for place in across.values()):
         columns = surface.net.shape[0] * surface.net.shape[1]
@@ -265,11 +281,13 @@ def _patch(
     seam: float = 0.0,
     parts: int = 1,
     turns: int = 1,
+    slant: Slant = UPRIGHT,
 ) -> _Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
     q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
-    Of a number of `turns`, each is the image of the one before. There are edges along the rings r = `crossed`.
+    Of a number of `turns`, each is the image of the one before. Lines of the grid have the `slant`, which parameters of
+    the patch leave out. There are edges along the rings r = `crossed`.
     """
     tube = _tube_rings(surface, size, turn, seam, parts, turns, linings, crossed)
     # At most one layer ends in each disc.
@@ -314,10 +332,10 @@ def _patch(
                     first = start[rim + inwards * np.arange(chains.shape[1])]
                     chains[start[rim] + np.arange(count[rim])] = first + np.arange(count[rim])[:, None]
         sheet = with_interface(sheet, lining, number, chains)
-    return _curved(surface, sheet, linings)
+    return _curved(surface, sheet, linings, slant)
 
 
-def _curved(surface: TubeSurface, sheet: Sheet, linings: Sequence[Lining]) -> _Patch:
+def _curved(surface: TubeSurface, sheet: Sheet, linings: Sequence[Lining], slant: Slant) -> _Patch:
     """The patch of a sheet: rows of B and offsets of its vertices, then those of the mid-side nodes of its edges."""
     vertex, q, r, single = sheet.vertex, sheet.corner_q, sheet.corner_r, sheet.single
     vertex_q, row_r, row_s = sheet.q, sheet.r, sheet.s
@@ -332,9 +350,10 @@ def _curved(surface: TubeSurface, sheet: Sheet, linings: Sequence[Lining]) -> _P
     mid_q, mid_r = edge_q.mean(-1), edge_r.mean(-1)
     param = np.stack([np.hstack([q, mid_q]), np.hstack([r, mid_r])], axis=-1)
 
-    vertices = _rows(surface, vertex_q, row_r, row_s)
+    vertices = _rows(surface, vertex_q + slant.at(row_r), row_r, row_s)
     on_tube = (row_s[edges] == 1.0).all(axis=1)
-    curved = _rows(surface, mid_q.ravel()[first], mid_r.ravel()[first], np.ones(len(edges)))
+    curved_q, curved_r = mid_q.ravel()[first], mid_r.ravel()[first]
+    curved = _rows(surface, curved_q + slant.at(curved_r), curved_r, np.ones(len(edges)))
     # Edges inside a disc are straight: their mid-side nodes are the means of their ends.
     pick = np.repeat(np.arange(len(edges)), 2)
     mean = sparse.csr_array((np.full(len(pick), 0.5), (pick, edges.ravel())), (len(edges), len(vertex_q)))
