@@ -2,9 +2,10 @@
 
     python benchmarks/symmetry.py [problem file] [edge length, mm] [mirror planes, by commas]
 
-The planes replace the symmetry of the file, which by default is examples/bending.toml with an edge length of 2 mm. Times are
-CPU seconds, medians of three, with everything compiled. A step is a design of the loop without its sub-problem, which
-is the same for all: prediction, equilibrium and gradient after a motion of the control points by up to 0.1 mm.
+The planes replace the symmetry of the file, which by default is examples/bending.toml with an edge length of 2 mm.
+Times are CPU seconds, medians of three, with everything compiled. A step is a design of the loop without its
+sub-problem, which is the same for all: prediction, equilibrium and gradient after a motion of the control points by up
+to 0.1 mm.
 """
 
 import sys
