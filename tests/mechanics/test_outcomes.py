@@ -73,8 +73,8 @@ def test_a_step_that_fails_goes_on_from_the_equilibrium_before():
     wild = built.state(np.where(built.fixed, 0.0, 30 * np.random.default_rng(0).standard_normal(built.size)))
     found = solve(high, solver, wild, since=(low.loads, before.state))
     assert np.abs(found.u - solve(high, Tangent(built)).u).max() < 1e-7
-    # From where it was, two thirds of the way, it is cheaper than from rest.
-    assert found.factorisations <= solve(high, Tangent(built), wild).factorisations
+    # From where it was, two thirds of the way, it takes no more than the few steps from rest and the one that failed.
+    assert found.factorisations <= solve(high, Tangent(built), wild).factorisations + 1
 
 
 def test_the_answer_is_factorised_once():

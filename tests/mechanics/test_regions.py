@@ -157,6 +157,16 @@ def test_the_gradient_of_a_body_of_two_rubbers_in_series():
     assert check.passed and not any(check.is_exact(name) for name in check.tests), check
 
 
+def test_the_gradient_of_a_body_of_two_rubbers_side_by_side():
+    asked = problem({"within": ["-60 deg", "60 deg"]}, mesh={"size": "6 mm"}, density="0.56 /mm")
+    space = build_design_space(asked, starting_body(asked.body))
+    phi = space.start + 0.1 * np.random.default_rng(0).normal(size=space.n)
+    at = analyse_body(asked, space.body(np.clip(phi, space.lower, space.upper)))
+    assert set(at.disc.model.regions) == {"body", "other"} and at.disc.model.part == ("xz",)
+    check = run_gradient_check(at)
+    assert check.passed and not any(check.is_exact(name) for name in check.tests), check
+
+
 def test_the_rubber_of_a_region_alone_changes_nothing():
     """A region of the body's own rubber is no region, up to the mesh; each has its own weight."""
     gravity = {"gravity": {"direction": [0, 0, 1]}}

@@ -37,7 +37,7 @@ FLAT = np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0], [1, 0, 0], [1, 0.5, 0], [0, 
 """A face of 1 mm²; x is its first coordinate."""
 
 
-def energy(of, stretches, angle=0.0):
+def energy(of, stretches, angle=0.0, changed=(0.0, 0.0)):
     """Of a face whose principal stretches are at an angle in rad to x, turned in space; x is from base to tip."""
     points = np.concatenate([RULE, np.full((3, 1), 1 / 6), np.ones((3, 1)), np.zeros((3, 1))], axis=1)
     seen = connect_covered(Covered(np.arange(6)[None], points[None]))
@@ -46,8 +46,8 @@ def energy(of, stretches, angle=0.0):
     flat[:, :2] = FLAT[:, :2] @ (turn @ np.diag(stretches) @ turn.T)
     moved = Rotation.from_rotvec([0.3, -0.8, 0.5]).apply(flat)
     local = Local(FLAT[None], (moved - FLAT)[None], np.zeros((1, 0)), np.zeros(0), seen.data)
-    unchanged = Loads(*np.zeros((4, 0)), laid=np.zeros((1, 2)))
-    return float(of.energies(local, unchanged)[0])
+    loads = Loads(*np.zeros((4, 0)), laid=np.array([changed]))
+    return float(of.energies(local, loads)[0])
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4])
@@ -70,6 +70,9 @@ def test_a_sheet_is_taut_wrinkled_or_slack(angle):
     across = -k * SMALL
     assert force((1.05, 0.8)) == pytest.approx([k * 0.05 + ratio * across, across], rel=1e-5)
     assert force((0.8, 0.7)) == pytest.approx([across, across], rel=1e-5)
+    part, whole = energy(Membrane(k, ratio, SMALL, 0.3), (1.05, 0.98)), energy(of, (1.05, 0.98))
+    assert part == pytest.approx(0.3 * whole)
+    assert energy(of, (1.05, 0.98), 0.0, (10.0, -0.25)) == pytest.approx(1.2 * 0.75 * whole)
 
 
 def test_the_stress_of_a_sheet_has_derivatives_where_stretches_are_equal():
@@ -199,7 +202,13 @@ def free(start, low, high, unit):
 
 
 DESIGNED = {
-    "membrane": [part(angles=["-80 deg", "80 deg"], stiffness=free(30, 5, 60, "N/mm"))],
+    "membrane": [
+        part(
+            angles=["-80 deg", "80 deg"],
+            stiffness=free(30, 5, 60, "N/mm"),
+            coverage={"start": 0.5, "min": 0.2, "max": 1.0},
+        )
+    ],
     "fibres": [
         FIBRES | {"winding": free(60, 20, 80, "deg"), "stiffness": free(20, 5, 60, "N/mm"), "surfaces": ["exterior"]}
     ],
@@ -225,7 +234,7 @@ def test_the_gradient_of_a_reinforced_body(tables):
     assert not any(check.is_exact(name) for name in check.tests)
 
 
-def test_the_gradient_by_stiffnesses_and_angle():
+def test_the_gradient_by_stiffnesses_coverage_and_angle():
     """Each for itself; a check of the problem tests them together."""
     asked = problem(**DESIGNED)
     at = analyse_body(asked, starting_body(asked.body))
@@ -233,9 +242,9 @@ def test_the_gradient_by_stiffnesses_and_angle():
     slope = design_gradient(asked, space, disc, at.analysis)
     starts = {name: found.state for name, found in at.analysis.equilibria.items()}
     assert [(each.name, each.key) for each in space.free_data] == [
-        ("sheet", "stiffness"), ("braid", "stiffness"), ("braid", "winding"),
+        ("sheet", "stiffness"), ("sheet", "coverage"), ("braid", "stiffness"), ("braid", "winding"),
     ]  # fmt: skip
-    for direction in np.eye(space.n)[-3:]:
+    for direction in np.eye(space.n)[-4:]:
         test = taylor_test(
             lambda phi: analyse(asked, space, disc, phi, starts, TOLERANCE).value, space.start, slope, direction, 0.1
         )
@@ -247,10 +256,10 @@ def test_states_are_predicted_after_a_change_of_the_angle():
     asked = problem(**DESIGNED)
     at = analyse_body(asked, starting_body(asked.body))
     ahead = at.space.start + 0.02 * np.eye(at.space.n)[-1]
-    found = analyse(asked, at.space, at.disc, ahead, None, TOLERANCE).equilibria["one"]
-    before = at.analysis.equilibria["one"]
-    predicted = predict_states(at.space, at.disc, at.analysis, ahead)["one"]
-    assert np.abs(predicted.plate - found.state.plate).max() < 0.1 * np.abs(before.plate - found.plate).max()
+    found = analyse(asked, at.space, at.disc, ahead, None, TOLERANCE).equilibria["one"].state
+    before = at.analysis.equilibria["one"].state
+    predicted = predict_states(at.space, at.disc, at.analysis, ahead)["one"].state
+    assert np.abs(predicted.plate - found.plate).max() < 0.1 * np.abs(before.plate - found.plate).max()
 
 
 def test_an_angle_is_designed_and_resumed(tmp_path):

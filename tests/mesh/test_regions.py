@@ -4,8 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy import sparse
 
-from pneumorph.geometry import Body, build_levels, build_linings, starting_body
+from pneumorph.geometry import Body, Wedge, build_levels, build_linings, build_wedges, starting_body
 from pneumorph.geometry.design_space import build_design_space
 from pneumorph.mesh import Morph, TetMesh, mesh_body, scaled_jacobian, unfold
 from pneumorph.mesh.tets import TET_FACES, TET_RULE, tet_gradient
@@ -15,9 +16,11 @@ STIFF = {"model": "neo-hookean", "shear_modulus": "2 MPa", "bulk_modulus": "20 M
 LENGTH, RADIUS, BORE = 30.0, 8.0, 4.0
 
 
-def problem(*regions: dict, ends: str = "flat", mirror: tuple[str, ...] = ("xz",)) -> Problem:
+def problem(
+    *regions: dict, ends: str = "flat", mirror: tuple[str, ...] = ("xz",), density: float = 0.4, **changes
+) -> Problem:
     chamber = {"name": "A", "radius": "4 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "27 mm"], "ends": ends}
-    body = {"length": "30 mm", "radius": "8 mm", "control_density": "0.4 /mm", "chamber": [chamber]}
+    body = {"length": "30 mm", "radius": "8 mm", "control_density": f"{density} /mm", "chamber": [chamber]}
     return Problem.model_validate(
         {
             "material": {"name": "Hei-Cast 8400"},
@@ -25,11 +28,15 @@ def problem(*regions: dict, ends: str = "flat", mirror: tuple[str, ...] = ("xz",
             "region": [{"name": f"part{k}", "material": STIFF} | region for k, region in enumerate(regions)],
             "task": [{"name": "one", "pressure": {"A": "20 kPa"}, "objective": {"motion": "extension"}}],
         }
-    )
+    ).with_changes(changes)
 
 
 def ring(outer: float, thickness: float, height: float, share: float = 1.0) -> float:
     return share * np.pi * (outer**2 - (outer - thickness) ** 2) * height
+
+
+def within(start: float, end: float) -> dict:
+    return {"within": [f"{start} deg", f"{end} deg"]}
 
 
 SLEEVE = {"sleeve": {"thickness": "1 mm", "chambers": ["A"]}}
@@ -59,12 +66,17 @@ CASES = {
         problem({"layer": {"thickness": "1 mm", "span": ["0 mm", "10 mm"]}}, {"beyond": "14 mm"}),
         [ring(8, 1, 10), np.pi * (64 * 16 - 16 * 13)],
     ),
+    "within": (problem(within(-60, 60), density=0.6), [np.pi * (64 * 30 - 16 * 24) / 3]),
+    "within, dome": (
+        problem(within(-50, 50), within(120, 240), ends="pole", density=0.8),
+        [np.pi * (64 * 30 - 16 * 16 - 256 / 3) * share for share in (5 / 18, 1 / 3)],
+    ),
 }
 
 
 def meshed(asked: Problem, body: Body, mirrors: tuple[str, ...] = ("xz",)) -> Morph:
     linings, levels = build_linings(asked.body, asked.region), build_levels(asked.body, asked.region)
-    return mesh_body(body, 3.5, mirrors, linings, (), levels)
+    return mesh_body(body, 3.5, mirrors, linings, (), levels, build_wedges(asked.body, asked.region))
 
 
 @pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
@@ -82,7 +94,7 @@ def volume(mesh: TetMesh, elements: np.ndarray) -> float:
 def test_regions_have_their_volumes(case) -> None:
     asked, volumes, morph = case
     mesh = morph.mesh
-    assert list(mesh.regions) == ["body", *(region.name for region in asked.region)]
+    assert set(mesh.regions) == {"body", *(region.name for region in asked.region)}
     found = [2 * volume(mesh, mesh.regions[region.name]) for region in asked.region]
     assert found == pytest.approx(volumes, rel=6e-3)
     assert np.array_equal(np.sort(np.concatenate([*mesh.regions.values()])), np.arange(len(mesh.tets)))
@@ -127,13 +139,25 @@ def test_the_inner_side_moves_as_the_surface_does(case) -> None:
         both = [volume(mesh, mesh.regions[name]) for mesh in (moved, anew.mesh)]
         assert both[0] == pytest.approx(both[1], rel=4e-3), name
     nodes = interface(moved)
-    assert asked.region[-1].beyond or (nodes < morph.n_surface).sum() > 0.5 * len(nodes)
+    assert not asked.region[-1].thickness or (nodes < morph.n_surface).sum() > 0.5 * len(nodes)
     for region in asked.region:
         if region.beyond is not None:
             elements = moved.tets[moved.regions[region.name], :4]
             own = np.intersect1d(elements, nodes)
             assert np.abs(moved.points[own, 2] - region.beyond).min() < 1e-9
             assert moved.points[elements, 2].min() > region.beyond - 1e-9
+    for wedge in build_wedges(asked.body, asked.region):
+        points = moved.points[np.unique(moved.tets[moved.regions[wedge.region]])]
+        aside = beside(points[..., :2], wedge)
+        # Of half a body there is one half-plane of each.
+        assert wedge.region == "body" or (np.abs(aside).min() < 1e-12 and (aside > -1e-12).all())
+
+
+def beside(places: np.ndarray, wedge: Wedge) -> np.ndarray:
+    """How far places (..., 2) are inside a wedge, by the nearer of its half-planes."""
+    x, y = np.moveaxis(places, -1, 0)
+    start, end = (y * np.cos(angle) - x * np.sin(angle) for angle in (wedge.start, wedge.end))
+    return np.minimum(start, -end) if wedge.end - wedge.start < np.pi + 1e-9 else np.maximum(start, -end)
 
 
 def test_gradients_of_nodes_are_exact(case) -> None:
@@ -207,3 +231,71 @@ def test_chambers_beside_a_plane_stay_away_from_it() -> None:
     low = np.clip(space.start - 50.0, space.lower, space.upper)
     (chamber,) = space.body(low).chambers
     assert chamber.net[..., 2].min() == pytest.approx(14.0 + asked.limits.wall)
+
+
+@pytest.mark.parametrize("mirrors", [(), ("xz",)], ids=["whole", "half"])
+def test_half_planes_of_parts_of_a_body(mirrors: tuple[str, ...]) -> None:
+    """Through the chamber and the solid on both sides of it, where half-planes meet on the axis."""
+    asked = problem(within(-90, 90), ends="pole", mirror=mirrors, density=0.6)
+    mesh = meshed(asked, starting_body(asked.body), mirrors).mesh
+    parts = [2 ** len(mirrors) * volume(mesh, own) for own in mesh.regions.values()]
+    assert parts == pytest.approx([np.pi * (32 * 30 - 16 * 8 - 128 / 3)] * 2, rel=3e-3)
+    assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.2
+    shared = np.intersect1d(*(mesh.tets[own] for own in mesh.regions.values()))
+    assert np.abs(mesh.points[shared, 0]).max() < 1e-12
+    on_axis = mesh.points[shared][np.hypot(*mesh.points[shared, :2].T) < 1e-12, 2]
+    assert len(on_axis) > 3 and ((on_axis < 3 + 1e-5) | (on_axis > 27 - 1e-5)).all()
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        problem(within(-60, 60), mirror=(), density=0.6),
+        problem(within(-90, 90), ends="pole", mirror=("xz", "xy")),
+        problem(within(-35, 36), within(36, 110), ends="pole", mirror=(), density=1.0),
+        problem(within(-60, 60), density=0.8, **{"body.symmetry": {"rotation": 3}}),
+        problem(within(-40, 40), mirror=("xz", "yz"), density=1.0),
+    ],
+    ids=["third", "opposite", "several", "turned", "images"],
+)
+def test_designs_keep_half_planes_between_rubbers(asked: Problem) -> None:
+    """However control points are moved within their bounds, lines are in half-planes and surfaces between them."""
+    space = build_design_space(asked, starting_body(asked.body))
+    assert np.all((space.lower < space.start) & (space.start < space.upper))
+    assert space.control_points(space.start) == pytest.approx(space.reference.control_points(), abs=1e-12)
+    product = space.L.T @ space.L
+    assert abs(product - sparse.diags_array(product.diagonal())).max() < 1e-12
+    wedges, r = build_wedges(asked.body, asked.region), np.linspace(0.0, 1.0, 41)
+    for seed in range(3):
+        phi = np.clip(space.start + 3.0 * np.random.default_rng(seed).normal(size=space.n), space.lower, space.upper)
+        for surface in space.body(phi).surfaces:
+            for wedge in wedges:
+                q = np.linspace(*wedge.parts[surface.name], 61)
+                places = surface.sample(q, r)[..., :2]
+                assert beside(places, wedge).min() > -1e-12
+                for end, angle in zip((0, -1), (wedge.start, wedge.end)[:: -1 if surface.cavity else 1], strict=True):
+                    along = np.array([np.cos(angle), np.sin(angle)])
+                    assert (places[:, end] @ along).min() > -1e-12
+                    assert np.abs(places[:, end] @ [-along[1], along[0]]).max() < 1e-12
+
+
+@pytest.mark.parametrize("angles", [(-60, 60), (-90, 90), (120, 240)], ids=str)
+def test_chambers_beside_half_planes_stay_away_from_them(angles: tuple[int, int]) -> None:
+    chambers = [
+        {"name": name, "radius": "1.2 mm", "center": [f"{x} mm", "0 mm"], "span": ["3 mm", "27 mm"], "ends": ends}
+        for name, x, ends in (("A", 4.3, "flat"), ("B", -4.6, "pole"))
+    ]
+    asked = problem(within(*angles), mirror=(), density=0.6, **{"body.chamber": chambers, "limits.wall": "1 mm"})
+    space = build_design_space(asked, starting_body(asked.body))
+    assert np.all((space.lower < space.start) & (space.start < space.upper))
+    wedges, least = build_wedges(asked.body, asked.region), []
+    for seed in range(3):
+        phi = np.clip(space.start + 9.0 * np.random.default_rng(seed).normal(size=space.n), space.lower, space.upper)
+        for chamber in space.body(phi).chambers:
+            (wedge,) = (each for each in wedges if chamber.name in each.parts)
+            assert wedge.region == ("part0" if (chamber.name == "A") == (abs(angles[0]) < 100) else "body")
+            places = chamber.net[..., 0] + 1j * chamber.net[..., 1]
+            for angle in (wedge.start, wedge.end):
+                turned = places * np.exp(-1j * angle)
+                least.append(np.where(turned.real < 0.0, np.abs(turned), np.abs(turned.imag)).min())
+    assert min(least) == pytest.approx(1.0, abs=0.02) and min(least) > 1.0 - 1e-9

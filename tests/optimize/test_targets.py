@@ -94,8 +94,8 @@ def test_a_prediction_after_a_trial_is_of_the_design_it_starts_from(case):
     # A trial far away leaves its own factorisation behind.
     solved(problem, space, disc, phi - 5 * step, at)
     again = predict_states(space, disc, at, phi + step)
-    for name, state in near.items():
-        np.testing.assert_allclose(np.asarray(again[name].u), np.asarray(state.u), atol=1e-10)
+    for name, guess in near.items():
+        np.testing.assert_allclose(again[name].state.u, guess.state.u, atol=1e-10)
 
 
 def test_tasks_add_with_their_weights(case):

@@ -45,6 +45,19 @@ def test_stiffness_and_angle_may_be_designed():
     assert there.membrane[0].stiffness.start == pytest.approx(225.0) and there.membrane[0].stiffness.max == 300.0
 
 
+def test_the_covered_share_of_a_sheet():
+    problem = loads(tiny() + SHEET)
+    assert problem.membrane[0].coverage.start == 1.0 and "coverage" not in problem.membrane[0].words
+    problem = loads(tiny() + SHEET + "coverage = { start = 0.6, min = 0.2, max = 1 }\n" + BRAID)
+    assert "coverage 0.6" in problem.membrane[0].words and loads(problem.to_toml()) == problem
+    space = build_design_space(problem, starting_body(problem.body))
+    assert space.data(space.lower) == {"paper": {"coverage": pytest.approx(0.2)}}
+    assert space.laid(space.upper) == pytest.approx(np.array([[0.0, 0.4], [0.0, 0.0]]))
+    assert starting_from(problem, space.data(space.upper)).membrane[0].coverage.start == pytest.approx(1.0)
+    fixed = loads(tiny() + SHEET + "coverage = 0.25\n")
+    assert "coverage 0.25" in fixed.membrane[0].words and loads(fixed.to_toml()) == fixed
+
+
 def test_there_are_none_by_default():
     problem = loads(tiny())
     assert problem.membrane == () and problem.fibres == ()
@@ -94,6 +107,11 @@ def test_covers_of_a_chamber_run_the_other_way_and_by_its_own_span():
             SHEET.replace('"200 N/mm"', '{ start = "1 N/mm", min = "0 N/mm", max = "2 N/mm" }'),
             r"membrane\[0\].stiffness.min: .*is not above zero",
         ),
+        (SHEET + "coverage = 1.2\n", r"membrane\[0\].coverage: 1.2 is not above 0 and at most 1; write e.g. 0.6"),
+        (SHEET + "coverage = 0\n", r"membrane\[0\].coverage: 0 is not above 0"),
+        (SHEET + 'coverage = "60 %"\n', r"membrane\[0\].coverage: a number above 0, at most 1, is expected"),
+        (SHEET + "coverage = { start = 0.5, min = 0, max = 1 }\n", r"membrane\[0\].coverage.min: "),
+        (BRAID + "coverage = 0.5\n", r"fibres\[0\].coverage: unknown key"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text, message):

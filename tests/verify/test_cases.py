@@ -5,7 +5,7 @@ import pytest
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import neo_hookean_rubber
-from pneumorph.verify import beams, cases, contact, element, homogeneous, inflation, radial, work, wound
+from pneumorph.verify import beams, cases, contact, element, homogeneous, inflation, radial, rubbers, work, wound
 from pneumorph.verify.verdict import absolute, at_least, relative
 
 
@@ -27,6 +27,9 @@ from pneumorph.verify.verdict import absolute, at_least, relative
         contact.patch_test,
         lambda: contact.hertz((4, 3), 0.05),
         lambda: contact.energy_balance(8.0),
+        lambda: contact.free_ball(6.0),
+        lambda: rubbers.in_series(3.0, 2e-3),
+        lambda: rubbers.side_by_side(3.0, 1e-3),
         lambda: wound.magic_angle((70.0,), 4.0),
         lambda: wound.one_family(4.0, 1e-2),
         lambda: wound.covered_tube(4.0),

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneumorph.errors import ComputationError, MeshError, ProblemError
-from pneumorph.geometry import Body, build_covers, build_levels, build_linings
+from pneumorph.geometry import Body, build_covers, build_levels, build_linings, build_wedges
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
+    Guess,
     Model,
     NoEquilibrium,
     State,
@@ -27,15 +28,16 @@ from pneumorph.mechanics import (
     part_of,
     predict,
     solve,
+    volume_ratios,
     whole_of,
 )
 from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
-from pneumorph.mesh.transfer import linear, transfer
+from pneumorph.mesh.transfer import linear, nearest_elements, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
 from pneumorph.problem.symmetry import Part, turns_of
 
-Starts = Mapping[str, State]
+Starts = Mapping[str, State] | Mapping[str, Guess]
 
 DESIGN_TOLERANCE = 1e-6
 """Relative residual of the equilibria in the design loop: J and its gradient then have about five correct digits."""
@@ -100,12 +102,13 @@ def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None)
     covers = build_covers(problem.body, reinforcements(problem))
     linings = build_linings(problem.body, problem.region)
     levels = build_levels(problem.body, problem.region)
+    wedges = build_wedges(problem.body, problem.region)
     try:
-        return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels)
+        return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels, wedges)
     except MeshError:
         if turns_of(part) == 1:
             raise
-    return mesh_body(body, size or problem.mesh.size, (), linings, covers, levels)
+    return mesh_body(body, size or problem.mesh.size, (), linings, covers, levels, wedges)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
@@ -193,32 +196,52 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
     }
 
 
-def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, State]:
+def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:
     """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh."""
     dX = disc.morph.push(space.control_points(phi) - analysis.points)
     pressures, laid = space.pressures(phi), space.laid(phi)
-    states = {}
+    guesses = {}
     for name, at in analysis.configurations.items():
         pressure = np.array([pressures[name][chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, laid=laid)
-        states[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
-    return states
+        state = analysis.equilibria[name].state
+        predicted = predict(at, disc.tangents[name], state, dX, loads)
+        guesses[name] = Guess(predicted, _ratios(disc, at.X, state))
+    return guesses
 
 
-def carry_over(old: Discretisation, X_old: np.ndarray, states: Starts, new: Discretisation) -> dict[str, State]:
+def carry_over(
+    old: Discretisation, X_old: np.ndarray, states: Mapping[str, State | Guess], new: Discretisation
+) -> dict[str, Guess]:
     """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body.
 
     The cuts of sectors are not in the same places on both, so the state of all sectors is interpolated.
     """
     model, mesh, carried = new.model, old.morph.mesh.at(X_old), {}
     image = unfold(mesh, keep=new.morph.mesh.mirrors)
-    for name, state in states.items():
+    nearest = nearest_elements(image.mesh, new.morph.mesh)
+    for name, given in states.items():
+        guess = given if isinstance(given, Guess) else Guess(given, _ratios(old, X_old, given))
+        state = guess.state
         # The nodes of the tip move with the plate: their rows in the state are unused.
         u = image.vectors(displacement(old.model.tip, X_old, state))
-        moved = transfer(image.mesh, u, new.morph.mesh.points)
-        hydrostatic = _hydrostatic(old.model, image, state, new) if model.mixed else np.zeros(0)
-        carried[name] = State(moved, state.plate, hydrostatic, state.objects)
+        moved = State(transfer(image.mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
+        if model.mixed:
+            carried[name] = Guess(moved._replace(hydrostatic=_hydrostatic(old.model, image, state, new)))
+        else:
+            # Over an element they are accurate in the mean, not at every point, and the same in all its images.
+            ratios = None
+            if guess.ratios is not None:
+                ratios = np.tile(np.tile(guess.ratios.mean(axis=0), image.copies)[nearest], (4, 1))
+            carried[name] = Guess(moved, ratios)
     return carried
+
+
+def _ratios(disc: Discretisation, X: np.ndarray, state: State) -> np.ndarray | None:
+    """The volume ratios (4, E) at a state; None with mixed elements."""
+    if disc.model.mixed:
+        return None
+    return volume_ratios(disc.morph.mesh.tets, X, displacement(disc.model.tip, X, state))
 
 
 def _hydrostatic(old: Model, image: Unfolded, state: State, new: Discretisation) -> np.ndarray:

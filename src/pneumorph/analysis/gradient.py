@@ -26,8 +26,8 @@ from pneumorph.problem.variable import Variable
 from pneumorph.sensitivity import TaylorTest, taylor_test
 
 FIRST_STEP = 0.05
-"""First step of the tests: largest motion of a control point in mm, the fraction by which pressures and stiffnesses
-change, and the change of winding angles in rad."""
+"""First step of the tests: largest motion of a control point in mm, the fraction by which pressures, stiffnesses
+and coverages change, and the change of winding angles in rad."""
 
 LEAST_PRESSURE = 0.01
 """The pressure, in MPa, of which steps are fractions where the chamber's own is smaller."""
@@ -201,7 +201,7 @@ def _with_scales_of_tests(problem: Problem) -> Problem:
         task.model_copy(update={"pressure": {name: freed(pressure) for name, pressure in task.pressure.items()}})
         for task in problem.task
     ]
-    widths = {"stiffness": lambda datum: datum.start, "winding": lambda datum: 1.0}
+    widths = dict.fromkeys(("stiffness", "coverage"), lambda datum: datum.start) | {"winding": lambda datum: 1.0}
     found = designed(problem)
     laid = {
         table: tuple(

@@ -110,7 +110,7 @@ class HistoryEntry:
         Largest motion of a control point, actual over predicted gain, evaluations of the limits in the sub-problem.
     optimality : float or None
         The part of the objective's gradient that the limits do not balance; 0 at an optimum.
-    reinforcements : {name: {"stiffness": N/mm, "winding": rad}}
+    reinforcements : {name: {"stiffness": N/mm, "coverage": 1, "winding": rad}}
         What is designed of sheets and fibres; of others nothing.
     """
 

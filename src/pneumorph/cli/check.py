@@ -136,6 +136,8 @@ def _shape(region: dict[str, Any]) -> str:
         return f"{sleeve['thickness']} around {', '.join(sleeve['chambers'])}"
     if beyond := region.get("beyond"):
         return f"beyond z = {beyond}"
+    if within := region.get("within"):
+        return f"within {within[0]} to {within[1]}"
     layer = region["layer"]
     parts = [f"{layer['thickness']} under the exterior"]
     if layer.get("span"):

@@ -7,6 +7,7 @@ from pneumorph.geometry.design_space import DesignSpace, FreeDatum, FreePressure
 from pneumorph.geometry.level import Level, build_levels
 from pneumorph.geometry.lining import Lining, build_linings
 from pneumorph.geometry.tube import TubeSurface, cap_points, enclosed_volume
+from pneumorph.geometry.wedge import Wedge, build_wedges
 
 __all__ = [
     "Basis",
@@ -18,11 +19,13 @@ __all__ = [
     "Level",
     "Lining",
     "TubeSurface",
+    "Wedge",
     "adjusted_columns",
     "build_covers",
     "build_design_space",
     "build_levels",
     "build_linings",
+    "build_wedges",
     "cap_points",
     "clamped",
     "enclosed_volume",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.bspline import clamped, periodic
 from pneumorph.geometry.tube import Ends, TubeSurface, dome_fit
-from pneumorph.problem.symmetry import columns_multiple
+from pneumorph.problem.symmetry import columns, columns_multiple
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Ripple
@@ -98,12 +98,6 @@ def starting_body(spec: BodySpec) -> Body:
         for chamber in spec.chamber
     ]
     return Body(exterior, tuple(cavity(chamber) for chamber in chambers))
-
-
-def columns(radius: float, density: float, multiple: int = 1) -> int:
-    """Number of control points around a tube: the multiple of `multiple` nearest to the density (1/mm), at least 8."""
-    least = -(-8 // multiple)
-    return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
 
 
 def adjusted_columns(spec: BodySpec) -> list[str]:

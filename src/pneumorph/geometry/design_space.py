@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,10 +12,11 @@ from scipy import sparse
 
 from pneumorph.geometry.body import Body, starting_body
 from pneumorph.geometry.level import Sides, sides_of
-from pneumorph.geometry.symmetry import column_sums, symmetric_basis
+from pneumorph.geometry.symmetry import column_squares, symmetric_basis
 from pneumorph.geometry.tube import TubeSurface
+from pneumorph.geometry.wedge import Turned, turned_of
 from pneumorph.problem.models import Symmetry
-from pneumorph.problem.reinforcement import DATA, designed, reinforcements
+from pneumorph.problem.reinforcement import data_of, designed, reinforcements
 from pneumorph.problem.symmetry import operations
 from pneumorph.problem.variable import Variable
 
@@ -40,7 +41,7 @@ class FreePressure:
 
 @dataclass(frozen=True)
 class FreeDatum:
-    """A stiffness or winding angle of a sheet or of fibres that is designed along with the shape.
+    """A stiffness, coverage or winding angle of a sheet or of fibres that is designed along with the shape.
 
     Attributes
     ----------
@@ -49,7 +50,7 @@ class FreeDatum:
     place : (int, int)
         Where it is in `Loads.laid`.
     start, scale : float
-        Its value at the start in N/mm or rad, and its scale in mm of Φ.
+        Its value at the start in N/mm, 1 or rad, and its scale in mm of Φ.
     """
 
     name: str
@@ -65,8 +66,10 @@ class DesignSpace:
 
     Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end have
     the same z; rings in planes between rubbers keep theirs (see `level.py`); a pole is one point, and the row next to
-    it has the same z, without which the end would be a cone. For a symmetric design Φ holds the independent variables
-    only, and L carries them to all images. The columns of L are orthogonal, so LᵀL is diagonal.
+    it has the same z, without which the end would be a cone. Where half-planes between rubbers cut surfaces, variables
+    are along these and normal to them instead of along x and y, and columns in them keep their distance (see
+    `wedge.py`). For a symmetric design Φ holds the independent variables only, and L carries them to all images. The
+    columns of L are orthogonal, so LᵀL is diagonal.
 
     Attributes
     ----------
@@ -77,8 +80,8 @@ class DesignSpace:
     offset : (3·n_points,) array
         Fixed coordinates in mm.
     start, lower, upper : (n,) arrays
-        Φ of the reference body, and the bounds of Φ. Those of the shape are infinite, but where planes between rubbers
-        keep surfaces to one side.
+        Φ of the reference body, and the bounds of Φ. Those of the shape are infinite, but where planes and half-planes
+        between rubbers keep surfaces to one side.
     free_pressures : tuple of FreePressure
     free_data : tuple of FreeDatum
         The last entries of Φ, in this order, after those of the pressures.
@@ -124,7 +127,7 @@ class DesignSpace:
         return result
 
     def data(self, phi: Array) -> dict[str, dict[str, float]]:
-        """What is designed of sheets and fibres, by their names and by key, in N/mm and rad."""
+        """What is designed of sheets and fibres, by their names and by key, in N/mm, 1 and rad."""
         result: dict[str, dict[str, float]] = {}
         for free, value in zip(self.free_data, phi[self._data], strict=True):
             result.setdefault(free.name, {})[free.key] = float(value) / free.scale
@@ -151,7 +154,7 @@ class DesignSpace:
         dp : {task: {chamber: float}}, optional
             Derivatives with respect to the pressures, per MPa; missing ones are zero.
         laid : (R, 2) array, optional
-            Derivatives with respect to stiffnesses and angles of sheets and fibres; zero by default.
+            Derivatives with respect to what `Loads.laid` changes of sheets and fibres; zero by default.
 
         Returns
         -------
@@ -165,8 +168,9 @@ class DesignSpace:
 
 def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     """Build the design variables of a problem with the starting body `body`."""
-    sides = sides_of(problem)
-    blocks = [_variable_of_coordinate(*each) for each in zip(body.surfaces, sides, strict=True)]
+    sides, turned = sides_of(problem), turned_of(problem, body)
+    each = list(zip(body.surfaces, sides, turned, strict=True))
+    blocks = [_variable_of_coordinate(*one) for one in each]
     counts = [int(block.max()) + 1 for block in blocks]
     shifts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     variable = np.concatenate(
@@ -174,13 +178,15 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     )
     n_shape = sum(counts)
     moving = np.flatnonzero(variable >= 0)
-    L = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=(len(variable), n_shape))
-    coordinates = body.control_points().ravel()
-    offset = np.where(variable < 0, coordinates, 0.0)
-    shape = (L.T @ coordinates) / column_sums(L)
+    own = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=(len(variable), n_shape))
+    turn = _turn(np.concatenate([one.angle.ravel() for one in turned]))
+    coordinates = turn.T @ body.control_points().ravel()
+    L, offset = sparse.csr_matrix(turn @ own), turn @ np.where(variable < 0, coordinates, 0.0)
+    shape = (own.T @ coordinates) / column_squares(own)
     if problem.body.symmetry != Symmetry():
         L, offset, shape = _symmetric(problem.body, L, offset, shape)
-    least, most = _bounds(L, offset, body, sides)
+    low, high = (np.concatenate([_limits(*one, name).ravel() for one in each]) for name in ("low", "high"))
+    least, most = _bounds(sparse.csr_matrix(turn.T @ L), turn.T @ offset, low, high)
 
     pressures, data, variables = [], [], []
     fixed: dict[str, dict[str, float]] = {}
@@ -192,10 +198,10 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
                 continue
             pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
             variables.append(pressure)
-    names = [each.name for each in reinforcements(problem)]
+    names = {each.name: list(data_of(each)) for each in reinforcements(problem)}
     for name, own in designed(problem).items():
         for key, datum in own.items():
-            place = names.index(name), DATA.index(key)
+            place = list(names).index(name), names[name].index(key)
             data.append(FreeDatum(name, key, place, datum.start, _scale(datum)))
             variables.append(datum)
     # Those that are no shape, in mm of Φ.
@@ -220,19 +226,35 @@ def _scale(variable: Variable) -> float:
     return SPAN / (variable.max - variable.min)
 
 
-def _bounds(L: sparse.csr_matrix, offset: Array, body: Body, sides: Sequence[Sides]) -> tuple[Array, Array]:
-    """Least and largest values of the shape variables with which control points keep to their sides."""
-    columns = [surface.net.shape[1] for surface in body.surfaces]
-    low, high = (
-        np.concatenate([np.repeat(getattr(each, name), n) for each, n in zip(sides, columns, strict=True)])
-        for name in ("low", "high")
+def _turn(angle: Array) -> sparse.csr_matrix:
+    """From coordinates of control points in frames at angles (n_points,) about z to x, y and z, (3·n, 3·n)."""
+    cosine, sine = (np.where(np.abs(part) < 1e-15, 0.0, part) for part in (np.cos(angle), np.sin(angle)))
+    blocks = np.zeros((len(angle), 3, 3))
+    blocks[:, 0, 0], blocks[:, 0, 1], blocks[:, 1, 0], blocks[:, 1, 1], blocks[:, 2, 2] = cosine, -sine, sine, cosine, 1
+    point, row, column = np.nonzero(blocks)
+    places = (3 * point + row, 3 * point + column)
+    return sparse.csr_matrix((blocks[point, row, column], places), shape=(3 * len(angle), 3 * len(angle)))
+
+
+def _limits(surface: TubeSurface, sides: Sides, turned: Turned, name: str) -> Array:
+    """Bounds (n_r, n_q, 3) of the control points of a surface in their frames, the lower or the upper ones."""
+    across, along = (
+        getattr(turned, name),
+        np.broadcast_to(getattr(sides, name)[:, None, None], (*surface.net.shape[:2], 1)),
     )
-    # A variable that moves control points along z moves all of them by its own amount, images perhaps backwards.
+    return np.concatenate([across, along], axis=2)
+
+
+def _bounds(L: sparse.csr_matrix, offset: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Least and largest values of the shape variables with which coordinates L Φ + offset keep their bounds."""
+    # A variable that moves a bounded coordinate is the only one, and moves images by its own amount, perhaps backwards
+    # or, on mirror planes, in part.
     row, column = L.nonzero()
-    point, column = row[row % 3 == 2] // 3, column[row % 3 == 2]
-    share = np.asarray(L[3 * point + 2, column]).ravel()
-    ends = [(bound[point] - offset[2::3][point]) / share for bound in (low, high)]
-    count = len(column_sums(L))
+    share = np.asarray(L[row, column]).ravel()
+    some = (np.isfinite(low) | np.isfinite(high))[row] & (np.abs(share) > 1e-9)
+    row, column, share = row[some], column[some], share[some]
+    ends = [(bound[row] - offset[row]) / share for bound in (low, high)]
+    count = len(column_squares(L))
     least, most = np.full(count, -np.inf), np.full(count, np.inf)
     np.maximum.at(least, column, np.minimum(*ends))
     np.minimum.at(most, column, np.maximum(*ends))
@@ -246,14 +268,14 @@ def _symmetric(
     basis, projector = symmetric_basis(starting_body(spec), L, operations(spec.symmetry), spec.length)
     # The operations leave the body's centre fixed, so they are applied to coordinates relative to it.
     middle = np.tile([0.0, 0.0, spec.length / 2.0], len(offset) // 3)
-    centre = (L.T @ middle) / column_sums(L)
+    centre = (L.T @ middle) / column_squares(L)
     shape = centre + projector @ (shape - centre)
-    independent = (basis.T @ shape) / column_sums(basis.power(2))
+    independent = (basis.T @ shape) / column_squares(basis)
     return sparse.csr_matrix(L @ basis), offset + L @ (shape - basis @ independent), independent
 
 
-def _variable_of_coordinate(surface: TubeSurface, sides: Sides) -> NDArray[np.int64]:
-    """Index of the variable that determines each coordinate of a net, (n_r, n_q, 3); -1 if the coordinate is fixed."""
+def _variable_of_coordinate(surface: TubeSurface, sides: Sides, turned: Turned) -> NDArray[np.int64]:
+    """Index of the variable of each coordinate of a net in its frames, (n_r, n_q, 3); -1 if the coordinate is fixed."""
     group = np.arange(surface.net.size).reshape(surface.net.shape)
     for row, beside in ((0, 1), (-1, -2)):
         if surface.ends == "pole":
@@ -262,5 +284,6 @@ def _variable_of_coordinate(surface: TubeSurface, sides: Sides) -> NDArray[np.in
         else:
             group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
     group[..., 2] = np.where(np.isin(group[..., 2], group[sides.held, :, 2]), -1, group[..., 2])
+    group[..., :2][turned.held] = -1
     names, numbers = np.unique(group, return_inverse=True)
     return numbers.reshape(group.shape) - int(names[0] < 0)

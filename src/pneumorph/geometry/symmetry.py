@@ -49,9 +49,9 @@ def images(body: Body, operation: Array, length: float) -> NDArray[np.int64]:
     return answer
 
 
-def column_sums(matrix: sparse.csr_matrix) -> Array:
-    """Sums (n,) of a sparse matrix's columns."""
-    return np.asarray(matrix.sum(axis=0)).ravel()
+def column_squares(matrix: sparse.csr_matrix) -> Array:
+    """Sums (n,) of the squares of a sparse matrix's columns."""
+    return np.asarray(matrix.power(2).sum(axis=0)).ravel()
 
 
 def symmetric_basis(
@@ -64,7 +64,7 @@ def symmetric_basis(
     body : Body
         The starting body, which is symmetric.
     L : csr (3·n_points, n)
-        Map from variables v to coordinates of control points; each variable moves several coordinates equally.
+        Map from variables v to coordinates of control points; its columns are orthogonal.
     group : list of (3, 3) arrays, see `problem.symmetry.operations`.
     length : float
         Length of the body, mm.
@@ -76,7 +76,7 @@ def symmetric_basis(
     projector : csr (n, n)
         The mean over the group of its action on changes of v.
     """
-    entries = column_sums(L)
+    entries = column_squares(L)
     count = len(entries)
     back = sparse.diags_array(1.0 / entries) @ L.T
     projector = sparse.csr_array((count, count))

@@ -1,7 +1,7 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
-from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.kinematics import Guess, State, volume_ratios
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.potential import displacement
@@ -33,6 +33,7 @@ __all__ = [
     "Configuration",
     "ContactForces",
     "Equilibrium",
+    "Guess",
     "Loads",
     "Model",
     "NoEquilibrium",
@@ -66,5 +67,6 @@ __all__ = [
     "solve",
     "sweep",
     "sweep_with_friction",
+    "volume_ratios",
     "whole_of",
 ]

@@ -116,7 +116,8 @@ def reinforcement_of(spec: ReinforcementSpec) -> Reinforcement:
     """The sheet or the fibres of a table [[membrane]] or [[fibres]], as they are at the start."""
     match spec:
         case MembraneSpec():
-            return Membrane(np.asarray(spec.stiffness.start), np.asarray(spec.poisson), np.asarray(spec.wrinkling))
+            data = spec.stiffness.start, spec.poisson, spec.wrinkling, spec.coverage.start
+            return Membrane(*map(np.asarray, data))
         case FibresSpec():
             hands = (1, -1)[: spec.families]
             stiffness, winding = np.asarray(spec.stiffness.start), np.asarray(spec.winding.start)

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Cover, Level, Lining
+from pneumorph.geometry import Body, Cover, Level, Lining, Wedge
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.cover import covered
 from pneumorph.mesh.cut import with_cut_regions
@@ -19,6 +19,7 @@ from pneumorph.mesh.section import with_sections
 from pneumorph.mesh.sector import with_sector
 from pneumorph.mesh.surface import beginnings, surface_mesh
 from pneumorph.mesh.volume import fill
+from pneumorph.mesh.wedge import following, named, with_half_planes
 from pneumorph.problem.symmetry import Part, turns_of
 
 _TURN = np.radians(45)
@@ -39,6 +40,7 @@ def mesh_body(
     linings: Sequence[Lining] = (),
     covers: Sequence[Cover] = (),
     levels: Sequence[Level] = (),
+    wedges: Sequence[Wedge] = (),
 ) -> Morph:
     """Mesh a body with quadratic tetrahedra, or part of a symmetric one.
 
@@ -53,13 +55,15 @@ def mesh_body(
     size : float
         Approximate edge length, mm; edges are shorter where the surfaces are strongly curved.
     part : Part
-        A sector has neither linings nor levels.
+        A sector has no linings, levels or wedges.
     linings : sequence of Lining
         Layers of other rubbers, which become regions of the mesh; what is in none is the region `REST`.
     covers : sequence of Cover
         Where sheets and fibres lie.
     levels : sequence of Level, from the lowest to the highest
         Planes above which what is in no layer becomes a region.
+    wedges : sequence of Wedge, all around the axis
+        Parts of the body between half-planes, without layers and planes.
 
     Raises
     ------
@@ -73,20 +77,22 @@ def mesh_body(
     for finer, begin in product(_FINER, beginnings(body, part)):
         stop_if_asked()
         try:
-            surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, begin)
+            surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, wedges, begin)
             nodes = surface.B @ P + surface.offset
+            solids, nodes, inside = with_half_planes(surface.solids, nodes, wedges, finer * size)
             if turns > 1:
                 faces, nodes = with_sector(surface.faces, nodes, surface.seam, turns, finer * size)
                 solids = {"": np.concatenate(list(faces.values()))}
             else:
-                solids, nodes = with_sections(surface.solids, nodes, levels, part, finer * size)
+                solids, nodes = with_sections(solids, nodes, levels, part, finer * size)
                 faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, part, finer * size)
             straight = replace(fill(solids, faces, nodes, finer * size), covers=covered(faces, surface.param, covers))
         except MeshError as error:
             reason = error
             continue
         heights = [level.height for level in levels]
-        result = build_morph(straight, surface.B, surface.offset, exact, size, surface.param, heights)
+        B, offset = following(inside, straight.points, surface.B, surface.offset)
+        result = build_morph(named(straight, wedges), B, offset, exact, size, surface.param, heights)
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:
             return result

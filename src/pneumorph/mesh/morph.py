@@ -48,8 +48,9 @@ class Morph:
     at a constant offset b from places on them. Their motion is extended into the volume by a diffusion equation on the
     straight reference mesh with quadratic elements, stiffer where elements are small. Nodes in a mirror plane do not
     move normal to it; within it, those that are on no surface follow the others. Nodes in a plane across the axis where
-    another rubber begins do not move along it either. Of a sector, nodes of the second cut are images of those of the
-    first, and nodes on the axis stay on it.
+    another rubber begins do not move along it either. Those in half-planes between rubbers (see `mesh/wedge.py`) count
+    as surface nodes: where they are is linear in these, so B and b have rows for them. Of a sector, nodes of the second
+    cut are images of those of the first, and nodes on the axis stay on it.
 
     Attributes
     ----------

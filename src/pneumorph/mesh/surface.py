@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Level, Lining, TubeSurface
+from pneumorph.geometry import Body, Level, Lining, TubeSurface, Wedge
 from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
 from pneumorph.mesh.slant import UPRIGHT, Slant, slant_of
 from pneumorph.mesh.tets import TRIANGLE_EDGES, TURNED
@@ -26,6 +26,7 @@ _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to a mirror plane is cu
 _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
 """q at which the kept part begins, on the exterior and on a chamber, by the planes that cut the surface."""
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
+_SAME = 1e-9  # parameters nearer than this are one
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line
 
 
@@ -46,7 +47,7 @@ class SurfaceMesh:
         ``faces``; q exceeds 1 where a triangle crosses the seam.
     solids : dict of (n, 6) int
         The triangles that bound each region, normals outwards; those between two regions belong to both. A body of a
-        single rubber is one region "".
+        single rubber is one region ""; of wedges, each has its number as its name, and is open in half-planes.
     seam : (n, 2) int
         Of a sector, the nodes of the surfaces where it begins, each with its image, where it ends.
     """
@@ -71,6 +72,7 @@ def surface_mesh(
     part: Part = (),
     linings: Sequence[Lining] = (),
     levels: Sequence[Level] = (),
+    wedges: Sequence[Wedge] = (),
     begin: float = 0.0,
 ) -> SurfaceMesh:
     """Triangulate all surfaces of a body, or of its part: that at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz), or a sector.
@@ -90,6 +92,8 @@ def surface_mesh(
         Layers of other rubbers, whose inner sides are triangulated like the surfaces along which they lie.
     levels : sequence of Level
         Planes along whose rings there are edges.
+    wedges : sequence of Wedge
+        Parts between half-planes, along whose lines there are edges, across the end discs too.
     begin : float
         Where a sector begins, in turns about z, see `beginnings`.
 
@@ -100,10 +104,11 @@ def surface_mesh(
     """
     side = size / 2**0.25
     regions = list(dict.fromkeys([REST, *(lining.region for lining in linings)]))
+    regions = [str(number) for number in range(len(wedges))] or regions
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
     rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
     patches = [
-        _kept(surface, side, turn, part, begin, body.exterior, lined, crossed)
+        _kept(surface, side, turn, part, begin, body.exterior, lined, crossed, wedges)
         for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
     ]
     n_vertices = sum(patch.n_vertices for patch in patches)
@@ -136,7 +141,7 @@ def surface_mesh(
         faces,
         param,
         {region: np.concatenate(parts) for region, parts in solids.items()}
-        if linings
+        if linings or wedges
         else {"": np.concatenate(list(faces.values()))},
         np.concatenate(seam),
     )
@@ -206,6 +211,59 @@ class _Ring:
     depth: float = 0.0
 
 
+@dataclass(frozen=True)
+class _Around:
+    """The lines along which rings of vertices are joined: q starts at the `seam`.
+
+    Of 2 or 4 `parts` that are mirror images, each begins and ends with lines in mirror planes. Other lines are those at
+    the `edges` of wedges. Of a number of `turns`, each is the image of the one before.
+    """
+
+    seam: float
+    parts: int
+    edges: list[float]
+    turns: int
+
+    @property
+    def alike(self) -> int:
+        """Into how many parts rings are divided that have as many vertices: four, or one for every turn."""
+        return 4 if self.turns == 1 else self.turns
+
+    def through(self, q: np.ndarray, places: Sequence[float]) -> np.ndarray:
+        """A ring of parameters, moved so that one is at each of the places."""
+        at = self.seam + (np.array(places) - self.seam) % 1.0
+        at = at[(at > self.seam + _SAME) & (at < self.seam + 1.0 - _SAME)]
+        if self.parts == 1:
+            return _through(np.append(q, self.seam + 1.0), at)[:-1]
+        half, moved = len(q) // 2, q.copy()
+        if len(at):
+            # Symmetric about one plane: no part of a tube is so about two.
+            moved[: half + 1] = _through(q[: half + 1], at[at < self.seam + 0.5])
+            moved[half + 1 :] = 2 * self.seam + 1 - moved[1:half][::-1]
+        return moved
+
+    def thinned(self, q: np.ndarray, count: int) -> np.ndarray:
+        """``count`` parameters distributed like those of a ring."""
+        fewer = np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, q[0] + 1.0))
+        return self.through(fewer, self.edges) if count > 1 else fewer
+
+    def joints(self, q: np.ndarray) -> np.ndarray:
+        """The numbers along a ring of the vertices at all lines, or where like parts begin; first 0, last len(q)."""
+        if not self.edges or len(q) == 1:
+            return np.arange(self.alike + 1) * len(q) // self.alike
+        at = [len(q) // 2] if self.parts == 2 else []
+        for place in self.edges:
+            near = np.abs((q - place + 0.5) % 1.0 - 0.5)
+            at.append(int(near.argmin()))
+        return np.unique([0, *at, len(q)])
+
+
+def _edges(surface: TubeSurface, wedges: Sequence[Wedge]) -> list[float]:
+    """q of the lines at the edges of wedges."""
+    parts = [wedge.parts[surface.name] for wedge in wedges if surface.name in wedge.parts]
+    return [part[0] % 1.0 for part in parts if part[1] - part[0] < 1.0]
+
+
 def _kept(
     surface: TubeSurface,
     size: float,
@@ -215,6 +273,7 @@ def _kept(
     exterior: TubeSurface,
     linings: Sequence[Lining],
     crossed: Sequence[float],
+    wedges: Sequence[Wedge],
 ) -> _Patch:
     """The part of a surface that is meshed: all of it, what is on the kept side of the cuts, or nothing."""
     middle, turns = _middle(surface), turns_of(part)
@@ -223,7 +282,7 @@ def _kept(
         # Chambers have q clockwise.
         seam = (-begin - 1.0 / turns) % 1.0 if surface.cavity else begin
         slant = slant_of(surface, exterior, begin, seam + 1.0 / turns) if surface.cavity else UPRIGHT
-        whole = _patch(surface, size, turn, linings, crossed, seam, turns=turns, slant=slant)
+        whole = _patch(surface, size, turn, linings, crossed, wedges, seam, turns=turns, slant=slant)
         patch = _with_seam(_before(whole, seam + 1.0 / turns), surface, seam, turns)
         q, r = patch.param[..., 0], patch.param[..., 1]
         return replace(patch, param=np.stack([q + slant.at(r), r], axis=-1))
@@ -235,9 +294,10 @@ def _kept(
         return _Patch(B, np.zeros((0, 3)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)), none, none)
     cutting = tuple(plane for plane, place in across.items() if place <= _IN_PLANE)
     if not cutting:
-        return _patch(surface, size, turn, linings, crossed)
+        edges = _edges(surface, wedges)
+        return _patch(surface, size, turn, linings, crossed, wedges, edges[0] if edges else 0.0)
     seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
-    return _before(_patch(surface, size, turn, linings, crossed, seam, parts), seam + 1 / parts)
+    return _before(_patch(surface, size, turn, linings, crossed, wedges, seam, parts), seam + 1 / parts)
 
 
 def _before(whole: _Patch, q: float) -> _Patch:
@@ -278,7 +338,8 @@ def _patch(
     turn: float,
     linings: Sequence[Lining],
     crossed: Sequence[float],
-    seam: float = 0.0,
+    wedges: Sequence[Wedge],
+    seam: float,
     parts: int = 1,
     turns: int = 1,
     slant: Slant = UPRIGHT,
@@ -287,20 +348,21 @@ def _patch(
 
     q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
     Of a number of `turns`, each is the image of the one before. Lines of the grid have the `slant`, which parameters of
-    the patch leave out. There are edges along the rings r = `crossed`.
+    the patch leave out. There are edges along the rings r = `crossed`, and along the lines at the edges of wedges.
     """
-    tube = _tube_rings(surface, size, turn, seam, parts, turns, linings, crossed)
+    around = _Around(seam, parts, _edges(surface, wedges), turns)
+    tube = _tube_rings(surface, size, turn, around, linings, crossed)
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
     base, tip = (
-        _disc_rings(surface, ring, size, turns, lining) if surface.ends == "flat" else []
+        _disc_rings(surface, ring, size, around, lining) if surface.ends == "flat" else []
         for ring, lining in zip((tube[0], tube[-1]), ending, strict=True)
     )
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])
 
     # Corners as (ring, number along it); the number is n where a triangle closes a ring of n vertices.
-    strips = [_strip(len(a.q), len(b.q), k, _alike(turns)) for k, (a, b) in enumerate(pairwise(rings))]
+    strips = [_strip(around.joints(a.q), around.joints(b.q), k) for k, (a, b) in enumerate(pairwise(rings))]
     ring = np.concatenate([k + strip[..., 0] for k, strip in enumerate(strips)])
     along = np.concatenate([strip[..., 1] for strip in strips])
     strip_part = np.repeat([0, 1, 2], [len(base), len(tube) - 1, len(tip)])
@@ -322,6 +384,8 @@ def _patch(
     ):
         in_layer[discs] = -1 if lining is None else linings.index(lining)
     rest, void = np.full(len(vertex), REST, object), np.full(len(vertex), "", object)
+    for number, wedge in enumerate(wedges):
+        rest[wedge.covers(surface.name, q.mean(axis=1))] = str(number)
     sheet = Sheet(vertex_q, row_r, row_s, depth, in_layer, vertex, q, r, part, single, rest, void)
     for number, lining in enumerate(linings):
         chains = np.full((len(sheet.q), steps_through(lining, size) + 1), -1)
@@ -400,9 +464,7 @@ def _tube_rings(
     surface: TubeSurface,
     size: float,
     turn: float,
-    seam: float,
-    parts: int,
-    turns: int,
+    around: _Around,
     linings: Sequence[Lining],
     crossed: Sequence[float],
 ) -> list[_Ring]:
@@ -410,7 +472,8 @@ def _tube_rings(
 
     Where a layer begins or ends there is a line, and where the tube is `crossed`.
     """
-    q, alike = _lines(surface, "q", size, turn, seam, _alike(turns)), _alike(turns)
+    seam, parts, turns, alike = around.seam, around.parts, around.turns, around.alike
+    q = _lines(surface, "q", size, turn, seam, alike)
     if turns > 1:
         # The same in every turn, to the last digit.
         first = np.mean(q.reshape(turns, -1) - np.arange(turns)[:, None] / turns, axis=0)
@@ -425,13 +488,7 @@ def _tube_rings(
         first = (first + second - 0.5) / 2
         q = np.concatenate([first, first + 0.5])
     r = _lines(surface, "r", size, turn)
-    half, around = len(q) // 2, np.array([seam + (end - seam) % 1.0 for lining in linings for end in lining.q or ()])
-    if parts == 1:
-        q = _through(np.append(q, seam + 1.0), around)[:-1]
-    elif len(around):
-        # Symmetric about one plane: no part of a tube is so about two.
-        q[: half + 1] = _through(q[: half + 1], around[around < seam + 0.5])
-        q[half + 1 :] = 2 * seam + 1 - q[1:half][::-1]
+    q = around.through(q, [*around.edges, *(end for lining in linings for end in lining.q or ())])
     r = _through(r, np.array([end for lining in linings for end in lining.r if 0.0 < end < 1.0] + list(crossed)))
     count = np.full(len(r), len(q))
     if surface.ends == "pole":
@@ -444,7 +501,7 @@ def _tube_rings(
                     break
                 count[j] = wanted[j]
         count[[0, -1]] = 1
-    return [_Ring(_thinned(q, n), float(rj)) for n, rj in zip(count, r, strict=True)]
+    return [_Ring(around.thinned(q, n), float(rj)) for n, rj in zip(count, r, strict=True)]
 
 
 def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -458,32 +515,24 @@ def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(len(lines)), [0, *nearest, len(lines) - 1], [lines[0], *places, lines[-1]])
 
 
-def _disc_rings(surface: TubeSurface, rim: _Ring, size: float, turns: int, lining: Lining | None = None) -> list[_Ring]:
+def _disc_rings(
+    surface: TubeSurface, rim: _Ring, size: float, around: _Around, lining: Lining | None = None
+) -> list[_Ring]:
     """Rings of an end disc, from the one next to the rim to the centre; a layer that ends in it has its own."""
     if lining is not None:
         steps = steps_through(lining, size)
         through = [replace(rim, depth=k / steps) for k in range(1, steps + 1)]
         within = replace(surface, net=surface.net + lining.offset)
-        return [*through, *(replace(ring, depth=1.0) for ring in _disc_rings(within, rim, size, turns))]
+        return [*through, *(replace(ring, depth=1.0) for ring in _disc_rings(within, rim, size, around))]
     points = surface.points(np.append(rim.q, rim.q[0]), np.full(len(rim.q) + 1, rim.r))
     girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     steps = max(1, round(girth / (2 * np.pi * size)))
-    rings, count, alike = [], len(rim.q), _alike(turns)
+    rings, count, alike = [], len(rim.q), around.alike
     for k in range(steps - 1, 0, -1):
         wanted = alike * round(girth * k / steps / (alike * size))
         count = min(count, max(_least(alike), wanted, alike * round(count / (2 * alike))))
-        rings.append(_Ring(_thinned(rim.q, count), rim.r, k / steps))
+        rings.append(_Ring(around.thinned(rim.q, count), rim.r, k / steps))
     return [*rings, _Ring(np.zeros(1), rim.r, 0.0)]
-
-
-def _thinned(q: np.ndarray, count: int) -> np.ndarray:
-    """``count`` parameters distributed like those in q."""
-    return np.interp(np.arange(count) / count, np.arange(len(q) + 1) / len(q), np.append(q, q[0] + 1.0))
-
-
-def _alike(turns: int) -> int:
-    """Into how many parts rings are divided that have as many vertices: four, or one for every turn."""
-    return 4 if turns == 1 else turns
 
 
 def _least(alike: int) -> int:
@@ -523,11 +572,12 @@ def _lines(
     return lines[:-1] if along_q else lines
 
 
-def _strip(lower: int, upper: int, parity: int, alike: int) -> np.ndarray:
+def _strip(below: np.ndarray, above: np.ndarray, parity: int) -> np.ndarray:
     """Triangles between two rings, (n, 3, 2): corners as (0 on the lower or 1 on the upper ring, index in the ring).
 
-    The numbers of vertices are multiples of `alike`, or 1.
+    `below` and `above` are the numbers of vertices between which the rings are joined, first 0, last those of all.
     """
+    lower, upper = int(below[-1]), int(above[-1])
     if upper == 1:
         return np.array([[(0, i), (0, i + 1), (1, 0)] for i in range(lower)])
     if lower == 1:
@@ -539,9 +589,12 @@ def _strip(lower: int, upper: int, parity: int, alike: int) -> np.ndarray:
         cells = np.concatenate([rising if (i + parity) % 2 == 0 else falling for i in range(lower)])
         cells[..., 1] += np.arange(lower)[:, None, None]
         return cells.reshape(-1, 3, 2)
-    sectors = [_sector(lower // alike, upper // alike, mirrored=bool(k % 2)) for k in range(alike)]
+    sectors = [
+        _sector(b - a, d - c, mirrored=bool(k % 2))
+        for k, ((a, b), (c, d)) in enumerate(zip(pairwise(below.tolist()), pairwise(above.tolist()), strict=True))
+    ]
     for k, sector in enumerate(sectors):
-        sector[..., 1] += k * np.where(sector[..., 0] == 0, lower // alike, upper // alike)
+        sector[..., 1] += np.where(sector[..., 0] == 0, below[k], above[k])
     return np.concatenate(sectors)
 
 

@@ -34,6 +34,12 @@ def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray
     return np.einsum("pa,pam->pm", tet_shape(xi), field[mesh.tets[element]])
 
 
+def nearest_elements(mesh: TetMesh, other: TetMesh) -> np.ndarray:
+    """The element of a mesh (E,) whose centroid is nearest to that of each element of another."""
+    here, there = (each.points[each.tets[:, :4]].mean(axis=1) for each in (mesh, other))
+    return np.asarray(KDTree(here).query(there)[1])
+
+
 def linear(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
     """Values (N,) at all nodes of the field that interpolates the corner values linearly."""
     everywhere = values.copy()

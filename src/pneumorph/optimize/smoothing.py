@@ -1,7 +1,8 @@
 """Smooth steps: (I + α DᵀD)^(−1/2) along each direction of every control net, as a map of the design variables.
 
 Its rows are non-negative and sum to at most one, so bounds on the raw variables bound the step: no control point moves
-farther than the trust region. Without smoothing the control nets fold after about ten designs.
+farther than the trust region along x, y or z (where neighbours have coordinates turned about z, see
+`geometry/wedge.py`, than √2 times it). Without smoothing the control nets fold after about ten designs.
 """
 
 from __future__ import annotations

@@ -112,9 +112,11 @@ def format_pressures(by_chamber: Mapping[str, float]) -> str:
 
 
 def format_data(reinforcements: Mapping[str, Mapping[str, float]]) -> str:
-    """What is designed of sheets and fibres, in N/mm and rad, as "braid: winding 41.3°, stiffness 12 N/mm"."""
+    """What is designed of sheets and fibres, in N/mm, 1 and rad, as "braid: winding 41.3°, stiffness 12 N/mm"."""
 
     def words(key: str, value: float) -> str:
+        if key == "coverage":
+            return f"{key} {value:.3g}"
         return f"{key} {np.degrees(value):.1f}°" if key == "winding" else f"{key} {value:.3g} N/mm"
 
     return "; ".join(

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pneumorph import units
+from pneumorph.problem import wedges
 from pneumorph.problem.images import image
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import MOST_CHAMBERS, Length, PositiveLength
@@ -48,8 +49,7 @@ class Layer(Table):
     def _in_order(self) -> Layer:
         if self.span is not None and self.span[0] >= self.span[1]:
             raise InvalidKey("span", "does not rise; put the lower end first")
-        if self.angles is not None and not 0.0 < self.angles[1] - self.angles[0] < 2.0 * math.pi - _EPS:
-            raise InvalidKey("angles", 'must rise, by less than 360 deg; write e.g. angles = ["-60 deg", "60 deg"]')
+        _rising("angles", self.angles)
         return self
 
 
@@ -62,8 +62,16 @@ class Sleeve(Table):
     """Around which chambers."""
 
 
+def _rising(key: str, angles: tuple[float, float] | None) -> None:
+    if angles is not None and not 0.0 < angles[1] - angles[0] < 2.0 * math.pi - _EPS:
+        raise InvalidKey(key, f'must rise, by less than 360 deg; write e.g. {key} = ["-60 deg", "60 deg"]')
+
+
 class Region(Table):
-    """A part of the body that is made of another rubber than [material]: a layer, sleeves, or all beyond a plane."""
+    """A part of the body that is made of another rubber than [material].
+
+    A layer, sleeves, all beyond a plane, or all within an angle.
+    """
 
     name: Annotated[Name, Example('e.g. name = "skin"')]
     """By which results name it."""
@@ -76,15 +84,19 @@ class Region(Table):
     beyond: PositiveLength | None = None
     """All above this height along the axis, from a plane that designs keep up to the next such region or the tip."""
 
+    within: tuple[Angle, Angle] | None = None
+    """All from one angle around the axis to another, from x towards y, between half-planes that designs keep."""
+
     @model_validator(mode="after")
     def _one_shape(self) -> Region:
-        if sum(shape is not None for shape in (self.layer, self.sleeve, self.beyond)) != 1:
-            raise InvalidKey("layer", "sleeve and beyond are the shapes of a region; give one of them")
+        if sum(shape is not None for shape in (self.layer, self.sleeve, self.beyond, self.within)) != 1:
+            raise InvalidKey("layer", "sleeve, beyond and within are the shapes of a region; give one of them")
+        _rising("within", self.within)
         return self
 
     @property
     def thickness(self) -> float:
-        """Its thickness, mm; 0 beyond a plane."""
+        """Its thickness, mm; 0 beyond a plane or within an angle."""
         shape = self.layer or self.sleeve
         return 0.0 if shape is None else shape.thickness
 
@@ -115,6 +127,7 @@ def faults(problem: Problem) -> Iterator[tuple[str, str]]:
                 yield f"{key}.sleeve.chambers", f'"{name}" has a sleeve already; name each chamber once'
             lined.add(name)
     yield from _together(problem)
+    yield from wedges.faults(problem)
 
 
 def _layer(problem: Problem, key: str, layer: Layer) -> Iterator[tuple[str, str]]:
@@ -214,9 +227,10 @@ def keeps(problem: Problem, plane: str) -> bool:
     chambers, length = problem.body.chamber, problem.body.length
     names = [chamber.name for chamber in chambers]
     for region in problem.region:
-        if region.layer is not None and region.layer.angles is not None:
-            middle = sum(region.layer.angles) / 2.0
-            # The middle of the layer lies in the plane.
+        angles = region.within or (region.layer.angles if region.layer else None)
+        if angles is not None:
+            middle = sum(angles) / 2.0
+            # The middle of the region lies in the plane.
             if abs((math.cos, math.sin)[NORMALS[plane]](middle)) > 1e-6:
                 return False
         lined = region.sleeve.chambers if region.sleeve else ()

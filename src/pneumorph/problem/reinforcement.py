@@ -15,7 +15,7 @@ from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, Number
 from pneumorph.problem.regions import Angle
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
-from pneumorph.problem.variable import Variable
+from pneumorph.problem.variable import Share, Variable
 
 if TYPE_CHECKING:
     from pneumorph.problem.whole import Problem
@@ -56,7 +56,23 @@ class Winding(Variable):
     """Upper bound."""
 
 
-DATA = ("stiffness", "winding")
+PositiveShare = Annotated[Number, Field(gt=0, le=1)]
+
+
+class Coverage(Variable):
+    """The covered share of a surface: fixed, or free between min and max and designed along with the shape."""
+
+    quantity: ClassVar = Share()
+
+    start: PositiveShare
+    """Share at the start."""
+    min: Annotated[PositiveShare, Example("e.g. min = 0.2")]
+    """Lower bound."""
+    max: PositiveShare
+    """Upper bound."""
+
+
+DATA = ("stiffness", "winding", "coverage")
 """The keys of a reinforcement that may be designed."""
 
 
@@ -79,8 +95,10 @@ class _Reinforcement(Table):
         joints = {"surfaces": ", ", "span": " to ", "angles": " to "}
         table = self.model_dump(mode="json", exclude={"name"}, exclude_none=True)
         for key, datum in data_of(self).items():
-            number, unit = datum.quantity.write(datum.start).split(" ", 1)
-            table[key] = f"{float(number):.4g} {unit}"
+            number, *unit = str(datum.quantity.write(datum.start)).split(" ", 1)
+            table[key] = " ".join([f"{float(number):.4g}", *unit])
+        if table.get("coverage") == "1":
+            del table["coverage"]
         parts = [f"{key} {joints[key].join(value) if key in joints else value}" for key, value in table.items()]
         return f'{self.kind} "{self.name}" ({", ".join(parts)})'
 
@@ -103,6 +121,8 @@ class MembraneSpec(_Reinforcement):
 
     stiffness: Annotated[Stiffness, Example('e.g. stiffness = "200 N/mm", the modulus times the thickness')]
     """Young's modulus in its plane times its thickness; may be designed."""
+    coverage: Coverage = Coverage(start=1.0, min=1.0, max=1.0)
+    """Share of the surface that it covers where it lies, if it is cut into strips or has holes; may be designed."""
     poisson: Annotated[Number, Field(ge=0, lt=1)] = 0.3
     """Poisson's ratio in its plane."""
     wrinkling: Annotated[Number, Field(gt=0, le=1)] = 0.01
@@ -162,7 +182,7 @@ def designed(problem: Problem) -> dict[str, dict[str, Variable]]:
 
 
 def starting_from(problem: Problem, values: Mapping[str, Mapping[str, float]]) -> Problem:
-    """The problem with other values at the start of what is designed, by name and key, in N/mm and rad."""
+    """The problem with other values at the start of what is designed, by name and key, in N/mm, rad and 1."""
 
     def changed(each: Any) -> Any:
         data = data_of(each)

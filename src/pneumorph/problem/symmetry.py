@@ -51,6 +51,12 @@ def columns_multiple(symmetry: Symmetry) -> int:
     return lcm(*(Fraction(turn).limit_denominator(100).denominator for turn in turns))
 
 
+def columns(radius: float, density: float, multiple: int = 1) -> int:
+    """Number of control points around a tube: the multiple of `multiple` nearest to the density (1/mm), at least 8."""
+    least = -(-8 // multiple)
+    return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
+
+
 def sector(turns: int) -> str:
     """The name of a sector, one of a number of `turns`: between two cuts, the second the image of the first."""
     return f"sector {turns}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pydantic import GetJsonSchemaHandler, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -10,10 +11,31 @@ from pydantic_core import CoreSchema
 from pneumorph.problem.table import InvalidKey, Quantity, Table
 
 
-class Variable(Table):
-    """A quantity with its value at the start and its bounds; in a file a single text is one that is fixed."""
+@dataclass(frozen=True)
+class Share:
+    """What a share of a whole is in a file: a number above 0, at most 1."""
 
-    quantity: ClassVar[Quantity]
+    def read(self, number: Any) -> float:
+        """The number; raises ValueError if it is none, or no share."""
+        if isinstance(number, bool) or not isinstance(number, (int, float)):
+            raise ValueError("a number above 0, at most 1, is expected here; write e.g. 0.6")
+        if not 0.0 < number <= 1.0:
+            raise ValueError(f"{number:g} is not above 0 and at most 1; write e.g. 0.6")
+        return float(number)
+
+    def write(self, value: float) -> float:
+        """The number itself."""
+        return value
+
+    def json_schema(self) -> dict[str, Any]:
+        """The JSON schema of such a number."""
+        return {"type": "number", "exclusiveMinimum": 0, "maximum": 1}
+
+
+class Variable(Table):
+    """A quantity with its value at the start and its bounds; in a file a single value is one that is fixed."""
+
+    quantity: ClassVar[Quantity | Share]
 
     start: float
     min: float

@@ -56,6 +56,8 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
     for name, data in last.reinforcements.items():
         if "stiffness" in data:
             found[f"{name} stiffness (N/mm)"] = round(data["stiffness"], 4)
+        if "coverage" in data:
+            found[f"{name} coverage"] = round(data["coverage"], 4)
         if "winding" in data:
             found[f"{name} winding (deg)"] = round(math.degrees(data["winding"]), 4)
     found |= {"limits held": last.held, **last.limits}

@@ -1,4 +1,4 @@
-"""Contact with rigid obstacles: a patch test, Hertz's sphere on a plane, and the energy balance through touch."""
+"""Contact with rigid obstacles: a patch test, Hertz's sphere, the energy balance through touch, a ball that is free."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ from pneumorph.mesh.block import block
 from pneumorph.problem import Problem
 from pneumorph.verify.actuator import LINEAR, PRESSURE
 from pneumorph.verify.homogeneous import UNIAXIAL, homogeneous, neo_hookean
+from pneumorph.verify.prescribed import residual
 from pneumorph.verify.solids import distorted_cube
 from pneumorph.verify.verdict import Verdict, absolute, relative
 from pneumorph.verify.work import SIZE, integral
@@ -111,6 +112,38 @@ def energy_balance(size: float = SIZE) -> Iterator[Verdict]:
     rest = kernels.total(model.potential, at.X, model.state(np.zeros(model.size)), unloaded(at).loads)
     stored = kernels.total(model.potential, at.X, full.state, unloaded(at).loads) - rest
     yield relative("stored energy, N·mm", stored, PRESSURE * full.volumes["A"] - within, 1e-5)
+
+
+def free_ball(size: float = 4.0, tolerance: float = 1e-6) -> Iterator[Verdict]:
+    """A ball of 30 g lies on a soft tube that is clamped at its base and lies too; a guide keeps it in the middle.
+
+    The tube carries its weight, and the clamped base that of both.
+    """
+    gravity, mass, density = 9.81, 0.03, 1.1e-9
+    ball = {"name": "ball", "kind": "sphere", "center": ["14.6 mm", "0 mm", "20 mm"], "radius": "6 mm"}
+    chamber = LINEAR["body"]["chamber"][0] | {"span": ["4 mm", "36 mm"]}
+    body = {"length": "40 mm", "radius": "8 mm", "control_density": "0.5 /mm", "chamber": [chamber]}
+    rubber = {"model": "neo-hookean", "shear_modulus": "0.1 MPa", "bulk_modulus": "1 MPa", "density": "1.1 g/cm^3"}
+    problem = Problem.model_validate(
+        LINEAR
+        | {
+            "material": rubber,
+            "body": body | {"symmetry": {"mirror": ["xz"]}},
+            "gravity": {"acceleration": f"{gravity} m/s^2", "direction": [-1, 0, 0]},
+            "obstacle": [ball | {"free": {"mass": f"{1e3 * mass} g", "hold": ["y", "z"]}}],
+        }
+    )
+    mesh = mesh_body(starting_body(problem.body), size).mesh
+    model = model_of(problem, mesh)
+    at = configure(model, mesh.points, loads_of(problem, model, {}))
+    found = _solved(solve(at, Tangent(model)))
+    yield relative(
+        "force of the ball on the tube, N", contact_forces(at, found.state).on["ball"][0], mass * gravity, tolerance
+    )
+    forces = np.asarray(model.state(residual(at, model.vector(found.state))).u)
+    weight = gravity * (mass + 1e3 * density * mesh.volume())
+    base = np.unique(mesh.faces["base"])
+    yield relative("force on the clamped base, N", float(forces[base, 0].sum()), weight, tolerance)
 
 
 def _of(found: tuple[Configuration, Equilibrium]) -> tuple[Configuration, State]:

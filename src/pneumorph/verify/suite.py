@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from functools import partial
 
-from pneumorph.verify import beams, contact, element, homogeneous, inflation, ring, solvers, work, wound
+from pneumorph.verify import beams, contact, element, homogeneous, inflation, ring, rubbers, solvers, work, wound
 from pneumorph.verify.actuator import bellows, linear_actuator, several_rubbers
 from pneumorph.verify.verdict import Case
 
 _RADIAL = "radial boundary-value problem, by SciPy's collocation to 1e-10 (verify/radial.py)"
 
 _WOUND = "infinite tube in cylindrical coordinates, by polynomials of degree 6 (verify/wound.py)"
+
+_UNIAXIAL = "uniaxial tension of each rubber, as in the cases of homogeneous tension"
 
 _INCOMPRESSIBLE = "closed form of the incompressible neo-Hookean solid (Ogden 1984, ch. 5)"
 
@@ -36,7 +38,10 @@ def cases() -> tuple[Case, ...]:
         Case("contact, patch test", contact.patch_test, "a homogeneous state with the stress of uniaxial tension"),
         Case("contact, sphere on plane", contact.hertz, "Hertz (Johnson 1985, ch. 4)"),
         Case("contact, energy balance", contact.energy_balance, "first law: ∫p dV by Gauss quadrature with six points"),
+        Case("contact, free ball", contact.free_ball, "statics: the weight of the ball, and of ball and tube"),
         Case("contact, ring on itself", ring.self_contact, "CalculiX's contact face to face, C3D10 on the same nodes"),
+        Case("two rubbers in series", rubbers.in_series, _UNIAXIAL),
+        Case("two rubbers side by side", rubbers.side_by_side, _UNIAXIAL),
         Case("fibres, magic angle", wound.magic_angle, _WOUND),
         Case("fibres, one family", wound.one_family, _WOUND),
         Case("tube in a sheet", wound.covered_tube, _WOUND),

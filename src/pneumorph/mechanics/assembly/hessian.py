@@ -31,18 +31,30 @@ Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Second derivatives by u and u, node pairs a ≤ b (E, a(a + 1)/2, 9), by u and π (E, a, c, 3), by π and π (E, c, c)."""
 
 
-def tangent(model: Model, X: np.ndarray, state: State, loads: Loads, blocked: np.ndarray) -> np.ndarray:
+def tangent(
+    model: Model,
+    X: np.ndarray,
+    state: State,
+    loads: Loads,
+    blocked: np.ndarray,
+    ratios: np.ndarray | None = None,
+) -> np.ndarray:
     """Values of the tangent ∂²Π, in the order of the sparsity.
 
-    Rows and columns of supported unknowns and of `blocked` (6,) plate unknowns are those of the identity.
+    Rows and columns of supported unknowns and of `blocked` (6,) plate unknowns are those of the identity. With volume
+    ratios (4, E) the volumetric stress of plain elements is that of these, not of the state's own.
     """
+    regions = iter(model.regions.values())
     common = model.sparsity
     data = np.zeros(len(common.indices))
     u = displacement(model.tip, X, state)
     for (seen, energies), places in zip(model.potential.groups, model.places, strict=True):
         at = seen.local(X, u, state)
         for energy in energies:
-            blocks = _blocks(energy, seen, at, loads)
+            own = None
+            if ratios is not None and isinstance(energy, Solid):
+                own = ratios[:, next(regions)]
+            blocks = _blocks(energy, seen, at, loads, own)
             if blocks is None:
                 continue
             motion, coupling, compression = _turned_back(blocks, places, model.tip.tied.turn)
@@ -105,7 +117,9 @@ def _objects(model: Model, X: np.ndarray, state: State, loads: Loads) -> sparse.
     return sparse.coo_array((np.concatenate([found.data[above], found.data[after]]), (rows, others)), shape=shape)
 
 
-def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) -> Blocks | None:
+def _blocks(
+    energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None
+) -> Blocks | None:
     """The element blocks of a term; None where its energy is linear in u and π."""
     if seen.nodes.shape[1] + seen.hydrostatics.shape[1] == 0:
         return None
@@ -113,7 +127,7 @@ def _blocks(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads) 
         case Weight():
             return None
         case Solid():
-            return solid.blocks(energy, seen, at)
+            return solid.blocks(energy, seen, at, ratios)
         case ChamberPressure():
             return _pressure_blocks(seen, at, loads)
         case _:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,23 @@ class State(NamedTuple):
     objects: np.ndarray = np.zeros((0, 6))
 
 
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A predicted state, or one carried over from another mesh, from which a search begins.
+
+    Attributes
+    ----------
+    state : State
+        Its displacements are rough in detail.
+    ratios : (4, E) float, optional
+        Volume ratios at the quadrature points of all elements: those of the equilibrium that the guess is made from,
+        which are nearer to what is sought than those of the displacements. None for mixed elements, which have π.
+    """
+
+    state: State
+    ratios: np.ndarray | None = None
+
+
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
     """F (3, 3, 4, M) at the quadrature points of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
     F, A = np.empty((3, 3, 4, len(tets))), np.empty((3, 3, 4, len(tets)))
@@ -35,6 +53,11 @@ def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.
 def volume_ratio(F: Any) -> np.ndarray:
     """J = det F of deformation gradients (3, 3, …)."""
     return np.asarray(determinant(F))
+
+
+def volume_ratios(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """The volume ratios (4, M) at the quadrature points of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
+    return volume_ratio(deformation_gradients(tets, X, u))
 
 
 def largest_stretch(F: np.ndarray) -> np.ndarray:

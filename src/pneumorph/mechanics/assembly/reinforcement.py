@@ -1,13 +1,13 @@
 """Sheets and fibres along surfaces of the solid, as terms of the potential: energies per area, without bending.
 
-    membrane   W = k [φ(ε₁) + (1 + ν)/(1 − ν) φ((ε₂ + ν ε₁)/(1 + ν))],   fibres   W = Σ_families k φ(λ − 1)
+    membrane   W = c k [φ(ε₁) + (1 + ν)/(1 − ν) φ((ε₂ + ν ε₁)/(1 + ν))],   fibres   W = Σ_families k φ(λ − 1)
 
-with k a stiffness in N/mm, ε₁ ≥ ε₂ the principal stretches of the face less one, and λ the stretch along a fibre. φ(x)
-is x²/2 in tension. For a taut sheet that is k/(2(1 − ν²)) (ε₁² + ε₂² + 2ν ε₁ε₂), so forces per width are linear in the
-stretches. In compression φ′ tends to −ε_c, where fibres buckle or wrinkles form: a sheet without compressive strength,
-φ(x) = 0 for x < 0, is that of tension-field theory (Pipkin 1986, IMA J. Appl. Math. 36, 85–99), with the least energy
-of all states with wrinkles. For every convex φ with two continuous derivatives W is convex in the stretches and has
-two as well, where the stretches are equal too.
+with k a stiffness in N/mm, c the covered share of the face, ε₁ ≥ ε₂ the principal stretches of the face less one, and λ
+the stretch along a fibre. φ(x) is x²/2 in tension. For a taut sheet that is k/(2(1 − ν²)) (ε₁² + ε₂² + 2ν ε₁ε₂), so
+forces per width are linear in the stretches. In compression φ′ tends to −ε_c, where fibres buckle or wrinkles form: a
+sheet without compressive strength, φ(x) = 0 for x < 0, is that of tension-field theory (Pipkin 1986, IMA J. Appl. Math.
+36, 85–99), with the least energy of all states with wrinkles. For every convex φ with two continuous derivatives W is
+convex in the stretches and has two as well, where the stretches are equal too.
 """
 
 from __future__ import annotations
@@ -52,17 +52,18 @@ def _tension(strain: Array, end: Values) -> Array:
     return jnp.where(strain > 0, strain * strain / 2, end * end * jnp.expm1(short / end) - end * short)
 
 
-@partial(register_dataclass, data_fields=["stiffness", "poisson", "wrinkling", "number"], meta_fields=[])
+@partial(register_dataclass, data_fields=["stiffness", "poisson", "wrinkling", "coverage", "number"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
 class Membrane:
     """∫ W over the covered faces of the undeformed body: stiffness k in N/mm, Poisson's ratio, strain of wrinkling.
 
-    The stiffness is changed by the row `number` of `Loads.laid`.
+    Of the faces a share is covered. Stiffness and coverage are changed by the row `number` of `Loads.laid`.
     """
 
     stiffness: Values
     poisson: Values
     wrinkling: Values
+    coverage: Values = 1.0
     number: Values = 0
 
     def energies(self, local: Local, loads: Loads) -> Array:
@@ -81,7 +82,8 @@ class Membrane:
         value = _tension(larger, end) + (1 + ratio) / (1 - ratio) * _tension(
             (smaller + ratio * larger) / (1 + ratio), end
         )
-        stiffness = self.stiffness + jnp.asarray(loads.laid)[self.number, 0]
+        changed = jnp.asarray(loads.laid)[self.number]
+        stiffness = (self.stiffness + changed[0]) * (self.coverage + changed[1])
         return jnp.sum(local.data[..., 0] * area * stiffness * value, axis=1)
 
 

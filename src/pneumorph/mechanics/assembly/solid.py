@@ -135,20 +135,32 @@ def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull
     return pull
 
 
-def blocks(solid: Solid, seen: Connectivity, at: Local) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Second derivatives of every element by u and u (M, 55, 9), by u and π (M, 10, c, 3), by π and π (M, c, c)."""
+def blocks(
+    solid: Solid, seen: Connectivity, at: Local, ratios: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Second derivatives of every element by u and u (M, 55, 9), by u and π (M, 10, c, 3), by π and π (M, c, c).
+
+    With volume ratios (4, M) at the points, elements without π have the stress U'(J) of these in place of their own J.
+    """
     count, corners = len(seen.nodes), seen.hydrostatics.shape[1]
+    if ratios is not None:
+        ratios = np.hstack([ratios, np.ones((4, count - seen.count))])
     motion, coupling = np.empty((count, 55, 9)), np.zeros((count, 10, corners, 3))
     compression = np.zeros((count, corners, corners))
 
     def work(chunk: slice) -> None:
         here = strained(seen, at, chunk)
+        excess = None if ratios is None else float(solid.parameters[-1]) * (ratios[:, chunk] - _ratio(here.F))
         if isinstance(solid.energy_density, OfInvariants):
             # Nine derivatives instead of eighty-one: half the time of the whole assembly.
             by_invariants = np.array(_invariant_derivatives(solid, here.F, here.hydrostatic)[0])
+            if excess is not None:
+                by_invariants[2] += excess
             invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
         else:
             moduli = np.array(_moduli(solid, here.F, here.hydrostatic, here.measure))
+            if excess is not None:
+                moduli += here.measure * excess * _second_by_F(here.F)
             element_blocks(moduli, here.A, TET_DN, motion[chunk])
         if corners:
             slopes, among = map(np.array, _couplings(solid, here.F, here.hydrostatic, here.measure))
@@ -202,6 +214,20 @@ def _along(solid: Solid, here: StrainedPoints, several: bool = False) -> Along:
         return stress, slope, dstress.reshape(dF.shape), np.einsum("aqe,aqe->qe", mixed, flat) + among * dhydrostatic
 
     return by_moduli
+
+
+def _ratio(F: np.ndarray) -> np.ndarray:
+    """J = det F (4, C)."""
+    return np.linalg.det(np.moveaxis(F, (0, 1), (-2, -1)))
+
+
+_PERMUTATION = np.array([[[(i - j) * (j - k) * (k - i) / 2.0 for k in range(3)] for j in range(3)] for i in range(3)])
+
+
+def _second_by_F(F: np.ndarray) -> np.ndarray:
+    """∂²J/∂F∂F (9, 9, 4, C)."""
+    found = np.einsum("ikm,jln,mn...->ijkl...", _PERMUTATION, _PERMUTATION, F)
+    return found.reshape(9, 9, *F.shape[2:])
 
 
 def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

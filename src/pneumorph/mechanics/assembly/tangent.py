@@ -94,11 +94,11 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """What was factorised: the tangent at a state, with its diagonal raised by the fraction `shift`."""
+    """What was factorised at a state: its tangent if `exact`, else one like it that serves the search."""
 
     at: Configuration
     state: State
-    shift: float
+    exact: bool = True
 
 
 class Tangent:
@@ -143,16 +143,20 @@ class Tangent:
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
         began = time.perf_counter()
-        self.refactorise(self._assembled(at, state), Origin(at, state, 0.0))
+        self.refactorise(self._assembled(at, state), Origin(at, state))
         self.unit_seconds = time.perf_counter() - began
 
+    def factorise_with(self, at: Configuration, state: State, ratios: np.ndarray) -> None:
+        """Factorise the tangent at a state with the volumetric stress of other volume ratios (4, E) than its own."""
+        self.refactorise(self._assembled(at, state, ratios), Origin(at, state, exact=False))
+
     def is_of(self, at: Configuration, state: State) -> bool:
-        """Whether the last factorisation is of the tangent at this state, without a raised diagonal.
+        """Whether the last factorisation is of the tangent at this state.
 
         Configuration and state are compared by identity: equal copies do not count.
         """
         origin = self.origin
-        return origin is not None and origin.at is at and origin.state is state and origin.shift == 0.0
+        return origin is not None and origin.at is at and origin.state is state and origin.exact
 
     def move_to(self, at: Configuration, state: State) -> None:
         """Factorise at a state, unless the last factorisation is of it."""
@@ -177,15 +181,15 @@ class Tangent:
         while True:
             raised = data.copy()
             raised[places] += shift * diagonal
-            self.refactorise(raised, Origin(at, state, shift))
+            self.refactorise(raised, Origin(at, state, shift == 0.0))
             if self.negative_pivots <= 0 or shift >= 10:
                 return shift
             shift = 4 * shift or least
 
-    def _assembled(self, at: Configuration, state: State) -> np.ndarray:
+    def _assembled(self, at: Configuration, state: State, ratios: np.ndarray | None = None) -> np.ndarray:
         if at.model.sparsity is not self._model.sparsity:
             raise ValueError("the configuration belongs to another model")
-        data = tangent(at.model, at.X, state, at.loads, at.blocked)
+        data = tangent(at.model, at.X, state, at.loads, at.blocked, ratios)
         if not at.model.potential.has_pairs:
             return data
         data = self._with_contact(data, contact_in_pairs(at.model, at.X, state, at.loads, at.constrained))

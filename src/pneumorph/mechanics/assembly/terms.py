@@ -30,7 +30,8 @@ class Loads(NamedTuple):
 
     `shift` (K, 6) are the poses of rigid obstacles, in the order of `Contact.obstacles`: the displacement of each from
     its place in mm, and its rotation vector about its centre in rad; see `pose.py`. `laid` (R, 2) are changes of the
-    stiffness, N/mm, and of the winding angle, rad, of what lies on surfaces, in the order of `Model.reinforcements`.
+    stiffness, N/mm, and of the coverage of sheets or the winding angle of fibres, rad, in the order of
+    `Model.reinforcements`.
     """
 
     pressure: Values

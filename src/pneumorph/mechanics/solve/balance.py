@@ -99,6 +99,26 @@ def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
     return float(kinematics.volume_ratio(_deformation_gradients(at, at.model.state(vector))).min())
 
 
+def volume_ratios(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """The volume ratios (4, E) at the quadrature points."""
+    return kinematics.volume_ratio(_deformation_gradients(at, at.model.state(vector)))
+
+
+def stepped_ratios(
+    at: Configuration, ratios: np.ndarray, vector: np.ndarray, direction: np.ndarray, moved: np.ndarray
+) -> np.ndarray:
+    """Volume ratios (4, E) as unknowns of their own, after a step along a Newton direction from some unknowns.
+
+    At its end they would be J linearised there; a shorter step goes a share of the way.
+    """
+    share = float(np.linalg.norm(moved - vector) / max(np.linalg.norm(direction), 1e-300))
+    F, there = (_deformation_gradients(at, at.model.state(each)) for each in (vector, vector + direction))
+    dF = there - F
+    # J is a cubic along dF: its odd part is the slope and det dF.
+    forwards, backwards, cubic, here = map(kinematics.volume_ratio, (there, F - dF, dF, F))
+    return ratios + share * (here + 0.5 * (forwards - backwards) - cubic - ratios)
+
+
 def largest_stretch(at: Configuration, state: State) -> float:
     """The largest principal stretch at the quadrature points."""
     return float(kinematics.largest_stretch(_deformation_gradients(at, state)).max())

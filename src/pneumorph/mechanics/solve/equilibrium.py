@@ -16,7 +16,7 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.kinematics import Guess, State
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.pose import pose_of
@@ -147,7 +147,7 @@ def rest(model: Model) -> State:
 def solve(
     at: Configuration,
     tangent: Tangent,
-    start: State | None = None,
+    start: State | Guess | None = None,
     tolerance: float = TOLERANCE,
     since: tuple[Loads | Configuration, State] | None = None,
     most: float = math.inf,
@@ -178,7 +178,7 @@ def solve(
 
 
 def _searched(
-    at: Configuration, tangent: Tangent, start: State | None, tolerance: float, since, before
+    at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before
 ) -> Equilibrium | NoEquilibrium:
     """The search of `solve`."""
     if start is not None:
@@ -193,9 +193,13 @@ def _searched(
     return _step_up(at, tangent, before, tolerance)
 
 
-def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+def _find(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    return (find_stable if at.model.mixed else minimise)(at, tangent, landed(at, start), tolerance)
+    guess = start if isinstance(start, Guess) else Guess(start)
+    begin = landed(at, guess.state)
+    if at.model.mixed:
+        return find_stable(at, tangent, begin, tolerance)
+    return minimise(at, tangent, begin, tolerance, guess.ratios)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:

@@ -24,8 +24,9 @@ from pneumorph.mechanics.solve.balance import (
     length,
     residual_at,
     smallest_ratio,
+    stepped_ratios,
     supported,
-    unloaded,
+    volume_ratios,
 )
 
 MOST_NEWTON_STEPS = 40
@@ -76,9 +77,8 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         return "the starting state is not finite"
     scale = applied_force(at, model.state(vector))
     size = float(np.linalg.norm(residual)) / scale
-    if not tangent.ready and np.any(vector):
-        # A state carried over from another mesh is rough in detail; steps with the tangent at rest smooth it.
-        tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
+    # In plain elements too, the stress of volume ratios is then an unknown of its own: see `descent.py`.
+    ratios = None if model.mixed else volume_ratios(at, vector)
     direction, fresh = None, True
     if tangent.ready:
         # The factorisation may belong to other blocked components of the plate.
@@ -91,7 +91,10 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
                 return INTERPENETRATION
             return model.state(vector), size
         if direction is None:
-            tangent.factorise(at, model.state(vector))
+            if ratios is None or size <= SMOOTH:
+                tangent.factorise(at, model.state(vector))
+            else:
+                tangent.factorise_with(at, model.state(vector), ratios)
             direction, fresh = supported(at, tangent.precondition(-residual)), True
         borne = QUICK if size < SMOOTH else SLOW
         moved = _moved(at, tangent, vector, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
@@ -100,7 +103,10 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         if moved is None:
             direction = None
             continue
-        vector, residual, correction, contraction = moved
+        trial, residual, correction, contraction = moved
+        if ratios is not None and size > SMOOTH:
+            ratios = stepped_ratios(at, ratios, vector, direction, trial)
+        vector = trial
         size = float(np.linalg.norm(residual)) / scale
         kept = contraction < (QUICK if fresh else borne)
         direction, fresh = (correction, False) if kept else (None, True)
