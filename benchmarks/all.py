@@ -81,7 +81,7 @@ def sections(runs: Path, out: Path) -> list[Section]:
             "Growth with the mesh",
             "The best design of `linear`; each mesh begins from the state on the one before.",
             ["growth.py", linear, "3.0", "2.0", "1.4"],
-            ["growth.py", linear, "3.0", "2.0", "1.4", "1.0"],
+            ["growth.py", linear, "2.0", "1.4", "1.0", "0.85"],
             markdown=True,
         ),
         Section(

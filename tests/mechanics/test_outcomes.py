@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+from tiny import TINY
 
+from pneumorph.analysis import Analysis, analyse, discretise
+from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import (
     Equilibrium,
     NoEquilibrium,
@@ -16,6 +19,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.linear import SuperLU
+from pneumorph.problem import loads
 from pneumorph.verify.solids import tube
 
 RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
@@ -113,3 +117,14 @@ def test_a_tangent_of_the_free_plate_serves_the_blocked_one():
     found, fresh = solve(blocked, solver), solve(blocked, Tangent(built))
     assert found.plate[2] == 0.0
     assert found.reaction[2] == pytest.approx(fresh.reaction[2], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_what_buckles_without_its_pressure_may_stand_with_it():
+    text = TINY.replace('"24 mm"', '"60 mm"').replace('"21 mm"', '"57 mm"')
+    text = text.replace('radius = "8 mm"', 'radius = "6 mm"').replace('radius = "4 mm"', 'radius = "4.5 mm"')
+    text = text.replace('spring = { axial = "0 N/mm" }', 'force = ["0.1 N", "0 N", "-0.7 N"]')
+    asked = loads(text.replace("60 kPa", "90 kPa"))
+    body = starting_body(asked.body)
+    space, disc = build_design_space(asked, body), discretise(asked, body)
+    assert isinstance(analyse(asked, space, disc, space.start), Analysis)

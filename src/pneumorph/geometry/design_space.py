@@ -14,7 +14,7 @@ from pneumorph.geometry.body import Body, starting_body
 from pneumorph.geometry.level import Sides, sides_of
 from pneumorph.geometry.symmetry import column_squares, symmetric_basis
 from pneumorph.geometry.tube import TubeSurface
-from pneumorph.geometry.wedge import Turned, turned_of
+from pneumorph.geometry.wedge import Cones, cones_of
 from pneumorph.problem.models import Symmetry
 from pneumorph.problem.reinforcement import data_of, designed, reinforcements
 from pneumorph.problem.symmetry import operations
@@ -168,8 +168,8 @@ class DesignSpace:
 
 def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     """Build the design variables of a problem with the starting body `body`."""
-    sides, turned = sides_of(problem), turned_of(problem, body)
-    each = list(zip(body.surfaces, sides, turned, strict=True))
+    sides, cones = sides_of(problem), cones_of(problem, body)
+    each = list(zip(body.surfaces, sides, cones, strict=True))
     blocks = [_variable_of_coordinate(*one) for one in each]
     counts = [int(block.max()) + 1 for block in blocks]
     shifts = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -179,7 +179,7 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     n_shape = sum(counts)
     moving = np.flatnonzero(variable >= 0)
     own = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=(len(variable), n_shape))
-    turn = _turn(np.concatenate([one.angle.ravel() for one in turned]))
+    turn = _turn(np.concatenate([one.angle.ravel() for one in cones]))
     coordinates = turn.T @ body.control_points().ravel()
     L, offset = sparse.csr_matrix(turn @ own), turn @ np.where(variable < 0, coordinates, 0.0)
     shape = (own.T @ coordinates) / column_squares(own)
@@ -236,10 +236,10 @@ def _turn(angle: Array) -> sparse.csr_matrix:
     return sparse.csr_matrix((blocks[point, row, column], places), shape=(3 * len(angle), 3 * len(angle)))
 
 
-def _limits(surface: TubeSurface, sides: Sides, turned: Turned, name: str) -> Array:
+def _limits(surface: TubeSurface, sides: Sides, cones: Cones, name: str) -> Array:
     """Bounds (n_r, n_q, 3) of the control points of a surface in their frames, the lower or the upper ones."""
     across, along = (
-        getattr(turned, name),
+        getattr(cones, name),
         np.broadcast_to(getattr(sides, name)[:, None, None], (*surface.net.shape[:2], 1)),
     )
     return np.concatenate([across, along], axis=2)
@@ -274,7 +274,7 @@ def _symmetric(
     return sparse.csr_matrix(L @ basis), offset + L @ (shape - basis @ independent), independent
 
 
-def _variable_of_coordinate(surface: TubeSurface, sides: Sides, turned: Turned) -> NDArray[np.int64]:
+def _variable_of_coordinate(surface: TubeSurface, sides: Sides, cones: Cones) -> NDArray[np.int64]:
     """Index of the variable of each coordinate of a net in its frames, (n_r, n_q, 3); -1 if the coordinate is fixed."""
     group = np.arange(surface.net.size).reshape(surface.net.shape)
     for row, beside in ((0, 1), (-1, -2)):
@@ -284,6 +284,6 @@ def _variable_of_coordinate(surface: TubeSurface, sides: Sides, turned: Turned) 
         else:
             group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
     group[..., 2] = np.where(np.isin(group[..., 2], group[sides.held, :, 2]), -1, group[..., 2])
-    group[..., :2][turned.held] = -1
+    group[..., :2][cones.held] = -1
     names, numbers = np.unique(group, return_inverse=True)
     return numbers.reshape(group.shape) - int(names[0] < 0)

@@ -81,7 +81,7 @@ def build_wedges(spec: BodySpec, regions: Sequence[Region]) -> tuple[Wedge, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Turned:
+class Cones:
     """What places control points (n_r, n_q) of a surface may have across the axis, in turned coordinates.
 
     Attributes
@@ -100,7 +100,7 @@ class Turned:
     high: Array
 
 
-def turned_of(problem: Problem, body: Body) -> tuple[Turned, ...]:
+def cones_of(problem: Problem, body: Body) -> tuple[Cones, ...]:
     """What keeps the surfaces of designs to their sides of all half-planes, and of the images of these.
 
     `body` is the starting body of the problem.
@@ -114,7 +114,7 @@ def turned_of(problem: Problem, body: Body) -> tuple[Turned, ...]:
         shape = surface.net.shape[:2]
         if not angles:
             free = np.full((*shape, 2), np.inf)
-            found.append(Turned(np.zeros(shape), np.zeros((*shape, 2), bool), -free, free))
+            found.append(Cones(np.zeros(shape), np.zeros((*shape, 2), bool), -free, free))
         elif cut:
             found.append(_around(surface, angles))
         else:
@@ -125,11 +125,11 @@ def turned_of(problem: Problem, body: Body) -> tuple[Turned, ...]:
             shift = _turned(np.broadcast_to(apex, (*shape, 2)), angle)
             # Waves may start nearer than the wall; they come no nearer then.
             low = np.minimum(low + shift, _turned(surface.net[..., :2], angle))
-            found.append(Turned(angle, np.zeros((*shape, 2), bool), low, high + shift))
+            found.append(Cones(angle, np.zeros((*shape, 2), bool), low, high + shift))
     return tuple(found)
 
 
-def _around(surface: TubeSurface, angles: Sequence[float]) -> Turned:
+def _around(surface: TubeSurface, angles: Sequence[float]) -> Cones:
     """What keeps a surface around the axis to its sides."""
     rows, columns = surface.net.shape[:2]
     angle, held = np.zeros((rows, columns)), np.zeros((rows, columns, 2), bool)
@@ -147,7 +147,7 @@ def _around(surface: TubeSurface, angles: Sequence[float]) -> Turned:
         low[:, line, 1], high[:, line] = -np.inf, np.inf
     # Discs have their centres, and poles are, where the half-planes meet.
     angle[[0, -1]], held[[0, -1]] = 0.0, True
-    return Turned(angle, held, low, high)
+    return Cones(angle, held, low, high)
 
 
 def _cones(places: Array, start: float, end: float) -> tuple[Array, Array, Array]:

@@ -12,14 +12,12 @@ import numpy as np
 
 from pneumorph.geometry import Level
 from pneumorph.mesh.cut import filled, line, open_edges
+from pneumorph.mesh.tets import TURNED
 from pneumorph.problem.regions import REST
 from pneumorph.problem.symmetry import NORMALS
 
 _IN_PLANE = 1e-4
 """How far from a plane nodes of its rings may be, mm: control points are rounded while a body is meshed."""
-
-_TURNED = [0, 2, 1, 5, 4, 3]
-"""The nodes of a triangle seen from its other side."""
 
 
 def with_sections(
@@ -59,7 +57,7 @@ def with_sections(
     for level in levels:
         above = nodes[rest[:, :3], 2].mean(axis=1) > level.height
         section, nodes = _section(rest[above], nodes, level.height, mirrors, size)
-        found[name] = np.concatenate([rest[~above], section[:, _TURNED]])
+        found[name] = np.concatenate([rest[~above], section[:, TURNED]])
         name, rest = level.region, np.concatenate([rest[above], section])
         found[name] = rest
     return found, nodes

@@ -16,14 +16,11 @@ from scipy.sparse.linalg import splu
 
 from pneumorph.geometry import Wedge
 from pneumorph.mesh.cut import filled, line, open_edges
-from pneumorph.mesh.tets import TRIANGLE_RULE, TetMesh, triangle_gradient
+from pneumorph.mesh.tets import TRIANGLE_RULE, TURNED, TetMesh, triangle_gradient
 from pneumorph.problem.regions import REST
 
 _IN_PLANE = 1e-4
 """How far from a half-plane nodes of its lines may be, mm: control points are rounded while a body is meshed."""
-
-_TURNED = [0, 2, 1, 5, 4, 3]
-"""The nodes of a triangle seen from its other side."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +89,7 @@ def with_half_planes(
         section, local = filled(np.concatenate([rim, axis[:, [1, 0, 2]]]), local, 1, size)
         nodes = local @ turn.T
         found[after] = np.concatenate([found[after], section])
-        found[before] = np.concatenate([found[before], section[:, _TURNED]])
+        found[before] = np.concatenate([found[before], section[:, TURNED]])
         triangles.append(section)
     nodes[np.unique(axis), :2] = 0.0
     # Of half a body, wedges on the other side are empty.

@@ -17,6 +17,7 @@ from jax import Array
 
 from pneumorph.mechanics.assembly import points
 from pneumorph.mechanics.assembly.element import TET_CORNER_N, TET_DN, TET_WEIGHT
+from pneumorph.mechanics.assembly.kinematics import volume_ratio
 from pneumorph.mechanics.assembly.stiffness import coupling_blocks, element_blocks, invariant_blocks
 from pneumorph.mechanics.assembly.terms import Connectivity, Local, Solid, Values
 from pneumorph.mechanics.material.energies import Invariants, OfInvariants, invariants
@@ -150,7 +151,7 @@ def blocks(
 
     def work(chunk: slice) -> None:
         here = strained(seen, at, chunk)
-        excess = None if ratios is None else float(solid.parameters[-1]) * (ratios[:, chunk] - _ratio(here.F))
+        excess = None if ratios is None else float(solid.parameters[-1]) * (ratios[:, chunk] - volume_ratio(here.F))
         if isinstance(solid.energy_density, OfInvariants):
             # Nine derivatives instead of eighty-one: half the time of the whole assembly.
             by_invariants = np.array(_invariant_derivatives(solid, here.F, here.hydrostatic)[0])
@@ -160,7 +161,7 @@ def blocks(
         else:
             moduli = np.array(_moduli(solid, here.F, here.hydrostatic, here.measure))
             if excess is not None:
-                moduli += here.measure * excess * _second_by_F(here.F)
+                moduli += here.measure * excess * _second_of_ratio(here.F)
             element_blocks(moduli, here.A, TET_DN, motion[chunk])
         if corners:
             slopes, among = map(np.array, _couplings(solid, here.F, here.hydrostatic, here.measure))
@@ -216,15 +217,10 @@ def _along(solid: Solid, here: StrainedPoints, several: bool = False) -> Along:
     return by_moduli
 
 
-def _ratio(F: np.ndarray) -> np.ndarray:
-    """J = det F (4, C)."""
-    return np.linalg.det(np.moveaxis(F, (0, 1), (-2, -1)))
-
-
 _PERMUTATION = np.array([[[(i - j) * (j - k) * (k - i) / 2.0 for k in range(3)] for j in range(3)] for i in range(3)])
 
 
-def _second_by_F(F: np.ndarray) -> np.ndarray:
+def _second_of_ratio(F: np.ndarray) -> np.ndarray:
     """∂²J/∂F∂F (9, 9, 4, C)."""
     found = np.einsum("ikm,jln,mn...->ijkl...", _PERMUTATION, _PERMUTATION, F)
     return found.reshape(9, 9, *F.shape[2:])

@@ -96,10 +96,10 @@ def pressure_force(at: Configuration, state: State, change: np.ndarray) -> np.nd
 
 def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
     """The smallest volume ratio J at the quadrature points."""
-    return float(kinematics.volume_ratio(_deformation_gradients(at, at.model.state(vector))).min())
+    return float(ratios_at(at, vector).min())
 
 
-def volume_ratios(at: Configuration, vector: np.ndarray) -> np.ndarray:
+def ratios_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
     """The volume ratios (4, E) at the quadrature points."""
     return kinematics.volume_ratio(_deformation_gradients(at, at.model.state(vector)))
 

@@ -26,7 +26,6 @@ from pneumorph.mechanics.solve.balance import (
     stepped_ratios,
     supported,
     unloaded,
-    volume_ratios,
 )
 
 MOST_NEWTON_STEPS, MOST_WITH_CONTACT = 40, 100
@@ -68,10 +67,10 @@ def minimise(
     scale = applied_force(at, model.state(vector))
     begin = here = Place(vector, energy, supported(at, residual))
     # Steps over which Π may rise are not for surfaces that touch.
-    smoothed = model.contact is not None or begin.size <= SMOOTH * scale
+    known = ratios if model.contact is None and begin.size > SMOOTH * scale else None
     try:
         if begin.size > tolerance * scale:
-            here = _relaxed(at, tangent, begin, ratios is None or smoothed, scale)
+            here = _relaxed(at, tangent, begin, scale, known is not None)
         raised = None
         most = MOST_NEWTON_STEPS if model.contact is None else MOST_WITH_CONTACT
         for _ in range(most):
@@ -84,13 +83,14 @@ def minimise(
                 return model.state(here.vector), size
             if size > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
                 return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-            far = size > (FAR if tangent.ready else ROUGH)
-            direction = None
-            if smoothed or ratios is None or not far:
-                direction, raised = _direction(at, tangent, here, scale, raised, tolerance, smoothed)
-            if direction is None:
-                here, smoothed = _smoothed(at, tangent, here if ratios is None else begin, ratios, scale), True
+            found = None
+            if known is None or size <= (FAR if tangent.ready else ROUGH):
+                found = _direction(at, tangent, here, scale, raised, tolerance, known is None)
+            if found is None:
+                assert known is not None, "the diagonal is raised until the tangent is stable"
+                here, known, raised = _smoothed(at, tangent, begin, known, scale), None, None
                 continue
+            direction, raised = found
             moved = _line_search(at, here, direction)
             if moved is None:
                 return "the line search found no lower potential"
@@ -114,19 +114,19 @@ class Place:
         return float(np.linalg.norm(self.residual))
 
 
-def _relaxed(at: Configuration, tangent: Tangent, here: Place, alone: bool, scale: float) -> Place:
+def _relaxed(at: Configuration, tangent: Tangent, here: Place, scale: float, ratios_known: bool) -> Place:
     """The place after steps with the factorisation of a nearby state, or with that at rest if there is none.
 
-    They end when one leaves most of the residual, or little is left. Far from the answer they are made if they are the
-    only way to smooth the rough detail of a state.
+    They smooth the rough detail of a state, and end when one leaves most of the residual, or little is left. Where
+    volume ratios are known, there is a better way far from the answer (`_smoothed`), and none are made.
     """
     model, most = at.model, MOST_RELAXATIONS
     if not tangent.ready:
-        if not alone or here.size <= SMOOTH * scale or not np.any(here.vector):
+        if ratios_known or here.size <= SMOOTH * scale or not np.any(here.vector):
             return here
         tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
         most = MOST_RELAXATIONS_AT_REST
-    elif not alone and here.size > FAR * scale:
+    elif ratios_known and here.size > FAR * scale:
         return here
     for _ in range(most):
         moved = _line_search(at, here, supported(at, tangent.precondition(-here.residual)))
@@ -138,14 +138,14 @@ def _relaxed(at: Configuration, tangent: Tangent, here: Place, alone: bool, scal
     return here
 
 
-def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarray | None, scale: float) -> Place:
+def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarray, scale: float) -> Place:
     """A place without the rough detail of a predicted or interpolated state, for which the tangent is indefinite.
 
     Where κ is large, the volumetric stress of rough displacements is nowhere near the equilibrium's. That of `ratios`
     takes its place in the tangent; after a step they are the linearised ones, as where stresses are unknowns of their
     own (Magisano, Leonetti and Garcea 2017, Computer Methods in Applied Mechanics and Engineering 313, 986-1005).
     """
-    ratios, best = volume_ratios(at, here.vector) if ratios is None else ratios, here
+    best = here
     for _ in range(MOST_WITH_RATIOS):
         tangent.factorise_with(at, at.model.state(here.vector), ratios)
         direction = supported(at, tangent.precondition(-here.residual))
@@ -174,7 +174,7 @@ def _sound(at: Configuration, here: Place, direction: np.ndarray) -> Place | Non
 def _direction(at: Configuration, tangent: Tangent, here: Place, scale: float, raised, tolerance: float, raising: bool):
     """A descent direction, and by what fraction the last factorisation's diagonal is raised; None before the first.
 
-    None for both where the tangent is unstable, and the diagonal is not to be raised.
+    None where the tangent is unstable and its diagonal is not to be raised.
 
     The factorisation of a nearby tangent is good for a few conjugate-gradient steps; if they do not converge, the
     tangent is factorised. Where it is indefinite, conjugate gradients follow its negative curvature.
@@ -188,7 +188,7 @@ def _direction(at: Configuration, tangent: Tangent, here: Place, scale: float, r
             return solution.x, raised
     if not raising:
         tangent.factorise(at, state)
-        return (tangent.precondition(-residual), 0.0) if tangent.negative_pivots <= 0 else (None, None)
+        return (tangent.precondition(-residual), 0.0) if tangent.negative_pivots <= 0 else None
     # Where the last tangent was unstable, this one is likely to be so by about as much.
     first = raised / 4 if raised and raised / 4 >= LEAST_SHIFT else 0.0
     raised = tangent.factorise_convex(at, state, LEAST_SHIFT, first)

@@ -203,16 +203,21 @@ def _find(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: 
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
-    """Raise the load from rest: weights and plate loads first, under which the body sags, then the pressures."""
+    """Raise the load from rest: weights and plate loads first, under which the body sags, then the pressures.
+
+    Where it does not bear the first, all together.
+    """
     loads, begin, state = at.loads, unloaded(at), rest(at.model)
     if np.any(loads.acceleration) or np.any(loads.wrench):
         sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure, shift=0.0 * loads.shift))
         # Relative to the full load: the forces of a small weight may be lost in rounding errors of the residual.
         near = tolerance * max(1.0, applied_force(at, state) / applied_force(sagging, state))
         sag = _raise(sagging, begin, state, tangent, before, near)
-        if isinstance(sag, NoEquilibrium) or not (np.any(loads.pressure) or np.any(loads.shift)):
+        if not (np.any(loads.pressure) or np.any(loads.shift)):
             return sag
-        begin, state = sagging, sag.state
+        # What does not bear its loads without its pressure may bear both together.
+        if isinstance(sag, Equilibrium):
+            begin, state = sagging, sag.state
     return _raise(at, begin, state, tangent, before, tolerance)
 
 

@@ -22,11 +22,11 @@ from pneumorph.mechanics.solve.balance import (
     free_share,
     largest_stretch,
     length,
+    ratios_at,
     residual_at,
     smallest_ratio,
     stepped_ratios,
     supported,
-    volume_ratios,
 )
 
 MOST_NEWTON_STEPS = 40
@@ -78,7 +78,7 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
     scale = applied_force(at, model.state(vector))
     size = float(np.linalg.norm(residual)) / scale
     # In plain elements too, the stress of volume ratios is then an unknown of its own: see `descent.py`.
-    ratios = None if model.mixed else volume_ratios(at, vector)
+    ratios = None if model.mixed else ratios_at(at, vector)
     direction, fresh = None, True
     if tangent.ready:
         # The factorisation may belong to other blocked components of the plate.
