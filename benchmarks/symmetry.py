@@ -1,10 +1,11 @@
-"""Compare the cost of a half or a quarter of a body and of the whole: an actuator with ripples, under its pressure.
+"""Compare the cost of part of a body, a half, a quarter or a sector, and of the whole: an actuator with ripples.
 
     python benchmarks/symmetry.py [problem file] [edge length, mm] [mirror planes, by commas]
 
-The planes replace those of the file, which by default is examples/bending.toml with an edge length of 2 mm. Times are
-CPU seconds, medians of three, with everything compiled. A step is a design of the loop without its sub-problem, which
-is the same for all: prediction, equilibrium and gradient after a motion of the control points by up to 0.1 mm.
+The planes replace the symmetry of the file, which by default is examples/bending.toml with an edge length of 2 mm.
+Times are CPU seconds, medians of three, with everything compiled. A step is a design of the loop without its
+sub-problem, which is the same for all: prediction, equilibrium and gradient after a motion of the control points by up
+to 0.1 mm.
 """
 
 import sys
@@ -16,12 +17,13 @@ import numpy as np
 
 from pneumorph.analysis import analyse, build_discretisation, check_stability, design_gradient, predict_states
 from pneumorph.geometry import build_design_space, starting_body
-from pneumorph.mechanics import NoEquilibrium, mirrors_of
+from pneumorph.mechanics import NoEquilibrium, part_of
 from pneumorph.mesh import mesh_body
 from pneumorph.problem import load
+from pneumorph.problem.symmetry import images_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "bending.toml"
-NAMES = {0: "whole", 1: "half", 2: "quarter"}
+NAMES = {1: "whole", 2: "half", 4: "quarter"}
 
 
 def main(file: str, size: float, planes: str | None) -> None:
@@ -38,13 +40,14 @@ def main(file: str, size: float, planes: str | None) -> None:
     phi = space.start + ripples
     body = space.body(phi)
 
-    mirrors = mirrors_of(problem)
+    smallest = part_of(problem)
     measured = {}
-    for number in range(len(mirrors), -1, -1):
+    for number in range(len(smallest), -1, -1):
+        part = smallest[:number]
         seconds = {name: [] for name in ("mesh", "equilibrium", "gradient", "step")}
         for _ in range(4):  # the first time compiles
             began = time.process_time()
-            disc = build_discretisation(problem, mesh_body(body, size, mirrors[:number]), body.control_points())
+            disc = build_discretisation(problem, mesh_body(body, size, part), body.control_points())
             seconds["mesh"].append(time.process_time() - began)
             began = time.process_time()
             found = analyse(problem, space, disc, phi)
@@ -59,12 +62,12 @@ def main(file: str, size: float, planes: str | None) -> None:
             assert not isinstance(near, NoEquilibrium)
             design_gradient(problem, space, disc, near)
             seconds["step"].append(time.process_time() - began)
-        if number == len(mirrors):
+        if part == smallest:
             began = time.process_time()
             is_stable = check_stability(disc, found)
             once = time.process_time() - began
         medians = {name: median(times[1:]) for name, times in seconds.items()}
-        measured[NAMES[number]] = disc.model, found.value, slope, medians
+        measured[NAMES.get(len(images_of(part)), f"1/{len(images_of(part))}")] = disc.model, found.value, slope, medians
 
     whole = measured["whole"]
     parts = {name: part for name, part in measured.items() if part is not whole}

@@ -122,7 +122,7 @@ def test_states_are_those_of_the_whole(case):
 def folded(whole, gradient):
     """From a gradient by the whole body's nodes to that by the part's, the images following."""
     answer = np.zeros((whole.part.nodes, 3))
-    np.add.at(answer, whole.image.source, whole.image.sign * gradient)
+    np.add.at(answer, whole.image.source, np.einsum("nji,nj->ni", whole.image.turn, gradient))
     return answer
 
 
@@ -174,7 +174,7 @@ def test_what_part_of_a_body_cannot_see(mirrors, sides, modes):
     size, start = np.array([*(shares * sides), 40.0]), np.array([*(shares == 1.0), 0.0]) / 2
     mesh = block((2, 2, 10), lambda r: (r - start) * size, on)
     part = build_model(mesh, RUBBER)
-    assert part.mirrors == mirrors
+    assert part.part == mirrors
     whole = whole_of(part, mesh)
     assert np.ptp(whole.image.mesh.points, axis=0) == pytest.approx([*sides, 40])
     # Euler's load of a column clamped at its base: π² E I / (4 L²) with E of about 1.4 MPa.

@@ -127,7 +127,7 @@ def test_tangent_is_the_derivative_of_the_residual(loaded):
 def test_state_and_vector_are_the_same(loaded):
     built, _, vector = loaded
     assert np.array_equal(built.vector(built.state(vector)), vector)
-    assert built.size == 3 * len(built.off_tip) + built.hydrostatics + 6
+    assert built.size == 3 * len(built.independent) + built.hydrostatics + 6
 
 
 def test_pivots_beyond_the_hydrostatic_ones_count_the_unstable_motions(loaded):

@@ -162,7 +162,7 @@ def test_the_gradient_of_a_body_of_two_rubbers_side_by_side():
     space = build_design_space(asked, starting_body(asked.body))
     phi = space.start + 0.1 * np.random.default_rng(0).normal(size=space.n)
     at = analyse_body(asked, space.body(np.clip(phi, space.lower, space.upper)))
-    assert set(at.disc.model.regions) == {"body", "other"} and at.disc.model.mirrors == ("xz",)
+    assert set(at.disc.model.regions) == {"body", "other"} and at.disc.model.part == ("xz",)
     check = run_gradient_check(at)
     assert check.passed and not any(check.is_exact(name) for name in check.tests), check
 

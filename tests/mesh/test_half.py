@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from wholes import boundary, named, solid
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, enclosed_volume, starting_body
+from pneumorph.geometry import starting_body
 from pneumorph.geometry.design_space import build_design_space
 from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfold
 from pneumorph.mesh.plane import triangulate
-from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TetMesh
+from pneumorph.mesh.tets import TET_EDGES
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import NORMALS
 
@@ -56,21 +57,6 @@ def case(request: pytest.FixtureRequest):
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     body, mirrors = space.body(phi), asked.body.symmetry.mirror
     return body, mirrors, names, mesh_body(body, 4.0, mirrors), space, phi
-
-
-def solid(body: Body) -> float:
-    return enclosed_volume(body.exterior) - sum(map(enclosed_volume, body.chambers))
-
-
-def boundary(mesh: TetMesh) -> set[frozenset[int]]:
-    corners = np.sort(mesh.tets[:, TET_FACES].reshape(-1, 3), axis=1)
-    faces, count = np.unique(corners, axis=0, return_counts=True)
-    assert count.max() == 2
-    return set(map(frozenset, faces[count == 1].tolist()))
-
-
-def named(mesh: TetMesh) -> set[frozenset[int]]:
-    return set(map(frozenset, np.concatenate(list(mesh.faces.values()))[:, :3].tolist()))
 
 
 def test_a_part_is_closed_and_a_half_or_quarter_as_large(case) -> None:

@@ -52,12 +52,12 @@ def accepted(events):
 def test_the_loop_designs_on_part_of_the_body(problem, events):
     started, finished = events[0], events[-1]
     assert isinstance(started, Started) and isinstance(finished, Finished)
-    assert started.mirrors == problem.body.symmetry.mirror
+    assert started.part == problem.body.symmetry.mirror
     first, *_, last = (event.entry for event in accepted(events))
     assert last.objective < first.objective - 1e-3
     found = last.tasks["bend"]
     assert found.translation[1] == found.rotation[0] == found.rotation[2] == 0.0
-    assert (found.translation[0] == found.rotation[1] == 0.0) == (len(started.mirrors) == 2)
+    assert (found.translation[0] == found.rotation[1] == 0.0) == (len(started.part) == 2)
     assert finished.stable == {"bend": True}
 
 
@@ -98,7 +98,7 @@ def test_the_gradient_is_right_and_that_of_the_whole_body(problem):
     body = space.body(phi)
     part = discretise(problem, body)
     whole = build_discretisation(problem, mesh_body(body, problem.mesh.size), body.control_points())
-    assert part.model.mirrors == problem.body.symmetry.mirror and whole.model.mirrors == ()
+    assert part.model.part == problem.body.symmetry.mirror and whole.model.part == ()
     found = [solved(problem, space, disc, phi) for disc in (part, whole)]
     slopes = [design_gradient(problem, space, disc, one) for disc, one in zip((part, whole), found, strict=True)]
     assert found[0].value == pytest.approx(found[1].value, rel=0.03)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import ComputationError, MeshError, ProblemError
 from pneumorph.geometry import Body, build_covers, build_levels, build_linings, build_wedges
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.mechanics import (
@@ -24,17 +24,18 @@ from pneumorph.mechanics import (
     displacement,
     guided_of,
     loads_of,
-    mirrors_of,
     model_of,
+    part_of,
     predict,
     solve,
     volume_ratios,
     whole_of,
 )
-from pneumorph.mesh import Morph, TetMesh, mesh_body
+from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
 from pneumorph.mesh.transfer import linear, nearest_elements, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem.symmetry import Part, turns_of
 
 Starts = Mapping[str, State] | Mapping[str, Guess]
 
@@ -89,17 +90,25 @@ class Analysis:
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body, or half or a quarter of it where mirror planes allow that, and build its model for analysis."""
-    return build_discretisation(problem, mesh_of(problem, body, mirrors_of(problem)), body.control_points())
+    """Mesh a body, or a part of it where symmetry allows that, and build its model for analysis."""
+    return build_discretisation(problem, mesh_of(problem, body, part_of(problem)), body.control_points())
 
 
-def mesh_of(problem: Problem, body: Body, mirrors: tuple[str, ...], size: float | None = None) -> Morph:
-    """Mesh a body of a problem with its regions and covers, or its half or quarter; the size of elements is in mm."""
+def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None) -> Morph:
+    """Mesh a body of a problem with its regions and covers, or a part of it; the size of elements is in mm.
+
+    Where the cut of a sector would cross itself or a surface, the whole body is meshed.
+    """
     covers = build_covers(problem.body, reinforcements(problem))
     linings = build_linings(problem.body, problem.region)
     levels = build_levels(problem.body, problem.region)
     wedges = build_wedges(problem.body, problem.region)
-    return mesh_body(body, size or problem.mesh.size, mirrors, linings, covers, levels, wedges)
+    try:
+        return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels, wedges)
+    except MeshError:
+        if turns_of(part) == 1:
+            raise
+    return mesh_body(body, size or problem.mesh.size, (), linings, covers, levels, wedges)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
@@ -178,7 +187,7 @@ def analyse(
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
     """Whether the state of each task is stable; of part of a body, against all motions of the whole."""
     found = {name: equilibrium.stable for name, equilibrium in analysis.equilibria.items()}
-    if not disc.model.mirrors:
+    if not disc.model.part:
         return found
     whole = whole_of(disc.model, disc.morph.mesh)
     return {
@@ -204,20 +213,26 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
 def carry_over(
     old: Discretisation, X_old: np.ndarray, states: Mapping[str, State | Guess], new: Discretisation
 ) -> dict[str, Guess]:
-    """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body."""
+    """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body.
+
+    The cuts of sectors are not in the same places on both, so the state of all sectors is interpolated.
+    """
     model, mesh, carried = new.model, old.morph.mesh.at(X_old), {}
-    nearest = nearest_elements(mesh, new.morph.mesh)
+    image = unfold(mesh, keep=new.morph.mesh.mirrors)
+    nearest = nearest_elements(image.mesh, new.morph.mesh)
     for name, given in states.items():
         guess = given if isinstance(given, Guess) else Guess(given, _ratios(old, X_old, given))
         state = guess.state
         # The nodes of the tip move with the plate: their rows in the state are unused.
-        u = displacement(old.model.tip, X_old, state)
-        moved = State(transfer(mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
+        u = image.vectors(displacement(old.model.tip, X_old, state))
+        moved = State(transfer(image.mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
         if model.mixed:
-            carried[name] = Guess(moved._replace(hydrostatic=_hydrostatic(old.model, mesh, state, new)))
+            carried[name] = Guess(moved._replace(hydrostatic=_hydrostatic(old.model, image, state, new)))
         else:
-            # Over an element they are accurate in the mean, not at every point.
-            ratios = None if guess.ratios is None else np.tile(guess.ratios.mean(axis=0)[nearest], (4, 1))
+            # Over an element they are accurate in the mean, not at every point, and the same in all its images.
+            ratios = None
+            if guess.ratios is not None:
+                ratios = np.tile(np.tile(guess.ratios.mean(axis=0), image.copies)[nearest], (4, 1))
             carried[name] = Guess(moved, ratios)
     return carried
 
@@ -229,11 +244,13 @@ def _ratios(disc: Discretisation, X: np.ndarray, state: State) -> np.ndarray | N
     return volume_ratios(disc.morph.mesh.tets, X, displacement(disc.model.tip, X, state))
 
 
-def _hydrostatic(old: Model, mesh: TetMesh, state: State, new: Discretisation) -> np.ndarray:
+def _hydrostatic(old: Model, image: Unfolded, state: State, new: Discretisation) -> np.ndarray:
     """π on a new mesh: it jumps between regions, so that of each is carried over within it."""
     points, found = new.morph.mesh.points, np.zeros((len(new.model.rubbers), new.model.nodes))
-    values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)
-    for number, (region, own) in enumerate(old.regions.items()):
+    values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)[:, old.source[image.source]]
+    mesh = image.mesh
+    for number, region in enumerate(old.regions):
+        own = mesh.regions.get(region, np.arange(len(mesh.tets)))
         within = replace(mesh, tets=mesh.tets[own], regions={})
         nodes = np.unique(new.morph.mesh.tets[new.model.regions[region]])
         found[number, nodes] = transfer(within, linear(within, values[number])[:, None], points[nodes])[:, 0]

@@ -25,8 +25,8 @@ from pneumorph.mechanics import (
     extrapolated,
     guided_of,
     loads_of,
-    mirrors_of,
     model_of,
+    part_of,
     rest,
     restored,
     solve,
@@ -34,6 +34,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
+from pneumorph.problem.symmetry import Part
 
 MOST_FACTORISATIONS = 40
 """Most factorisations of one search, so that it ends in reasonable time also where there is nothing to find."""
@@ -67,11 +68,10 @@ class Explored:
 class Explorer:
     """The equilibria of a body at any pressures, without blocked motions.
 
-    Pressures that are symmetric about mirror planes are solved on half or a quarter of the body, others on the whole,
-    as by `simulate`. Every equilibrium is sought from the nearest known ones on the same mesh, and from rest if it is
-    not found from there. Where a body has several equilibria at the same pressures, the result depends on where the
-    search starts, as with a real body. No path is followed past a limit pressure: `simulate` does that, and takes
-    longer.
+    Pressures that are symmetric are solved on part of the body, others on the whole, as by `simulate`. Every
+    equilibrium is sought from the nearest known ones on the same mesh, and from rest if it is not found from there.
+    Where a body has several equilibria at the same pressures, the result depends on where the search starts, as with a
+    real body. No path is followed past a limit pressure: `simulate` does that, and takes longer.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Explorer:
         refuse_friction(problem)
         self.problem, self.body = problem, body
         self._stored, self._results = stored, results or {}
-        self._meshes: dict[tuple[str, ...], _Meshed] = {}
+        self._meshes: dict[Part, _Meshed] = {}
 
     def at(self, pressures: Mapping[str, float], stop: Callable[[], bool] = lambda: False) -> Explored:
         """The equilibrium at some pressures.
@@ -142,18 +142,18 @@ class Explorer:
         return [self._at(meshed, {name: part * value for name, value in pressures.items()}) for part in parts]
 
     def _meshed(self, pressures: dict[str, float]) -> _Meshed:
-        """The mesh for these pressures, made once for their mirror planes."""
-        mirrors = mirrors_of(self.problem, [pressures])
+        """The mesh for these pressures, made once for the part of the body that they ask for."""
+        part = part_of(self.problem, [pressures])
         if self._stored is not None:
-            mirrors = tuple(plane for plane in self._stored.mesh.mirrors if plane in mirrors)
-        if mirrors not in self._meshes:
-            stored = None if self._stored is None else self._stored.unfolded(mirrors)
-            mesh = mesh_of(self.problem, self.body, mirrors).mesh if stored is None else stored.mesh
+            part = tuple(cut for cut in self._stored.mesh.part if cut in part)
+        if part not in self._meshes:
+            stored = None if self._stored is None else self._stored.unfolded(part)
+            mesh = mesh_of(self.problem, self.body, part).mesh if stored is None else stored.mesh
             model = model_of(self.problem, mesh)
-            whole = whole_of(model, mesh) if model.mirrors else None
+            whole = whole_of(model, mesh) if model.part else None
             known = [] if stored is None else self._known(model, stored)
-            self._meshes[mirrors] = _Meshed(mesh, model, _Stoppable(model), whole, known)
-        return self._meshes[mirrors]
+            self._meshes[part] = _Meshed(mesh, model, _Stoppable(model), whole, known)
+        return self._meshes[part]
 
     def _known(self, model: Model, stored: Fields) -> list[tuple[Loads, State]]:
         """The equilibria that are stored: of every task, and without pressure."""

@@ -13,15 +13,19 @@ from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_
 from pneumorph.mechanics.assembly.kinematics import deformation_gradients, largest_stretch, volume_ratio
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
-from pneumorph.mesh.tets import TET_EDGES, TET_RULE, tet_gradient
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, is_cut, tet_gradient
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import MIRRORS
+from pneumorph.problem.symmetry import MIRRORS, turned, turns_of
 
 MAX_FACTORISATIONS = 20
 """Most factorisations for a partly inflated state; these states are only shown, so a missing one does no harm."""
 
 PARTS = tuple(part / 6 for part in range(1, 6))
 """Fractions of the pressures of a task at which the last design is stored, to show how it inflates."""
+
+
+MOST_TURNS, SAME = 24, 1e-6
+"""The largest number of sectors that is read, and the distance in mm between the images of nodes in their cuts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +53,7 @@ class Fields:
     Attributes
     ----------
     mesh : TetMesh
-        The body at rest; a half or a quarter where only that was analysed, see `whole`.
+        The body at rest; a part where only that was analysed, see `whole`.
     u : {task: (N, 3) mm}
         Displacements of the nodes.
     stretch : {task: (N,)}
@@ -69,7 +73,7 @@ class Fields:
 
     @property
     def skin(self) -> np.ndarray:
-        """Sorted numbers (S,) of the nodes on the surfaces, to which mirror planes do not belong."""
+        """Sorted numbers (S,) of the nodes on the surfaces, to which cuts do not belong."""
         return _skin(self.mesh)
 
     def whole(self) -> Fields:
@@ -77,17 +81,17 @@ class Fields:
         return self.unfolded(())
 
     def unfolded(self, keep: Collection[str]) -> Fields:
-        """The same fields on the mesh unfolded about its mirror planes, but for those to `keep`."""
+        """The same fields on the mesh unfolded about the cuts of its part, but for those to `keep`."""
         image = unfold(self.mesh, keep)
         skin = _skin(image.mesh)
-        source, sign = np.searchsorted(self.skin, image.source[skin]), image.sign[skin].astype(np.float32)
+        source, turn = np.searchsorted(self.skin, image.source[skin]), image.turn[skin].astype(np.float32)
         return Fields(
             image.mesh,
             {name: image.vectors(u) for name, u in self.u.items()},
             {name: stretch[image.source] for name, stretch in self.stretch.items()},
             None if self.sag is None else image.vectors(self.sag),
             {
-                name: Inflation(each.parts, sign * each.u[:, source], each.stretch[:, source])
+                name: Inflation(each.parts, np.einsum("sij,ksj->ksi", turn, each.u[:, source]), each.stretch[:, source])
                 for name, each in self.inflation.items()
             },
         )
@@ -135,10 +139,11 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     corners = indices(arrays, tets, None, 10, below=len(places))
     names = [key.removeprefix("face ") for key in arrays if key.startswith("face ")]
     faces = {name: indices(arrays, f"face {name}", None, 6, below=len(places)) for name in names}
-    if not len(corners) or all(name.startswith("mirror ") for name in names):
+    if not len(corners) or all(map(is_cut, names)):
         raise ValueError("the mesh has no elements or no faces")
     if any(name.startswith("mirror ") and name.removeprefix("mirror ") not in MIRRORS for name in names):
         raise ValueError("the mesh is part of a body about no known plane")
+    _check_sector(places, faces)
     if np.bincount(corners.ravel(), minlength=len(places)).min() == 0:
         raise ValueError("the mesh has nodes that no element uses")
     gradients = tet_gradient(TET_RULE)
@@ -153,6 +158,20 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     if any(own.nodes.size and own.nodes.max() >= len(places) for own in covers.values()):
         raise ValueError("its covers have nodes that the mesh has not")
     return TetMesh(places, corners, faces, parts, covers)
+
+
+def _check_sector(places: np.ndarray, faces: Mapping[str, np.ndarray]) -> None:
+    """ValueError if there are cuts of sectors that are not images of each other."""
+    cuts = sorted(name for name in faces if name.startswith("sector "))
+    if not cuts:
+        return
+    first = cuts[0]
+    turns = turns_of((cuts[0],)) if cuts[0].removeprefix("sector ").isdecimal() else 0
+    if cuts != [first, f"{first} image"] or not 2 <= turns <= MOST_TURNS or len(faces[first]) != len(faces[cuts[1]]):
+        raise ValueError("the mesh is no known sector of a body")
+    away = places[faces[cuts[1]]] - places[faces[first][:, TURNED]] @ turned(turns)[1].T
+    if np.abs(away).max() > SAME:
+        raise ValueError("the cuts of a sector are not the same after a turn")
 
 
 def pack_covers(mesh: TetMesh) -> dict[str, np.ndarray]:
@@ -227,7 +246,7 @@ def compute_inflation(problem: Problem, disc: Discretisation, analysis: Analysis
 
 
 def _skin(mesh: TetMesh) -> np.ndarray:
-    surfaces = [faces.ravel() for name, faces in mesh.faces.items() if not name.startswith("mirror ")]
+    surfaces = [faces.ravel() for name, faces in mesh.faces.items() if not is_cut(name)]
     return np.unique(np.concatenate(surfaces))
 
 

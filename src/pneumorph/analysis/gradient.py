@@ -19,7 +19,7 @@ from pneumorph.analysis.analyse import (
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry import Body, DesignSpace, build_design_space
-from pneumorph.mechanics import TOLERANCE, NoEquilibrium, mirrors_of
+from pneumorph.mechanics import TOLERANCE, NoEquilibrium, part_of
 from pneumorph.problem import Pressure, Problem
 from pneumorph.problem.reinforcement import designed
 from pneumorph.problem.variable import Variable
@@ -163,7 +163,7 @@ def _coarser(at: AnalysedBody) -> AnalysedBody:
         return at
     size = problem.mesh.size * (old.model.elements / ENOUGH) ** (1 / 3)
     try:
-        disc = build_discretisation(problem, mesh_of(problem, body, mirrors_of(problem), size), body.control_points())
+        disc = build_discretisation(problem, mesh_of(problem, body, part_of(problem), size), body.control_points())
     except MeshError:
         return at
     if disc.model.elements >= old.model.elements:

@@ -26,8 +26,8 @@ from pneumorph.mechanics import (
     contact_forces,
     guided_of,
     loads_of,
-    mirrors_of,
     model_of,
+    part_of,
     sweep,
     sweep_with_friction,
     whole_of,
@@ -140,7 +140,7 @@ class Simulation:
     def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
-        whole = whole_of(self.model, self.mesh) if self.model.mirrors else None
+        whole = whole_of(self.model, self.mesh) if self.model.part else None
         for tasks in self._alike:
             own = self.pressures[tasks[0]]
             for path in self.paths:
@@ -190,7 +190,7 @@ def prepare_simulation(
     moves: Mapping[str, Any] | None = None,
     friction: float | None = None,
 ) -> Simulation:
-    """Mesh a body, or half or a quarter of it where mirror planes allow that, for sweeps.
+    """Mesh a body, or a part of it where symmetry allows that, for sweeps.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def prepare_simulation(
     paths = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles)
     blocked = _blocked(problem, list(block))
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
-    mesh = mesh_of(problem, body, mirrors_of(problem, applied)).mesh
+    mesh = mesh_of(problem, body, part_of(problem, applied)).mesh
     targets = {name: found for name, found in _targets(problem).items() if name in pressures}
     given_friction = 0.0 if problem.contact is None else problem.contact.friction
     coefficient = _friction(problem, given_friction if friction is None else friction)

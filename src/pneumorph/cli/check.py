@@ -25,7 +25,7 @@ from pneumorph.interface.runs import open_run
 from pneumorph.mechanics import Rubber
 from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize.states import linear_states
-from pneumorph.output.format import format_pressures, mirror_note, motion_of
+from pneumorph.output.format import format_pressures, motion_of, part_note
 from pneumorph.problem import Reinforcement, load, reinforcements
 from pneumorph.problem.reinforcement import data_of
 
@@ -102,7 +102,7 @@ def _description(at: AnalysedBody) -> list[str]:
         f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
         f"variables {space.n_shape} for the shape, {free} for pressures{laid}",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
-        + mirror_note(model.mirrors),
+        + part_note(model.part),
         *_rubbers(table, list(model.rubbers.values())),
         *(f"{each.name:9} {each.words}{_ranges(each)}" for each in reinforcements(problem)),
         f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",

@@ -23,7 +23,7 @@ from pneumorph.optimize import (
     Remeshed,
     Started,
 )
-from pneumorph.output.format import format_duration, mirror_note
+from pneumorph.output.format import format_duration, part_note
 from pneumorph.problem import Problem
 
 PHASES = {"geometry": "mesh", "equilibrium": "equilibrium", "gradient": "gradient", "subproblem": "sub-problem"}
@@ -105,7 +105,7 @@ class Screen:
     def _started(self, event: Started) -> None:
         self.say(
             f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
-            + mirror_note(event.mirrors)
+            + part_note(event.part)
         )
         self._print(heading(self._columns))
         self._status = Text(f"design {event.iteration + 1} of {event.iterations}")

@@ -22,7 +22,7 @@ from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.output.format import errors_of, format_pressures, mirror_note
+from pneumorph.output.format import errors_of, format_pressures, part_note
 from pneumorph.problem import Task, Trust, load
 from pneumorph.run import atomic
 
@@ -54,7 +54,7 @@ def simulate(
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model = simulation.model
-    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{mirror_note(model.mirrors)}"
+    size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{part_note(model.part)}"
     console.print(Text(size), soft_wrap=True)
     for other, same in simulation.left_out.items():
         console.print(Text(f"task {other} is left out: its loads here are those of task {same}"), soft_wrap=True)

@@ -21,6 +21,7 @@ from pneumorph.mechanics.solve.equilibrium import (
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction import sweep_with_friction
 from pneumorph.mechanics.solve.mirror import Whole, mirrors_of, whole_of
+from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.restore import restored
@@ -55,6 +56,7 @@ __all__ = [
     "mirrors_of",
     "model_of",
     "neo_hookean_rubber",
+    "part_of",
     "predict",
     "rest",
     "restored",

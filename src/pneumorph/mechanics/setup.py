@@ -32,7 +32,7 @@ from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import build_loads
-from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh import TetMesh, unfold
 from pneumorph.problem import (
     BoxSpec,
     CylinderSpec,
@@ -163,7 +163,11 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
         guarded = {name: guards[name]} if isinstance(obstacle, Triangulated) else {}
         if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, STILL[None]):
             raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
-    itself = Pairs(surface, mesh.points, True, [], activation, stiffness) if own else None
+    itself = None
+    if own:
+        image = unfold(mesh) if mesh.part else None
+        around = surface if image is None else surface_of(image.mesh)
+        itself = Pairs(around, mesh.points, True, [], activation, stiffness, image)
     free = {
         spec.name: free_of(spec, spec.free, obstacles[spec.name], activation, stiffness)
         for spec in problem.obstacle

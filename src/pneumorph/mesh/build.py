@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from pneumorph.mesh.cut import with_cut_regions
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.section import with_sections
-from pneumorph.mesh.surface import surface_mesh
+from pneumorph.mesh.sector import with_sector
+from pneumorph.mesh.surface import beginnings, surface_mesh
 from pneumorph.mesh.volume import fill
 from pneumorph.mesh.wedge import following, named, with_half_planes
+from pneumorph.problem.symmetry import Part, turns_of
 
 _TURN = np.radians(45)
 _FINER = (1.0, 0.93, 0.86, 0.8, 0.65, 0.5)
@@ -33,23 +36,26 @@ _WORST = 0.02
 def mesh_body(
     body: Body,
     size: float,
-    mirrors: tuple[str, ...] = (),
+    part: Part = (),
     linings: Sequence[Lining] = (),
     covers: Sequence[Cover] = (),
     levels: Sequence[Level] = (),
     wedges: Sequence[Wedge] = (),
 ) -> Morph:
-    """Mesh a body with quadratic tetrahedra, or the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz) of a symmetric one.
+    """Mesh a body with quadratic tetrahedra, or part of a symmetric one.
+
+    That is the part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz), or a sector.
 
     If chords of a coarse triangulation cross, or an element is inverted when curved, finer triangulations are tried.
+    Sectors may also begin elsewhere.
 
     Parameters
     ----------
     body : Body
     size : float
         Approximate edge length, mm; edges are shorter where the surfaces are strongly curved.
-    mirrors : tuple of "xz" and "yz", in this order
-        The planes that cut a symmetric body into halves or quarters.
+    part : Part
+        A sector has no linings, levels or wedges.
     linings : sequence of Lining
         Layers of other rubbers, which become regions of the mesh; what is in none is the region `REST`.
     covers : sequence of Cover
@@ -64,18 +70,22 @@ def mesh_body(
     MeshError
         If no attempt gives a mesh without inverted or nearly flat elements.
     """
-    exact = body.control_points()
+    exact, turns = body.control_points(), turns_of(part)
     P = np.round(exact, _DECIMALS)
     body = body.with_control_points(P)
     reason = MeshError("no attempt was made")
-    for finer in _FINER:
+    for finer, begin in product(_FINER, beginnings(body, part)):
         stop_if_asked()
         try:
-            surface = surface_mesh(body, finer * size, finer * _TURN, mirrors, linings, levels, wedges)
+            surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, wedges, begin)
             nodes = surface.B @ P + surface.offset
             solids, nodes, inside = with_half_planes(surface.solids, nodes, wedges, finer * size)
-            solids, nodes = with_sections(solids, nodes, levels, mirrors, finer * size)
-            faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, mirrors, finer * size)
+            if turns > 1:
+                faces, nodes = with_sector(surface.faces, nodes, surface.seam, turns, finer * size)
+                solids = {"": np.concatenate(list(faces.values()))}
+            else:
+                solids, nodes = with_sections(solids, nodes, levels, part, finer * size)
+                faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, part, finer * size)
             straight = replace(fill(solids, faces, nodes, finer * size), covers=covered(faces, surface.param, covers))
         except MeshError as error:
             reason = error

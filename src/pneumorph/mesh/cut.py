@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from pneumorph.mesh.plane import triangulate
-from pneumorph.mesh.tets import TRIANGLE_EDGES
+from pneumorph.mesh.tets import TRIANGLE_EDGES, is_cut
 from pneumorph.problem.symmetry import NORMALS
 
 Faces = dict[str, np.ndarray]
@@ -27,7 +27,7 @@ def with_cut_regions(
         closed[region] = np.concatenate(list(cut.values()))
         for name in cut.keys() - {""}:
             faces = faces | {name: np.concatenate([faces.get(name, np.zeros((0, 6), int)), cut[name]])}
-    order = [*(name for name in faces if not name.startswith("mirror ")), *(f"mirror {plane}" for plane in mirrors)]
+    order = [*(name for name in faces if not is_cut(name)), *(f"mirror {plane}" for plane in mirrors)]
     return {name: faces[name] for name in order}, closed, nodes
 
 

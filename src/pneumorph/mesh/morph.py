@@ -11,13 +11,16 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.tets import TET_RULE, TRIANGLE_EDGES, TetMesh, tet_gradient
-from pneumorph.problem.symmetry import NORMALS
+from pneumorph.mesh.tets import TET_RULE, TRIANGLE_EDGES, TetMesh, is_cut, tet_gradient
+from pneumorph.problem.symmetry import NORMALS, turned, turns_of
 
 
 @dataclass(frozen=True, eq=False)
 class Extension:
-    """Extends values on surface nodes (n_surface, k) to `inner` nodes: all others, except those that are held at 0."""
+    """Extends values on surface nodes (n_surface, k) to `inner` nodes: all others but those held at 0 and images.
+
+    Where it is complex, x and y are the parts of one number, which a rotation about z multiplies by a phase.
+    """
 
     inner: np.ndarray
     coupling: sparse.csr_array
@@ -26,12 +29,15 @@ class Extension:
     def carry(self, surface: np.ndarray) -> np.ndarray:
         """Values on the inner nodes from those on the surface nodes."""
         stop_if_asked()
-        return -self.factor.solve(np.ascontiguousarray(self.coupling @ surface))
+        return -self.factor.solve(np.ascontiguousarray(self.coupling @ self._seen(surface))).view(float)
 
     def back(self, inner: np.ndarray) -> np.ndarray:
         """The transpose of `carry`."""
         stop_if_asked()
-        return -(self.coupling.T @ self.factor.solve(np.ascontiguousarray(inner)))
+        return -(self.coupling.conj().T @ self.factor.solve(self._seen(inner))).view(float)
+
+    def _seen(self, values: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray(values).view(self.coupling.dtype)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +49,8 @@ class Morph:
     straight reference mesh with quadratic elements, stiffer where elements are small. Nodes in a mirror plane do not
     move normal to it; within it, those that are on no surface follow the others. Nodes in a plane across the axis where
     another rubber begins do not move along it either. Those in half-planes between rubbers (see `mesh/wedge.py`) count
-    as surface nodes: where they are is linear in these, so B and b have rows for them.
+    as surface nodes: where they are is linear in these, so B and b have rows for them. Of a sector, nodes of the second
+    cut are images of those of the first, and nodes on the axis stay on it.
 
     Attributes
     ----------
@@ -61,7 +68,7 @@ class Morph:
         (q, r) of the nodes of the tubes' triangles, by surface name (see `SurfaceMesh.param`).
     extensions : tuple of (components, Extension)
         One extension for all components; the component normal to a mirror plane, or to one across the axis, has its
-        own.
+        own. In a sector x and y have one, and z.
     """
 
     mesh: TetMesh
@@ -80,7 +87,7 @@ class Morph:
     @cached_property
     def surface_edges(self) -> np.ndarray:
         """Both ends and the mid-side node of every surface edge, (n, 3)."""
-        triangles = np.concatenate([face for name, face in self.mesh.faces.items() if not name.startswith("mirror")])
+        triangles = np.concatenate([face for name, face in self.mesh.faces.items() if not is_cut(name)])
         edges = np.concatenate([triangles[:, TRIANGLE_EDGES], triangles[:, 3:, None]], axis=2).reshape(-1, 3)
         return edges[np.unique(edges[:, 2], return_index=True)[1]]
 
@@ -94,10 +101,14 @@ class Morph:
 
     def pullback(self, dX: np.ndarray) -> np.ndarray:
         """Transpose of `push`: the gradient (n_points, 3) for control points from that for nodes, dX (N, 3)."""
-        surface = dX[: self.n_surface].copy()
+        nodes, sources = self.mesh.tied
+        own = dX.copy()
+        own[sources] += own[nodes] @ self._turn
+        own[nodes] = 0.0
+        surface = own[: self.n_surface].copy()
         for components, extension in self.extensions:
-            surface[:, components] += extension.back(dX[np.ix_(extension.inner, components)])
-        return self.B.T @ self._in_plane(surface)
+            surface[:, components] += extension.back(own[np.ix_(extension.inner, components)])
+        return self.B.T @ self._in_place(surface)
 
     def at(self, P: np.ndarray) -> TetMesh:
         """The mesh for the control points P."""
@@ -105,17 +116,26 @@ class Morph:
 
     def _extend(self, surface: np.ndarray) -> np.ndarray:
         everywhere = np.zeros_like(self.reference)
-        everywhere[: self.n_surface] = surface = self._in_plane(surface)
+        everywhere[: self.n_surface] = surface = self._in_place(surface)
         for components, extension in self.extensions:
             everywhere[np.ix_(extension.inner, components)] = extension.carry(surface[:, components])
+        nodes, sources = self.mesh.tied
+        everywhere[nodes] = everywhere[sources] @ self._turn.T
         return everywhere
 
-    def _in_plane(self, surface: np.ndarray) -> np.ndarray:
-        """Values on surface nodes, with the component normal to a mirror plane set to zero for nodes in it."""
+    @property
+    def _turn(self) -> np.ndarray:
+        """The rotation (3, 3) from the first cut of a sector to the second."""
+        return turned(turns_of(self.mesh.part))[-1].T
+
+    def _in_place(self, surface: np.ndarray) -> np.ndarray:
+        """Values on surface nodes, with those components set to zero by which nodes would leave a plane or the axis."""
         kept = surface.copy()
         for plane in self.mesh.mirrors:
             nodes = self.mesh.mirror_nodes(plane)
             kept[nodes[nodes < self.n_surface], NORMALS[plane]] = 0.0
+        axis = self.mesh.axis
+        kept[axis[axis < self.n_surface], :2] = 0.0
         return kept
 
 
@@ -135,15 +155,37 @@ def build_morph(
     stiffness = _stiffness(straight)
     n_surface = len(B.indptr) - 1
     inner = np.arange(n_surface, len(straight.points))
-    still = {NORMALS[plane]: straight.mirror_nodes(plane) for plane in straight.mirrors}
-    if heights:
-        still[2] = np.flatnonzero(np.isin(straight.points[:, 2], heights))
-    along = np.delete(np.arange(3), list(still))
-    extensions = [(along, _extension(stiffness, n_surface, inner))] if len(along) else []
-    for normal, nodes in still.items():
-        extensions.append((np.array([normal]), _extension(stiffness, n_surface, np.setdiff1d(inner, nodes))))
+    if turns_of(straight.part) > 1:
+        extensions = _of_sector(straight, stiffness, n_surface, inner)
+    else:
+        still = {NORMALS[plane]: straight.mirror_nodes(plane) for plane in straight.mirrors}
+        if heights:
+            still[2] = np.flatnonzero(np.isin(straight.points[:, 2], heights))
+        along = np.delete(np.arange(3), list(still))
+        extensions = [(along, _extension(stiffness, n_surface, inner))] if len(along) else []
+        for normal, nodes in still.items():
+            extensions.append((np.array([normal]), _extension(stiffness, n_surface, np.setdiff1d(inner, nodes))))
     unplaced = Morph(straight, B, offset, straight.points, size, param, tuple(extensions))
     return replace(unplaced, mesh=unplaced.at(P))
+
+
+def _of_sector(
+    straight: TetMesh, stiffness: sparse.csr_array, n_surface: int, inner: np.ndarray
+) -> list[tuple[np.ndarray, Extension]]:
+    """The extensions across and along the axis."""
+    (nodes, sources), count = straight.tied, len(straight.points)
+    own = np.setdiff1d(inner, nodes)
+    found = []
+    phase = np.exp(2j * np.pi / turns_of(straight.part))
+    for components, image, free in (([0, 1], phase, np.setdiff1d(own, straight.axis)), ([2], 1.0, own)):
+        values = np.ones(count, type(image))
+        values[nodes] = image
+        columns = np.arange(count)
+        columns[nodes] = sources
+        by = sparse.csr_array((values, (np.arange(count), columns)), (count, count))
+        tied = sparse.csr_array(by.conj().T @ stiffness @ by)
+        found.append((np.array(components), _extension(tied, n_surface, free)))
+    return found
 
 
 def _extension(stiffness: sparse.csr_array, n_surface: int, inner: np.ndarray) -> Extension:

@@ -26,7 +26,7 @@ _LARGEST_HOLE = 24
 
 
 def repair(
-    points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, mid_points: np.ndarray
+    points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, mid_points: np.ndarray, cut: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Insert vertices next to poor elements and remesh around them.
 
@@ -39,6 +39,8 @@ def repair(
         Surface triangles with their mid-side nodes.
     mid_points : (…, 3) float
         Positions of all surface nodes on the curved surface.
+    cut : (nt,) bool
+        Triangles of a cut between sectors: the way into the solid is away from them only at vertices on no surface.
 
     Returns
     -------
@@ -51,6 +53,8 @@ def repair(
     if not len(poor):
         return points, tets
     inward = _inward(points, triangles[:, :3])
+    on_surface = np.unique(triangles[~cut, :3])
+    inward[on_surface] = _inward(points, triangles[~cut, :3])[on_surface]
     places = np.concatenate([points, np.empty((len(poor), 3))])
     added, numbers = len(points), count(len(tets))
     elements, quality = dict(enumerate(tets.tolist())), dict(enumerate(start_quality.tolist()))

@@ -40,12 +40,18 @@ class Around:
     """The lines along which rings of vertices are joined: q starts at the `seam`.
 
     Of 2 or 4 `parts` that are mirror images, each begins and ends with lines in mirror planes. Other lines are those at
-    the `edges` of wedges.
+    the `edges` of wedges. Of a number of `turns`, each is the image of the one before.
     """
 
     seam: float
     parts: int
     edges: list[float]
+    turns: int
+
+    @property
+    def alike(self) -> int:
+        """Into how many parts rings are divided that have as many vertices: four, or one for every turn."""
+        return 4 if self.turns == 1 else self.turns
 
     def through(self, q: np.ndarray, places: Sequence[float]) -> np.ndarray:
         """A ring of parameters, moved so that one is at each of the places."""
@@ -66,9 +72,9 @@ class Around:
         return self.through(fewer, self.edges) if count > 1 else fewer
 
     def joints(self, q: np.ndarray) -> np.ndarray:
-        """The numbers along a ring of the vertices at all lines, or of those at its quarters; first 0, last len(q)."""
+        """The numbers along a ring of the vertices at all lines, or where like parts begin; first 0, last len(q)."""
         if not self.edges or len(q) == 1:
-            return np.arange(5) * len(q) // 4
+            return np.arange(self.alike + 1) * len(q) // self.alike
         at = [len(q) // 2] if self.parts == 2 else []
         for place in self.edges:
             near = np.abs((q - place + 0.5) % 1.0 - 0.5)
@@ -88,8 +94,13 @@ def tube_rings(
 
     Where a layer begins or ends there is a line, and where the tube is `crossed`.
     """
-    seam, parts = around.seam, around.parts
-    q = _lines(surface, "q", size, turn, seam)
+    seam, parts, turns, alike = around.seam, around.parts, around.turns, around.alike
+    q = _lines(surface, "q", size, turn, seam, alike)
+    if turns > 1:
+        # The same in every turn, to the last digit.
+        first = np.mean(q.reshape(turns, -1) - np.arange(turns)[:, None] / turns, axis=0)
+        first += seam - first[0]
+        q = np.concatenate([first + number / turns for number in range(turns)])
     if parts > 1:
         # Symmetric about the plane, to the last digit.
         q[1:] = (q[1:] + (2 * seam + 1) - q[:0:-1]) / 2
@@ -105,7 +116,7 @@ def tube_rings(
     if surface.ends == "pole":
         closed = surface.sample(np.linspace(0, 1, 4 * len(q) + 1), r)
         girth = np.linalg.norm(np.diff(closed, axis=1), axis=2).sum(axis=1)
-        wanted = np.maximum(8, 4 * np.round(girth / (4 * size)).astype(int))
+        wanted = np.maximum(_least(alike), alike * np.round(girth / (alike * size)).astype(int))
         for rows in (range(1, len(r) - 1), range(len(r) - 2, 0, -1)):
             for j in rows:
                 if wanted[j] >= len(q):
@@ -138,18 +149,26 @@ def disc_rings(
     points = surface.points(np.append(rim.q, rim.q[0]), np.full(len(rim.q) + 1, rim.r))
     girth = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     steps = max(1, round(girth / (2 * np.pi * size)))
-    rings, count = [], len(rim.q)
+    rings, count, alike = [], len(rim.q), around.alike
     for k in range(steps - 1, 0, -1):
-        count = min(count, max(8, 4 * round(girth * k / steps / (4 * size)), 4 * round(count / 8)))
+        wanted = alike * round(girth * k / steps / (alike * size))
+        count = min(count, max(_least(alike), wanted, alike * round(count / (2 * alike))))
         rings.append(Ring(around.thinned(rim.q, count), rim.r, k / steps))
     return [*rings, Ring(np.zeros(1), rim.r, 0.0)]
 
 
-def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start: float = 0.0) -> np.ndarray:
+def _least(alike: int) -> int:
+    """The smallest number of vertices of a ring: eight, or the next multiple of its parts."""
+    return -(-8 // alike) * alike
+
+
+def _lines(
+    surface: TubeSurface, direction: str, size: float, turn: float, start: float = 0.0, alike: int = 2
+) -> np.ndarray:
     """Parameters of the grid lines at equal increments of max(arc length / size, turning angle / turn).
 
-    In q they begin at `start`, are a multiple of four in number and exclude the end of the period; in r they include
-    both ends and have an even number of steps.
+    In q they begin at `start` and exclude the end of the period; in r they include both ends. The number of steps is a
+    multiple of `alike`.
     """
     along_q = direction == "q"
     q, r = (np.linspace(0, 1, _SAMPLES_PER_SPAN * basis.spans + 1) for basis in (surface.basis_q, surface.basis_r))
@@ -170,8 +189,7 @@ def _lines(surface: TubeSurface, direction: str, size: float, turn: float, start
     step = np.min(speed / density + _GRADATION * apart, axis=1)
     density = speed / step
     steps = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(t))])
-    multiple = 4 if along_q else 2
-    count = max(2 * multiple, multiple * round(steps[-1] / multiple))
+    count = max(_least(alike) if along_q else 4, alike * round(steps[-1] / alike))
     lines = np.interp(np.linspace(0, steps[-1], count + 1), steps, t)
     return lines[:-1] if along_q else lines
 
@@ -203,7 +221,7 @@ def strip(below: np.ndarray, above: np.ndarray, parity: int) -> np.ndarray:
 
 
 def _section(lower: int, upper: int, mirrored: bool) -> np.ndarray:
-    """A part of a strip between rings of different counts; adjacent quarters are mirror images."""
+    """A part of a strip between rings of different counts; adjacent ones are mirror images."""
     i = j = 0
     triangles = []
     while i < lower or j < upper:

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import KDTree
 
+from pneumorph.errors import MeshError
 from pneumorph.geometry import Body, Level, Lining, TubeSurface, Wedge
 from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
 from pneumorph.mesh.rings import Around, disc_rings, strip, tube_rings
+from pneumorph.mesh.slant import UPRIGHT, Slant, slant_of
 from pneumorph.mesh.tets import TRIANGLE_EDGES, TURNED
 from pneumorph.problem.regions import REST
-from pneumorph.problem.symmetry import MIRRORS, NORMALS
+from pneumorph.problem.symmetry import MIRRORS, NORMALS, Part, beginning_of, turned, turns_of
 
+UNLIKE = "the surfaces are not the same after a turn by one sector"
+_SHIFTS = (0.0, 0.5, 0.25)  # where a sector begins that may do so anywhere, as far as tried
+_SYMMETRIC = 1e-4  # mm; images on surfaces that are symmetric but for rounding are nearer
 _IN_PLANE = 1e-6  # mm; a surface whose middle is nearer to a mirror plane is cut by it
 _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
 """q at which the kept part begins, on the exterior and on a chamber, by the planes that cut the surface."""
@@ -39,6 +45,8 @@ class SurfaceMesh:
     solids : dict of (n, 6) int
         The triangles that bound each region, normals outwards; those between two regions belong to both. A body of a
         single rubber is one region ""; of wedges, each has its number as its name, and is open in half-planes.
+    seam : (n, 2) int
+        Of a sector, the nodes of the surfaces where it begins, each with its image, where it ends.
     """
 
     B: sparse.csr_array
@@ -46,6 +54,7 @@ class SurfaceMesh:
     faces: dict[str, np.ndarray]
     param: dict[str, np.ndarray]
     solids: dict[str, np.ndarray]
+    seam: np.ndarray
 
     @property
     def triangles(self) -> np.ndarray:
@@ -57,12 +66,15 @@ def surface_mesh(
     body: Body,
     size: float,
     turn: float = np.pi / 4,
-    mirrors: tuple[str, ...] = (),
+    part: Part = (),
     linings: Sequence[Lining] = (),
     levels: Sequence[Level] = (),
     wedges: Sequence[Wedge] = (),
+    begin: float = 0.0,
 ) -> SurfaceMesh:
-    """Triangulate all surfaces of a body, or of its part at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz).
+    """Triangulate all surfaces of a body, or of its part: that at y ≥ 0 (mirror xz) and x ≥ 0 (mirror yz), or a sector.
+
+    A sector is between two lines on each surface around the axis, of constant q on the exterior.
 
     Parameters
     ----------
@@ -71,14 +83,16 @@ def surface_mesh(
         Desired edge length, mm: the geometric mean of a grid cell's side and diagonal.
     turn : float
         Largest rotation of a surface line's tangent along one edge, rad.
-    mirrors : tuple of "xz" and "yz", in this order
-        The mirror planes; surfaces cut by them are left open there.
+    part : Part
+        Surfaces that are cut are left open there. A sector has no layers.
     linings : sequence of Lining
         Layers of other rubbers, whose inner sides are triangulated like the surfaces along which they lie.
     levels : sequence of Level
         Planes along whose rings there are edges.
     wedges : sequence of Wedge
         Parts between half-planes, along whose lines there are edges, across the end discs too.
+    begin : float
+        Where a sector begins, in turns about z, see `beginnings`.
 
     Raises
     ------
@@ -91,22 +105,23 @@ def surface_mesh(
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
     rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
     patches = [
-        _kept(surface, side, turn, mirrors, lined, crossed, wedges)
+        _kept(surface, side, turn, part, begin, body.exterior, lined, crossed, wedges)
         for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
     ]
     n_vertices = sum(patch.n_vertices for patch in patches)
     # The vertices of all surfaces come first, then all mid-side nodes.
     first_vertex = np.cumsum([0] + [patch.n_vertices for patch in patches])
     first_mid = n_vertices + np.cumsum([0] + [patch.n_mids for patch in patches])
-    faces, param = {}, {}
+    faces, param, seam = {}, {}, [np.zeros((0, 2), int)]
     solids: dict[str, list[np.ndarray]] = {region: [] for region in regions}
     for surface, patch, v, m in zip(body.surfaces, patches, first_vertex, first_mid, strict=False):
         if not len(patch.triangles):
             continue
         number = np.concatenate([v + np.arange(patch.n_vertices), m + np.arange(patch.n_mids)])
+        seam.append(number[patch.seam])
         base, tube, tip = (number[patch.triangles[patch.part == k]] for k in range(3))
         if surface.cavity:
-            names = " ".join(chamber.name for chamber in _with_images(body, surface, mirrors))
+            names = " ".join(chamber.name for chamber in _with_images(body, surface, part))
             faces[f"chamber {names}"] = np.concatenate([tube, base, tip])
         else:
             faces |= {"base": base, "tip": tip, "exterior": tube}
@@ -125,14 +140,30 @@ def surface_mesh(
         {region: np.concatenate(parts) for region, parts in solids.items()}
         if linings or wedges
         else {"": np.concatenate(list(faces.values()))},
+        np.concatenate(seam),
     )
 
 
-def _with_images(body: Body, surface: TubeSurface, mirrors: tuple[str, ...]) -> list[TubeSurface]:
-    """The surface and its mirror images, as far as they are other surfaces, in the order of `TetMesh.faces`."""
+def beginnings(body: Body, part: Part) -> Sequence[float]:
+    """Where a sector may begin: anywhere, or where its cuts are farthest from the chambers beside the axis."""
+    turns = turns_of(part)
+    middles = np.array([_middle(chamber)[:2] for chamber in body.chambers if not _on_axis(chamber)]).reshape(-1, 2)
+    if turns == 1 or len(middles):
+        return (beginning_of(middles, turns),)
+    return tuple(shift / turns for shift in _SHIFTS)
+
+
+def _on_axis(surface: TubeSurface) -> bool:
+    return bool(np.hypot(*_middle(surface)[:2]) <= _IN_PLANE)
+
+
+def _with_images(body: Body, surface: TubeSurface, part: Part) -> list[TubeSurface]:
+    """The surface and its images, as far as they are other surfaces, in the order of `TetMesh.faces`."""
     places = [_middle(surface)]
-    for plane in mirrors:
-        if abs(places[0][NORMALS[plane]]) > _IN_PLANE:
+    if not _on_axis(surface):
+        places = list(turned(turns_of(part)) @ places[0])
+    for plane in part:
+        if plane in MIRRORS and abs(places[0][NORMALS[plane]]) > _IN_PLANE:
             places += [place * MIRRORS[plane] for place in places]
     return [min(body.chambers, key=lambda each: float(np.abs(_middle(each) - place).max())) for place in places]
 
@@ -157,6 +188,7 @@ class _Patch:
     param: np.ndarray
     behind: np.ndarray
     ahead: np.ndarray
+    seam: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
 
     @property
     def n_mids(self) -> int:
@@ -173,25 +205,41 @@ def _kept(
     surface: TubeSurface,
     size: float,
     turn: float,
-    mirrors: tuple[str, ...],
+    part: Part,
+    begin: float,
+    exterior: TubeSurface,
     linings: Sequence[Lining],
     crossed: Sequence[float],
     wedges: Sequence[Wedge],
 ) -> _Patch:
-    """The part of a surface that is meshed: all of it, what is on the kept side of mirror planes, or nothing."""
-    across = {plane: _middle(surface)[NORMALS[plane]] for plane in mirrors}
-    if any(middle < -_IN_PLANE for middle in across.values()):
+    """The part of a surface that is meshed: all of it, what is on the kept side of the cuts, or nothing."""
+    middle, turns = _middle(surface), turns_of(part)
+    across = {plane: middle[NORMALS[plane]] for plane in part if plane in MIRRORS}
+    if turns > 1 and _on_axis(surface):
+        # Chambers have q clockwise.
+        seam = (-begin - 1.0 / turns) % 1.0 if surface.cavity else begin
+        slant = slant_of(surface, exterior, begin, seam + 1.0 / turns) if surface.cavity else UPRIGHT
+        whole = _patch(surface, size, turn, linings, crossed, wedges, seam, turns=turns, slant=slant)
+        patch = _with_seam(_before(whole, seam + 1.0 / turns), surface, seam, turns)
+        q, r = patch.param[..., 0], patch.param[..., 1]
+        return replace(patch, param=np.stack([q + slant.at(r), r], axis=-1))
+    beyond = turns > 1 and (np.arctan2(middle[1], middle[0]) / (2.0 * np.pi) - begin) % 1.0 >= 1.0 / turns
+    if beyond or any(place < -_IN_PLANE for place in across.values()):
         columns = surface.net.shape[0] * surface.net.shape[1]
         nothing, none = np.zeros((0, 6), int), np.zeros(0, "<U1")
         B = sparse.csr_array((0, columns))
         return _Patch(B, np.zeros((0, 3)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)), none, none)
-    cutting = tuple(plane for plane, middle in across.items() if middle <= _IN_PLANE)
+    cutting = tuple(plane for plane, place in across.items() if place <= _IN_PLANE)
     if not cutting:
         edges = _edges(surface, wedges)
         return _patch(surface, size, turn, linings, crossed, wedges, edges[0] if edges else 0.0)
     seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
-    whole = _patch(surface, size, turn, linings, crossed, wedges, seam, parts)
-    part = whole.param[:, :3, 0].mean(axis=1) < seam + 1 / parts
+    return _before(_patch(surface, size, turn, linings, crossed, wedges, seam, parts), seam + 1 / parts)
+
+
+def _before(whole: _Patch, q: float) -> _Patch:
+    """The triangles of a patch before a line of its grid."""
+    part = whole.param[:, :3, 0].mean(axis=1) < q
     used, triangles = np.unique(whole.triangles[part], return_inverse=True)
     n_vertices = int(np.searchsorted(used, whole.n_vertices))
     return replace(
@@ -204,6 +252,23 @@ def _kept(
     )
 
 
+def _with_seam(patch: _Patch, surface: TubeSurface, seam: float, turns: int) -> _Patch:
+    """The patch of a sector that begins at q = seam, with the nodes at its edges.
+
+    Raises
+    ------
+    MeshError
+        If the surface is not symmetric.
+    """
+    q, places = patch.param[..., 0], patch.B @ surface.net.reshape(-1, 3)
+    ends = [np.unique(patch.triangles[np.abs(q - line) < 1e-9]) for line in (seam, seam + 1.0 / turns)]
+    first, last = ends[::-1] if surface.cavity else ends
+    away, nearest = KDTree(places[last]).query(places[first] @ turned(turns)[1].T)
+    if len(first) != len(last) or len(np.unique(nearest)) < len(last) or away.max() > _SYMMETRIC:
+        raise MeshError(UNLIKE)
+    return replace(patch, seam=np.column_stack([first, last[nearest]]))
+
+
 def _patch(
     surface: TubeSurface,
     size: float,
@@ -213,13 +278,16 @@ def _patch(
     wedges: Sequence[Wedge],
     seam: float,
     parts: int = 1,
+    turns: int = 1,
+    slant: Slant = UPRIGHT,
 ) -> _Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
     q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
-    There are edges along the rings r = `crossed`, and along the lines at the edges of wedges.
+    Of a number of `turns`, each is the image of the one before. Lines of the grid have the `slant`, which parameters of
+    the patch leave out. There are edges along the rings r = `crossed`, and along the lines at the edges of wedges.
     """
-    around = Around(seam, parts, _edges(surface, wedges))
+    around = Around(seam, parts, _edges(surface, wedges), turns)
     tube = tube_rings(surface, size, turn, around, linings, crossed)
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
@@ -265,10 +333,10 @@ def _patch(
                     first = start[rim + inwards * np.arange(chains.shape[1])]
                     chains[start[rim] + np.arange(count[rim])] = first + np.arange(count[rim])[:, None]
         sheet = with_interface(sheet, lining, number, chains)
-    return _curved(surface, sheet, linings)
+    return _curved(surface, sheet, linings, slant)
 
 
-def _curved(surface: TubeSurface, sheet: Sheet, linings: Sequence[Lining]) -> _Patch:
+def _curved(surface: TubeSurface, sheet: Sheet, linings: Sequence[Lining], slant: Slant) -> _Patch:
     """The patch of a sheet: rows of B and offsets of its vertices, then those of the mid-side nodes of its edges."""
     vertex, q, r, single = sheet.vertex, sheet.corner_q, sheet.corner_r, sheet.single
     vertex_q, row_r, row_s = sheet.q, sheet.r, sheet.s
@@ -283,9 +351,10 @@ def _curved(surface: TubeSurface, sheet: Sheet, linings: Sequence[Lining]) -> _P
     mid_q, mid_r = edge_q.mean(-1), edge_r.mean(-1)
     param = np.stack([np.hstack([q, mid_q]), np.hstack([r, mid_r])], axis=-1)
 
-    vertices = _rows(surface, vertex_q, row_r, row_s)
+    vertices = _rows(surface, vertex_q + slant.at(row_r), row_r, row_s)
     on_tube = (row_s[edges] == 1.0).all(axis=1)
-    curved = _rows(surface, mid_q.ravel()[first], mid_r.ravel()[first], np.ones(len(edges)))
+    curved_q, curved_r = mid_q.ravel()[first], mid_r.ravel()[first]
+    curved = _rows(surface, curved_q + slant.at(curved_r), curved_r, np.ones(len(edges)))
     # Edges inside a disc are straight: their mid-side nodes are the means of their ends.
     pick = np.repeat(np.arange(len(edges)), 2)
     mean = sparse.csr_array((np.full(len(pick), 0.5), (pick, edges.ravel())), (len(edges), len(vertex_q)))

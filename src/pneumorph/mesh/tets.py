@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from pneumorph.problem.symmetry import Part
+
 TET_EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 """Corner pairs whose mid-side nodes are columns 4…9 of a tetrahedron (VTK order)."""
 
@@ -114,7 +116,9 @@ class TetMesh:
         tube and both ends. Half a body also has ``"mirror xz"`` or ``"mirror yz"``, the cut face, and a quarter has
         both; chambers cut by a plane are open there. A chamber that also represents mirror images is called
         ``"chamber <name> <name of the image> …"``: of four, the second is its image in xz, and the others are the
-        images of these two in yz.
+        images of these two in yz. One of n sectors has ``"sector <n>"`` and ``"sector <n> image"``, the faces of its
+        two cuts: triangles and nodes of the second are the images of the first's, in the same order, seen from the
+        other side. Its chambers are named in the order of the turns.
     regions : dict of (m,) int
         Indices of the tetrahedra made of each rubber, without overlap; empty if the whole body is of one rubber.
     covers : dict of Covered
@@ -136,6 +140,33 @@ class TetMesh:
         """The mirror planes in which the body continues, of "xz" and "yz" in this order; none for a whole body."""
         return tuple(sorted(name.removeprefix("mirror ") for name in self.faces if name.startswith("mirror ")))
 
+    @property
+    def part(self) -> Part:
+        """What of the whole body the mesh is."""
+        return self.mirrors or tuple(
+            name for name in self.faces if name.startswith("sector ") and not name.endswith(" image")
+        )
+
+    @property
+    def tied(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n,) in the second cut of a sector, and those (n,) in the first whose images they are."""
+        found = [(self.faces[name], self.faces[f"{name} image"]) for name in self.part if name not in self.mirrors]
+        if not found:
+            return np.zeros(0, int), np.zeros(0, int)
+        ((first, second),) = found
+        nodes, places = np.unique(second, return_index=True)
+        sources = first[:, TURNED].ravel()[places]
+        # Nodes on the axis are in both.
+        off = nodes != sources
+        return nodes[off], sources[off]
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Sorted indices of the nodes of a sector that are on the axis."""
+        names = [name for name in self.part if name not in self.mirrors]
+        found = [np.intersect1d(self.faces[name], self.faces[f"{name} image"]) for name in names]
+        return np.concatenate([np.zeros(0, int), *found])
+
     def mirror_nodes(self, plane: str) -> np.ndarray:
         """Sorted indices of the nodes in one of its mirror planes."""
         return np.unique(self.faces[f"mirror {plane}"])
@@ -144,6 +175,11 @@ class TetMesh:
         """Volume of the meshed solid in mm³."""
         # On a quadratic element det J is cubic in ξ; the boundary integral of degree 4 is exact and cheaper.
         return sum(area_and_volume(self.points, faces)[1] for faces in self.faces.values())
+
+
+def is_cut(face: str) -> bool:
+    """Whether a face of a part of a body is one where the body goes on."""
+    return face.startswith(("mirror ", "sector "))
 
 
 def chambers_of(face: str) -> tuple[str, ...]:

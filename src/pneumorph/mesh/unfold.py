@@ -1,4 +1,4 @@
-"""The whole mesh of a symmetric body from that of its half or quarter, by adding the mirror images."""
+"""The whole mesh of a symmetric body from that of its part, by adding the images."""
 
 from __future__ import annotations
 
@@ -7,17 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.mesh.tets import Covered, TetMesh, chambers_of
-from pneumorph.problem.symmetry import MIRRORS, NORMALS
+from pneumorph.mesh.tets import TURNED, Covered, TetMesh, chambers_of, is_cut
+from pneumorph.problem.symmetry import MIRRORS, NORMALS, turned, turns_of
 
-# Nodes of images are reordered so that the orientation is preserved.
+# Nodes of mirror images are reordered so that the orientation is preserved.
 _TET_IMAGE = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
-_TRIANGLE_IMAGE = [0, 2, 1, 5, 4, 3]
 
 
 @dataclass(frozen=True, eq=False)
 class Unfolded:
-    """The exactly symmetric mesh of which a mesh is a half or a quarter.
+    """The exactly symmetric mesh of which a mesh is a part.
 
     Attributes
     ----------
@@ -25,27 +24,31 @@ class Unfolded:
         The nodes of the part come first, then those of its images.
     source : (N,) int
         For every node, the node of the part that it is or whose image it is.
-    sign : (N, 3) float
-        Signs by which the components of vectors at the source node are multiplied.
+    turn : (N, 3, 3) float
+        The operation that maps vectors at the source node to those here.
+    copies : int
+        How often it contains the part.
     """
 
     mesh: TetMesh
     source: np.ndarray
-    sign: np.ndarray
+    turn: np.ndarray
+    copies: int
 
     def vectors(self, part: np.ndarray) -> np.ndarray:
         """Nodal vectors (N, 3) on the unfolded mesh from those on the part (n, 3)."""
-        return self.sign * part[self.source]
+        return _applied(self.turn, part[self.source])
 
 
 def unfold(mesh: TetMesh, keep: Collection[str] = ()) -> Unfolded:
-    """Unfold a mesh about its mirror planes, but for those to `keep`; a whole mesh is returned unchanged."""
+    """Unfold a mesh about the cuts of its part, but for those to `keep`; a whole mesh is returned unchanged."""
     n = len(mesh.points)
-    found = Unfolded(mesh, np.arange(n), np.ones((n, 3)))
-    for plane in mesh.mirrors:
-        if plane not in keep:
-            step = _doubled(found.mesh, plane)
-            found = Unfolded(step.mesh, found.source[step.source], step.sign * found.sign[step.source])
+    found = Unfolded(mesh, np.arange(n), np.tile(np.eye(3), (n, 1, 1)), 1)
+    for cut in mesh.part:
+        if cut not in keep:
+            step = _doubled(found.mesh, cut) if cut in MIRRORS else _joined(mesh)
+            source, turn = found.source[step.source], step.turn @ found.turn[step.source]
+            found = Unfolded(step.mesh, source, turn, step.copies * found.copies)
     return found
 
 
@@ -56,25 +59,64 @@ def _doubled(mesh: TetMesh, plane: str) -> Unfolded:
     image = np.arange(n)
     image[doubled] = n + np.arange(len(doubled))
     source = np.concatenate([np.arange(n), doubled])
-    sign = np.ones((len(source), 3))
-    sign[n:] = MIRRORS[plane]
+    turn = np.tile(np.eye(3), (len(source), 1, 1))
+    turn[n:] = np.diag(MIRRORS[plane])
     points = mesh.points.copy()
     points[cut, NORMALS[plane]] = 0.0
     faces = {}
     for name, triangles in mesh.faces.items():
-        mirrored = image[triangles[:, _TRIANGLE_IMAGE]]
+        mirrored = image[triangles[:, TURNED]]
         own, other = _shared_out(mesh, name, plane)
         if other:
             faces |= {f"chamber {' '.join(own)}": triangles, f"chamber {' '.join(other)}": mirrored}
         elif name != f"mirror {plane}":
             faces[name] = np.concatenate([triangles, mirrored])
     tets = np.concatenate([mesh.tets, image[mesh.tets[:, _TET_IMAGE]]])
-    regions = {name: np.concatenate([part, len(mesh.tets) + part]) for name, part in mesh.regions.items()}
+    return _unfolded(mesh, points, tets, faces, [np.arange(n), image], source, turn)
+
+
+def _joined(mesh: TetMesh) -> Unfolded:
+    """All sectors of the body of which the mesh is one."""
+    turns, n = turns_of(mesh.part), len(mesh.points)
+    (second, first), axis = mesh.tied, mesh.axis
+    new = np.setdiff1d(np.arange(n), np.concatenate([first, axis]))
+    images, sources, number = [np.arange(n)], [np.arange(n)], n
+    for copy in range(1, turns):
+        image = np.arange(n)
+        image[first] = images[-1][second]
+        # The last sector ends where the first one begins.
+        added = new if copy < turns - 1 else np.setdiff1d(new, second)
+        image[second] = first
+        image[added] = number + np.arange(len(added))
+        number += len(added)
+        images.append(image)
+        sources.append(added)
+    turn = np.repeat(turned(turns), [len(each) for each in sources], axis=0)
+    faces = {}
+    for name, triangles in mesh.faces.items():
+        names = chambers_of(name)
+        if len(names) > 1:
+            faces |= {f"chamber {own}": image[triangles] for own, image in zip(names, images, strict=True)}
+        elif not is_cut(name):
+            faces[name] = np.concatenate([image[triangles] for image in images])
+    tets = np.concatenate([image[mesh.tets] for image in images])
+    return _unfolded(mesh, mesh.points, tets, faces, images, np.concatenate(sources), turn)
+
+
+def _unfolded(mesh, points, tets, faces, images, source, turn) -> Unfolded:
+    """The unfolded mesh, where the nodes of every copy of the part have numbers `images`."""
+    count = len(mesh.tets)
+    starts = count * np.arange(len(images))[:, None]
+    regions = {name: (starts + part).ravel() for name, part in mesh.regions.items()}
     covers = {
-        name: Covered(np.concatenate([own.nodes, image[own.nodes]]), np.concatenate([own.points, own.points]))
+        name: Covered(np.concatenate([image[own.nodes] for image in images]), np.tile(own.points, (len(images), 1, 1)))
         for name, own in mesh.covers.items()
     }
-    return Unfolded(TetMesh(sign * points[source], tets, faces, regions, covers), source, sign)
+    return Unfolded(TetMesh(_applied(turn, points[source]), tets, faces, regions, covers), source, turn, len(images))
+
+
+def _applied(turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return np.einsum("nij,nj->ni", turn, vectors)
 
 
 def _shared_out(mesh: TetMesh, face: str, plane: str) -> tuple[list[str], list[str]]:

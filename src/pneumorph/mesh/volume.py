@@ -59,8 +59,10 @@ def fill(solids: dict[str, np.ndarray], faces: dict[str, np.ndarray], nodes: np.
     points, tets = nodes.copy(), []
     for triangles in solids.values():
         points[triangles[:, 3:]] = nodes[triangles[:, TRIANGLE_EDGES]].mean(axis=2)
+    sides = {tuple(corners) for name in faces if name.startswith("sector ") for corners in faces[name][:, :3].tolist()}
     for triangles in solids.values():
-        added, filling = _filled(triangles, nodes, size, len(points))
+        cut = np.array([tuple(corners) in sides for corners in triangles[:, :3].tolist()])
+        added, filling = _filled(triangles, nodes, size, len(points), cut)
         points = np.concatenate([points, added])
         tets.append(filling)
     starts = np.cumsum([0, *map(len, tets)])
@@ -69,18 +71,23 @@ def fill(solids: dict[str, np.ndarray], faces: dict[str, np.ndarray], nodes: np.
     return TetMesh(points, np.concatenate(tets), faces, regions)
 
 
-def _filled(triangles: np.ndarray, nodes: np.ndarray, size: float, first: int) -> tuple[np.ndarray, np.ndarray]:
-    """The inner nodes of a solid (n, 3), which are numbered from `first`, and its tetrahedra (m, 10)."""
+def _filled(
+    triangles: np.ndarray, nodes: np.ndarray, size: float, first: int, cut: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The inner nodes of a solid (n, 3), which are numbered from `first`, and its tetrahedra (m, 10).
+
+    Triangles (nt,) of a `cut` are no part of the surfaces.
+    """
     # Netgen gets only the corners, which are renumbered for it.
     vertices, corners = np.unique(triangles[:, :3], return_inverse=True)
     n_vertices = len(vertices)
     triangles = np.hstack([corners.reshape(-1, 3), triangles[:, 3:]])
     points, tets = _fill_straight(nodes[vertices], triangles[:, :3], size)
-    repaired, repaired_tets = repair(points, tets, triangles, nodes)
+    repaired, repaired_tets = repair(points, tets, triangles, nodes, cut)
     if repaired is not points:
         # Smoothing the new vertices may make other elements poor, so repair once more.
         points, tets = _optimised(repaired, repaired_tets, triangles[:, :3], size, "m", 1)
-        points, tets = repair(points, tets, triangles, nodes)
+        points, tets = repair(points, tets, triangles, nodes, cut)
 
     ends = np.sort(tets[:, TET_EDGES].reshape(-1, 2), axis=1)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)

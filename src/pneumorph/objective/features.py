@@ -27,6 +27,7 @@ from pneumorph.mechanics.assembly.terms import Connectivity, Values, connect
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.material.energies import determinant
 from pneumorph.objective.rotations import continued_logarithm, polar_rotation
+from pneumorph.problem.symmetry import Part, images_of
 
 
 class Pressing(NamedTuple):
@@ -48,7 +49,7 @@ class Pressing(NamedTuple):
 
 
 class Features(NamedTuple):
-    """The arguments of objectives; they describe the whole body even if the model is a half or a quarter of it.
+    """The arguments of objectives; they describe the whole body even if the model is a part of it.
 
     Attributes
     ----------
@@ -135,27 +136,24 @@ class ModelTraits(NamedTuple):
     ----------
     chambers : tuple of str
         Names.
-    copies : int
-        How many times the whole body contains the model: 2 for half a body, 4 for a quarter.
+    part : Part
+        What of the whole body the model is.
     plate : bool
         Whether the tip carries a plate.
-    even : (float, float, float)
-        0 for components normal to a mirror plane, otherwise 1.
     obstacles : tuple of str
         Names.
     """
 
     chambers: tuple[str, ...]
-    copies: int
+    part: Part
     plate: bool
-    even: tuple[float, ...]
     obstacles: tuple[str, ...]
 
 
 def traits_of(model: Model) -> ModelTraits:
     """The traits of a model."""
     obstacles = () if model.contact is None else tuple(model.contact.obstacles)
-    return ModelTraits(model.chambers, model.copies, model.plate, tuple(map(float, model.tip.even)), obstacles)
+    return ModelTraits(model.chambers, model.part, model.plate, obstacles)
 
 
 def measure_features(
@@ -233,9 +231,9 @@ def _poses(model: Model, state: State, shift: np.ndarray | None) -> np.ndarray:
 @partial(jax.jit, static_argnums=0)
 def features_of(traits: ModelTraits, at: ElementSums) -> Features:
     """Features as functions of the element sums."""
-    volume = dict(zip(traits.chambers, traits.copies * jnp.asarray(at.volume), strict=True))
-    even = jnp.asarray(traits.even)
-    position, _, rotation = _fitted(even, at.sections)
+    images = images_of(traits.part)
+    volume = dict(zip(traits.chambers, len(images) * jnp.asarray(at.volume), strict=True))
+    position, _, rotation = _fitted(images, at.sections)
     contact = {
         name: Pressing(row[pressing.FORCE], row[pressing.NORMAL], row[pressing.AREA])
         for name, row in zip(traits.obstacles, jnp.asarray(at.contact), strict=True)
@@ -244,20 +242,23 @@ def features_of(traits: ModelTraits, at: ElementSums) -> Features:
     if traits.plate:
         plate = jnp.asarray(at.plate)
         return Features(plate[:3], plate[3:], volume, position, rotation, contact, pose)
-    moved, place, turned = _fitted(even, jnp.asarray(at.face)[None])
-    _, _, below = _fitted(even, jax.lax.stop_gradient(at.below))
+    moved, place, turned = _fitted(images, jnp.asarray(at.face)[None])
+    _, _, below = _fitted(images, jax.lax.stop_gradient(at.below))
     turn = continued_logarithm(turned[0], below)
     return Features((moved - place)[0], turn, volume, position, rotation, contact, pose)
 
 
-def _fitted(even: Array, moments: Array) -> tuple[Array, Array, Array]:
-    """Means of x and X (…, 3), and rotations (…, 3, 3), the polar factors of Σ w (x − x̄) ⊗ (X − X̄)."""
-    # 1 for products of components that no mirror changes, 0 for those that cancel over the whole body.
-    pairs = jnp.maximum(jnp.outer(even, even), jnp.eye(3))
+def _fitted(images: np.ndarray, moments: Array) -> tuple[Array, Array, Array]:
+    """Means of x and X (…, 3), and rotations (…, 3, 3), the polar factors of Σ w (x − x̄) ⊗ (X − X̄).
+
+    Over the whole body, which consists of the images (k, 3, 3) of what the moments are of.
+    """
+    mean = images.mean(axis=0)
 
     def one(moments: Array) -> tuple[Array, Array, Array]:
         X, x, products = moments[1:4] / moments[0], moments[4:7] / moments[0], moments[7:].reshape(3, 3) / moments[0]
-        return even * x, even * X, polar_rotation((products - jnp.outer(even * x, even * X)) * pairs)
+        x, X, products = mean @ x, mean @ X, jnp.einsum("kia,ab,kjb->ij", images, products, images) / len(images)
+        return x, X, polar_rotation(products - jnp.outer(x, X))
 
     if not len(moments):
         return jnp.zeros((0, 3)), jnp.zeros((0, 3)), jnp.zeros((0, 3, 3))

@@ -7,13 +7,14 @@ from typing import Any
 
 from pneumorph.analysis import Fields, HistoryEntry
 from pneumorph.geometry import Body
+from pneumorph.problem.symmetry import Part
 
 
 @dataclass(frozen=True)
 class Started:
     """The loop begins; after design `iteration` if it was resumed.
 
-    With one plane in `mirrors` half the body is analysed, with two a quarter.
+    `part` of the body is analysed.
     """
 
     iteration: int
@@ -22,7 +23,7 @@ class Started:
     elements: int
     element: str
     dofs: int
-    mirrors: tuple[str, ...]
+    part: Part
 
 
 @dataclass(frozen=True)

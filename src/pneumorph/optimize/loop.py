@@ -145,7 +145,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
     now = (yield from _first(loop, clock)) if state is None else _resumed(loop, state)
     model = now.disc.model
     iterations = problem.optimizer.iterations
-    yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.mirrors)
+    yield Started(now.iteration, iterations, loop.space.n, model.elements, model.element, model.size, model.part)
     if state is None:
         yield _accepted(loop, now, clock, StepRecord(now.disc.factorisations, False))
     reason = "the number of designs that was asked for is reached"

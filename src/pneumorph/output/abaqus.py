@@ -49,7 +49,7 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
 
 def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
     """The mesh and configuration of the whole body from those of a part of it; whole ones are returned unchanged."""
-    if not mesh.mirrors:
+    if not mesh.part:
         return mesh, at
     whole = whole_of(at.model, mesh)
     return whole.image.mesh, whole.configuration(at)

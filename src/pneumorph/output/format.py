@@ -11,6 +11,7 @@ from pneumorph.analysis import SweepStep, TaskResult
 from pneumorph.mechanics import Rubber
 from pneumorph.problem import ContactArea, Custom, MatchCurve, MatchSections, Maximize, Press, TargetMotion, Task
 from pneumorph.problem.regions import REST
+from pneumorph.problem.symmetry import Part, turns_of
 
 WORDS = {
     "shift_x": "shift along x",
@@ -146,12 +147,14 @@ def format_duration(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
 
 
-def mirror_note(mirrors: tuple[str, ...]) -> str:
+def part_note(part: Part) -> str:
     """A note that part of the body is modelled, to be appended to the size of the model; empty for a whole body."""
-    match mirrors:
+    match part:
         case ():
             return ""
+        case (_,) if (turns := turns_of(part)) > 1:
+            return f", one of {turns} equal sectors of the body"
         case (plane,):
             return f", half the body on one side of the plane {plane}"
         case _:
-            return f", a quarter of the body between the planes {' and '.join(mirrors)}"
+            return f", a quarter of the body between the planes {' and '.join(part)}"

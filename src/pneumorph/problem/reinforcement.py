@@ -234,6 +234,11 @@ def _part(
         yield f"{key}.angles", f"cover less than mesh.size = {size:g} mm; change them or use a finer mesh"
 
 
+def surrounds(problem: Problem) -> bool:
+    """Whether every reinforcement goes all the way around."""
+    return all(each.angles is None for each in reinforcements(problem))
+
+
 def keeps(problem: Problem, plane: str) -> bool:
     """Whether the mirror plane "xz" or "yz" maps every reinforcement to itself."""
     matrix = np.diag(np.array(MIRRORS[plane], float))

@@ -20,6 +20,7 @@ from pneumorph.mesh.tets import (
     TetMesh,
     area_vectors,
     chambers_of,
+    is_cut,
     tet_gradient,
     tet_shape,
     triangle_shape,
@@ -45,7 +46,7 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
     answer = np.zeros((model.nodes, 3))
     shape = triangle_shape(TRIANGLE_RULE[0])
     for name, triangles in mesh.faces.items():
-        if name.startswith("mirror "):
+        if is_cut(name):
             continue
         # The images of a chamber have the same pressure.
         pressure = next((pressures[chamber] for chamber in chambers_of(name)), 0.0)

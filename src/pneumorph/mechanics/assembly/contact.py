@@ -23,6 +23,7 @@ from pneumorph.mechanics.assembly.pose import STILL, View
 from pneumorph.mechanics.assembly.recent import Recent
 from pneumorph.mechanics.assembly.terms import Connectivity
 from pneumorph.mechanics.assembly.triangulated import Triangulated, TriangulatedTouch
+from pneumorph.mesh import Unfolded
 
 if TYPE_CHECKING:
     import ipctk
@@ -55,6 +56,8 @@ class Pairs:
     rigid : sequence of RigidMesh
     activation, stiffness : float
         The activation distance d̂ in mm, and the stiffness κ of the barrier in MPa.
+    image : Unfolded, optional
+        The whole body of a sector, whose surface this is: each sector has its share of the energy.
     """
 
     def __init__(
@@ -65,13 +68,25 @@ class Pairs:
         rigid: Sequence[RigidMesh],
         activation: float,
         stiffness: float,
+        image: Unfolded | None = None,
     ):
         # Imported here because most bodies touch nothing.
         import ipctk
 
+        self._given = activation, stiffness
         faces = surface.nodes[: surface.count][:, FLAT].reshape(-1, 3)
-        self.nodes, corners = np.unique(faces, return_inverse=True)
-        starts = len(self.nodes) + np.cumsum([0, *(len(each.points) for each in rigid)])
+        nodes, corners = np.unique(faces, return_inverse=True)
+        self._moving, source, turn = len(nodes), nodes, np.tile(np.eye(3), (len(nodes), 1, 1))
+        self._share = 1.0
+        if image is not None:
+            source, turn, self._share = image.source[nodes], image.turn[nodes], 1.0 / image.copies
+        columns = np.repeat(3 * source[:, None] + np.arange(3), 3, axis=0)
+        # The places of its corners by those of the nodes.
+        self._by = sparse.csr_array(
+            (turn.ravel(), columns.ravel(), 3 * np.arange(3 * self._moving + 1)), (3 * self._moving, X.size)
+        )
+        self._by.eliminate_zeros()
+        starts = self._moving + np.cumsum([0, *(len(each.points) for each in rigid)])
         triangles = np.concatenate(
             [corners.reshape(-1, 3), *(each.triangles + start for each, start in zip(rigid, starts, strict=False))]
         )
@@ -79,7 +94,7 @@ class Pairs:
         self._activation = activation
         edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
         self._mesh = ipctk.CollisionMesh(self._places(X), edges.astype(np.int32), triangles.astype(np.int32))
-        moving = len(self.nodes)
+        moving = self._moving
         only_others = ipctk.make_vertex_patches_filter(np.arange(starts[-1]) >= moving)
         self._mesh.can_collide = ipctk.make_static_obstacle_filter(moving) if own else only_others
         neighbours = self._near(self._places(X))
@@ -90,8 +105,12 @@ class Pairs:
         self.touch = Recent(lambda x: Touch(self, x.shape[0], self._places(x)))
         """The contact with nodes at x (N, 3)."""
 
+    def of_whole(self, surface: Connectivity, X: np.ndarray) -> Pairs:
+        """The same of the whole body of a sector, with its faces and nodes (N, 3)."""
+        return Pairs(surface, X, True, [], *self._given)
+
     def _places(self, x: np.ndarray) -> np.ndarray:
-        return np.asfortranarray(np.concatenate([x[self.nodes], self._rigid]))
+        return np.asfortranarray(np.concatenate([(self._by @ x.ravel()).reshape(-1, 3), self._rigid]))
 
     def _near(self, places: np.ndarray) -> ipctk.NormalCollisions:
         import ipctk
@@ -130,29 +149,30 @@ class Touch:
     @cached_property
     def energy(self) -> float:
         """N·mm."""
-        return 0.0 if self.nothing else float(self._pairs._potential(self._found, self._pairs._mesh, self._at))
+        pairs = self._pairs
+        return 0.0 if self.nothing else pairs._share * float(pairs._potential(self._found, pairs._mesh, self._at))
 
     @cached_property
     def slope(self) -> np.ndarray:
         """Derivatives (N, 3) of the energy by the places of all nodes, N: what they press with."""
-        by = np.zeros((self._count, 3))
-        if not self.nothing:
-            own = self._pairs.nodes
-            found = self._pairs._potential.gradient(self._found, self._pairs._mesh, self._at)
-            by[own] = found.reshape(-1, 3)[: len(own)]
-        return by
+        pairs = self._pairs
+        if self.nothing:
+            return np.zeros((self._count, 3))
+        found = pairs._potential.gradient(self._found, pairs._mesh, self._at)[: 3 * pairs._moving]
+        return pairs._share * (pairs._by.T @ found).reshape(-1, 3)
 
     @cached_property
     def hessian(self) -> sparse.csr_array:
         """Second derivatives (3N, 3N), N/mm."""
-        size, own = 3 * self._count, self._pairs.nodes
+        pairs, size, moving = self._pairs, 3 * self._count, 3 * self._pairs._moving
         if self.nothing:
             return sparse.csr_array((size, size))
-        found = sparse.coo_array(self._pairs._potential.hessian(self._found, self._pairs._mesh, self._at))
+        found = sparse.coo_array(pairs._potential.hessian(self._found, pairs._mesh, self._at))
         row, column = found.coords
-        moving = (row < 3 * len(own)) & (column < 3 * len(own)) & (found.data != 0.0)
-        place = (3 * own[:, None] + np.arange(3)).ravel()
-        return sparse.csr_array((found.data[moving], (place[row[moving]], place[column[moving]])), shape=(size, size))
+        some = (row < moving) & (column < moving) & (found.data != 0.0)
+        values = pairs._share * found.data[some]
+        by_corners = sparse.csr_array((values, (row[some], column[some])), shape=(moving, moving))
+        return sparse.csr_array(pairs._by.T @ by_corners @ pairs._by)
 
     def product(self, motion: np.ndarray) -> np.ndarray:
         """The change (N, 3) of `slope` along a motion (N, 3) of the nodes."""

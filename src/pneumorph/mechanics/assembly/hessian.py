@@ -14,6 +14,7 @@ from pneumorph.mechanics.assembly.element import TRIANGLE_VOLUME
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import contact_tangent, displacement, object_columns, plate_columns
+from pneumorph.mechanics.assembly.sparsity import BlockPlaces
 from pneumorph.mechanics.assembly.stiffness import gather, scatter
 from pneumorph.mechanics.assembly.terms import (
     ChamberPressure,
@@ -56,7 +57,7 @@ def tangent(
             blocks = _blocks(energy, seen, at, loads, own)
             if blocks is None:
                 continue
-            motion, coupling, compression = blocks
+            motion, coupling, compression = _turned_back(blocks, places, model.tip.tied.turn)
             gather(motion, places.visits, places.visit_start, places.slot, common.indptr, data)
             scatter(coupling.ravel(), places.coupling, data)
             scatter(compression.ravel(), places.compression, data)
@@ -74,10 +75,14 @@ def contact_in_pairs(
 ) -> sparse.coo_array:
     """What contact in pairs and free obstacles add to the tangent: the upper triangle, without constrained unknowns."""
     found, turned = contact_tangent(model.potential, X, state, loads)
-    off, on, first = model.off_tip, model.tip.nodes, model.size - 6
-    axes = np.arange(3)
-    rows, columns = [(3 * off[:, None] + axes).ravel()], [np.arange(3 * len(off))]
-    values = [np.ones(3 * len(off))]
+    own, on, first = model.independent, model.tip.nodes, model.size - 6
+    axes, tied = np.arange(3), model.tip.tied
+    rows, columns = [(3 * own[:, None] + axes).ravel()], [np.arange(3 * len(own))]
+    values = [np.ones(3 * len(own))]
+    if len(tied.nodes):
+        rows.append(np.repeat((3 * tied.nodes[:, None] + axes).ravel(), 3))
+        columns.append(np.repeat(3 * model.sparsity.number[tied.nodes], 9) + np.tile(axes, 3 * len(tied.nodes)))
+        values.append(np.tile(tied.turn.ravel(), len(tied.nodes)))
     if len(on):
         ride = Ride(model.tip, X, state.plate)
         rows.append(np.repeat((3 * on[:, None] + axes).ravel(), 6))
@@ -129,6 +134,20 @@ def _blocks(
             return _cut(derivatives.hessians(energy, seen, at, loads), seen.nodes.shape[1])
 
 
+def _turned_back(blocks: Blocks, places: BlockPlaces, turn: np.ndarray) -> Blocks:
+    """The blocks by the displacements of the nodes in the first cut, where there are those of their images."""
+    if not len(places.turned):
+        return blocks
+    motion, coupling, compression = blocks
+    some, (b, a) = places.turned, np.tril_indices(places.images.shape[1])
+    by = np.where(places.images[..., None, None], turn, np.eye(3))
+    motion, coupling = motion.copy(), coupling.copy()
+    pairs = motion[some].reshape(len(some), -1, 3, 3)
+    motion[some] = np.einsum("enji,enjk,enkl->enil", by[:, a], pairs, by[:, b]).reshape(len(some), -1, 9)
+    coupling[some] = np.einsum("eaji,eacj->eaci", by, coupling[some])
+    return motion, coupling, compression
+
+
 def _pressure_blocks(seen: Connectivity, at: Local, loads: Loads) -> Blocks:
     """−p ∂²V of every triangle: V = Σ A_abc det(x_a, x_b, x_c), so ∂²V/∂x_a∂x_b is −6 Σ_c A_abc [x_c]×."""
     count, (b, a) = seen.count, np.tril_indices(6)
@@ -153,12 +172,12 @@ def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np
     """The six columns of the plate, which moves the nodes of the tip; for all terms at once."""
     common = model.sparsity
     columns = plate_columns(model.potential, X, state, loads)
-    number = common.number[common.beside_tip]
+    number = common.beside_tip
     row_ends = common.indptr[(3 * number[:, None] + np.arange(3)) + 1]
-    data[row_ends[:, :, None] + np.arange(-6, 0)] = columns.u[common.beside_tip]
+    data[row_ends[:, :, None] + np.arange(-6, 0)] = columns.u[model.independent[number]]
     if model.mixed:
         beside = common.corners_beside_tip
-        row_ends = common.indptr[3 * len(model.off_tip) + beside + 1]
+        row_ends = common.indptr[3 * len(model.independent) + beside + 1]
         data[row_ends[:, None] + np.arange(-6, 0)] = columns.hydrostatic[common.corners[beside]]
     data[-21:] = columns.plate[np.triu_indices(6)]
 

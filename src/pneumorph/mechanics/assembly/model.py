@@ -19,10 +19,10 @@ from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
 from pneumorph.mechanics.assembly.reinforcement import Reinforcement, connect_covered
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces, Sparsity, build_sparsity, places_of, touching
 from pneumorph.mechanics.assembly.terms import ChamberPressure, Connectivity, Plate, Solid, Term, Weight, connect
-from pneumorph.mechanics.assembly.tip import Tip
+from pneumorph.mechanics.assembly.tip import Tied, Tip
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
-from pneumorph.problem.symmetry import MIRRORS, NORMALS
+from pneumorph.problem.symmetry import NORMALS, Part, even_of, images_of, odd_of
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class Model:
     tets, cavities, face : Connectivity
         All tetrahedra; the chambers' triangles, whose data are their shares (C,) in the chambers' volumes; and the
         triangles of the tip.
-    mirrors : tuple of str
-        The planes, "xz" and "yz" in this order, in which the body continues; states there are images of this one's.
+    part : Part
+        What of the whole body the mesh is; elsewhere, states are images of this one's.
     supports : (nodes, 3) bool
         Displacement components fixed at zero.
     terms : tuple of Term
@@ -58,6 +58,10 @@ class Model:
         The terms, grouped for evaluation.
     places : tuple of BlockPlaces
         Where the blocks of each group go in the tangent.
+    independent : (m,) int
+        Nodes with displacements of their own: neither on the tip, nor images in the second cut of a sector.
+    source : (nodes,) int
+        The node whose image each is, or itself.
     fixed : (n,) bool
         Unknowns fixed at zero by the supports, in the numbering of `sparsity`.
     supported_values, diagonal : int
@@ -74,14 +78,15 @@ class Model:
     tets: Connectivity
     cavities: Connectivity
     face: Connectivity
-    mirrors: tuple[str, ...]
+    part: Part
     supports: np.ndarray
     terms: tuple[Term, ...]
     potential: Potential
     sparsity: Sparsity
     places: tuple[BlockPlaces, ...]
     fixed: np.ndarray
-    off_tip: np.ndarray
+    independent: np.ndarray
+    source: np.ndarray
     supported_values: np.ndarray
     diagonal: np.ndarray
 
@@ -116,13 +121,13 @@ class Model:
 
     @property
     def copies(self) -> int:
-        """How often the whole body contains the mesh: 2 where it is a half, 4 where it is a quarter, else 1."""
-        return 2 ** len(self.mirrors)
+        """How often the whole body contains the mesh: 2 where it is a half, n where it is one of n sectors, …."""
+        return len(images_of(self.part))
 
     @property
     def odd(self) -> np.ndarray:
-        """Plate components (6,) bool that are zero by mirror symmetry."""
-        return _odd(self.mirrors)
+        """Plate components (6,) bool that are zero by symmetry."""
+        return odd_of(self.part)
 
     @property
     def elements(self) -> int:
@@ -141,7 +146,7 @@ class Model:
     @property
     def hydrostatic_unknowns(self) -> slice:
         """The slice of π in the vector of unknowns."""
-        first = 3 * len(self.off_tip)
+        first = 3 * len(self.independent)
         return slice(first, first + self.hydrostatics)
 
     @property
@@ -152,15 +157,17 @@ class Model:
     def state(self, vector: np.ndarray) -> State:
         """The unknowns (n,) as a State."""
         u = np.zeros((self.nodes, 3))
-        u[self.off_tip] = vector[: 3 * len(self.off_tip)].reshape(-1, 3)
+        u[self.independent] = vector[: 3 * len(self.independent)].reshape(-1, 3)
         hydrostatic = np.zeros(len(self.sparsity.rank))
         hydrostatic[self.sparsity.corners] = vector[self.hydrostatic_unknowns]
+        if self.mixed:
+            hydrostatic = hydrostatic.reshape(-1, self.nodes)[:, self.source].ravel()
         return State(u, np.array(vector[-6:]), hydrostatic, np.array(vector[self.object_unknowns]).reshape(-1, 6))
 
     def vector(self, state: State) -> np.ndarray:
         """A State (or a residual) as a vector (n,)."""
         hydrostatic = state.hydrostatic[self.sparsity.corners]
-        return np.concatenate([state.u[self.off_tip].ravel(), hydrostatic, state.objects.ravel(), state.plate])
+        return np.concatenate([state.u[self.independent].ravel(), hydrostatic, state.objects.ravel(), state.plate])
 
 
 def build_model(
@@ -179,7 +186,7 @@ def build_model(
     ----------
     mesh : TetMesh
         Faces "base" (clamped), "tip" (bonded to the plate) and "chamber <name>" (pressurised), as far as present. Nodes
-        on "mirror <plane>" stay in that plane.
+        on "mirror <plane>" stay in that plane, and those of a sector on the axis stay there.
     rubber : Rubber, or dict of them by the mesh's regions
     plate : bool
         False leaves the tip face free.
@@ -214,16 +221,25 @@ def build_model(
     supports = supports.copy()
     for plane in mesh.mirrors:
         supports[mesh.mirror_nodes(plane), NORMALS[plane]] = True
+    supports[mesh.axis, :2] = True
     on_tip = np.zeros(count, bool)
     if plate:
         on_tip[np.unique(mesh.faces["tip"])] = True
+    images, sources = mesh.tied
+    source = np.arange(count)
+    source[images] = sources
+    off = ~on_tip[images]
+    tied = Tied(images[off], sources[off], images_of(mesh.part)[-1].T)
+    own = ~on_tip & (source == np.arange(count))
+    number = np.where(own, np.cumsum(own) - 1, -1)
+    number[tied.nodes] = number[tied.sources]
     chambers = tuple(chamber for face in mesh.faces for chamber in chambers_of(face))
     tets, cavities = connect(mesh.tets), _cavities(mesh)
     terms = []
-    for number, (name, solid) in enumerate(rubbers.items()):
-        own = mesh.tets[regions[name]]
-        places = number * count + own[:, :4] if mixed else None
-        connectivity = connect(own, places)
+    for row, (name, solid) in enumerate(rubbers.items()):
+        tets_of = mesh.tets[regions[name]]
+        places = row * count + source[tets_of[:, :4]] if mixed else None
+        connectivity = connect(tets_of, places)
         energy_density = element.mixed(solid.isochoric) if mixed else solid.energy
         terms.append(Term(connectivity, Solid(energy_density, jnp.asarray(solid.parameters, dtype=float))))
         if weight:
@@ -235,10 +251,10 @@ def build_model(
     if contact is not None:
         terms += _obstacles(contact)
     terms += [
-        Term(connect_covered(mesh.covers[name]), replace(energy, number=number))
-        for number, (name, energy) in enumerate(laid.items())
+        Term(connect_covered(mesh.covers[name]), replace(energy, number=row))
+        for row, (name, energy) in enumerate(laid.items())
     ]
-    tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), _even(mesh.mirrors))
+    tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), even_of(mesh.part), tied)
     return Model(
         rubbers=rubbers,
         regions=regions,
@@ -250,10 +266,11 @@ def build_model(
         tets=tets,
         cavities=cavities,
         face=connect(tip.triangles),
-        mirrors=mesh.mirrors,
+        part=mesh.part,
         supports=supports,
-        off_tip=np.flatnonzero(~on_tip),
-        **_assembled(terms, tip, contact, on_tip, len(rubbers) * count if mixed else 0, supports, plate, mesh.mirrors),
+        independent=np.flatnonzero(own),
+        source=source,
+        **_assembled(terms, tip, contact, number, len(rubbers) * count if mixed else 0, supports, plate, mesh.part),
     )
 
 
@@ -262,12 +279,10 @@ def with_terms(model: Model, terms: Iterable[Term]) -> Model:
 
     Unknowns, states and supports stay the same. It needs a new `Tangent`, which repeats the symbolic analysis.
     """
-    on_tip = np.zeros(model.nodes, bool)
-    on_tip[model.tip.nodes] = True
-    hydrostatics = len(model.sparsity.rank)
+    hydrostatics, number = len(model.sparsity.rank), model.sparsity.number
     contact, supports = model.potential.contact, model.supports
     return replace(
-        model, **_assembled(terms, model.tip, contact, on_tip, hydrostatics, supports, model.plate, model.mirrors)
+        model, **_assembled(terms, model.tip, contact, number, hydrostatics, supports, model.plate, model.part)
     )
 
 
@@ -277,17 +292,15 @@ def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
     Every element of that has nodes of a single element of the model, as a face has those of a tetrahedron.
     A `Tangent` of the model serves the other one too.
     """
-    on_tip = np.zeros(model.nodes, bool)
-    on_tip[model.tip.nodes] = True
-    terms = tuple(terms)
+    terms, number = tuple(terms), model.sparsity.number
     groups, potential = grouped(terms), model.potential
     places = {id(group.connectivity): place for group, place in zip(potential.groups, model.places, strict=True)}
-    place = places.get(id(like)) or places_of(model.sparsity, like)
+    place = places.get(id(like)) or places_of(model.sparsity, like, model.tip.tied.nodes)
     return replace(
         model,
         terms=(*model.terms, *terms),
         potential=potential._replace(
-            groups=(*potential.groups, *groups), near_tip=(*potential.near_tip, *_near_tip(groups, on_tip))
+            groups=(*potential.groups, *groups), near_tip=(*potential.near_tip, *_near_tip(groups, number))
         ),
         places=(*model.places, *[place for _ in groups]),
     )
@@ -297,25 +310,27 @@ def _assembled(
     terms: Iterable[Term],
     tip: Tip,
     contact: Contact | None,
-    on_tip: np.ndarray,
+    number: np.ndarray,
     hydrostatics: int,
     supports: np.ndarray,
     plate: bool,
-    mirrors: tuple[str, ...],
+    part: Part,
 ) -> dict[str, Any]:
     """The fields of a model that follow from its terms."""
     terms = tuple(terms)
     groups = grouped(terms)
     held = [] if contact is None else [free.held for free in contact.free.values()]
-    common = build_sparsity([group.connectivity for group in groups], on_tip, hydrostatics, len(held))
-    still = _odd(mirrors) if plate else np.ones(6, bool)
-    fixed = np.concatenate([supports[~on_tip].ravel(), np.zeros(len(common.corners), bool), *held, still])
+    common = build_sparsity([group.connectivity for group in groups], number, hydrostatics, len(held))
+    still = odd_of(part) if plate else np.ones(6, bool)
+    own = number >= 0
+    own[tip.tied.nodes] = False
+    fixed = np.concatenate([supports[own].ravel(), np.zeros(len(common.corners), bool), *held, still])
     rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
     return {
         "terms": terms,
-        "potential": Potential(groups, _near_tip(groups, on_tip), tip, contact),
+        "potential": Potential(groups, _near_tip(groups, number), tip, contact),
         "sparsity": common,
-        "places": tuple(places_of(common, group.connectivity) for group in groups),
+        "places": tuple(places_of(common, group.connectivity, tip.tied.nodes) for group in groups),
         "fixed": fixed,
         "supported_values": np.flatnonzero(fixed[rows] | fixed[common.indices]),
         "diagonal": common.indptr[:-1],
@@ -349,23 +364,6 @@ def _regions(mesh: TetMesh, rubber: Rubber | Mapping[str, Rubber]) -> tuple[dict
     return dict(rubber), regions
 
 
-def _odd(mirrors: tuple[str, ...]) -> np.ndarray:
-    """Plate components (6,) bool whose sign a mirror changes."""
-    odd = np.zeros(6, bool)
-    for plane in mirrors:
-        # A rotation vector is axial: a mirror reverses the components that it keeps of ordinary vectors.
-        polar = np.array(MIRRORS[plane])
-        odd |= np.concatenate([polar, np.prod(polar) * polar]) < 0
-    return odd
-
-
-def _even(mirrors: tuple[str, ...]) -> np.ndarray:
-    """Ones (3,), with 0 for the components across mirror planes."""
-    even = np.ones(3)
-    even[[NORMALS[plane] for plane in mirrors]] = 0.0
-    return even
-
-
 def _cavities(mesh: TetMesh) -> Connectivity:
     """The chambers' triangles, with their shares in the chambers' volumes.
 
@@ -378,12 +376,12 @@ def _cavities(mesh: TetMesh) -> Connectivity:
     return connect(chamber, data=np.asarray(block_diag(*shares)).T if shares else np.zeros((0, 0)))
 
 
-def _near_tip(groups: Iterable[Group], on_tip: np.ndarray) -> tuple[Group, ...]:
+def _near_tip(groups: Iterable[Group], number: np.ndarray) -> tuple[Group, ...]:
     """The groups, restricted to elements that depend on the plate."""
     near = []
     for seen, energies in groups:
         nodes, hydrostatics, data = (rows[: seen.count] for rows in (seen.nodes, seen.hydrostatics, seen.data))
-        chosen = np.flatnonzero(touching(nodes, on_tip, seen.plate))
+        chosen = np.flatnonzero(touching(nodes, number, seen.plate))
         if len(chosen):
             near.append(
                 Group(connect(nodes[chosen], hydrostatics[chosen], data[chosen], seen.plate, seen.objects), energies)

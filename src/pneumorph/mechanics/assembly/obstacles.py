@@ -23,7 +23,7 @@ from scipy.spatial import ConvexHull
 
 from pneumorph.mechanics.assembly.pose import seen
 from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Local, Values, connect
-from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape
+from pneumorph.mesh.tets import TetMesh, is_cut, triangle_gradient, triangle_shape
 
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5], [1 / 3, 1 / 3]])
 SAMPLE_N, SAMPLE_DN = triangle_shape(_CORNERS), triangle_gradient(_CORNERS)
@@ -34,7 +34,7 @@ a uniform gap gives the nodal forces of a uniform pressure."""
 
 def surface_of(mesh: TetMesh) -> Connectivity:
     """All faces of a mesh but a cut one; the data of a face (7,) are its areas at the sample points, mm²."""
-    faces = np.concatenate([nodes for name, nodes in mesh.faces.items() if not name.startswith("mirror ")])
+    faces = np.concatenate([nodes for name, nodes in mesh.faces.items() if not is_cut(name)])
     along, across = np.einsum("fai,qak->kfqi", mesh.points[faces], SAMPLE_DN)
     return connect(faces, data=SAMPLE_WEIGHTS * np.linalg.norm(np.cross(along, across), axis=-1), objects=True)
 

@@ -120,8 +120,8 @@ def tangent_product(potential: Potential, X: np.ndarray, state: State, loads: Lo
 
 def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> Callable[[State], State]:
     """The same as a function of the direction, for several: what does not depend on it is computed once."""
-    ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
-    u = _displacement(state.u, nodes, ride.displacement())
+    ride, tip, nodes = Ride(potential.tip, X, state.plate), potential.tip, potential.tip.nodes
+    u = _displacement(tip, state.u, ride.displacement())
     prepared = []
     for seen, energies in potential.groups:
         at = seen.local(X, u, state)
@@ -130,7 +130,7 @@ def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads)
     on_tip = _forces(potential, potential.near_tip, X, state, loads, ride)[1].u[nodes] if len(nodes) else None
 
     def product(direction: State) -> State:
-        du = _displacement(direction.u, nodes, ride.along(direction.plate))
+        du = _displacement(tip, direction.u, ride.along(direction.plate))
         by = _nothing(X, state)
         for seen, maps in prepared:
             along = seen.moving(du, direction)
@@ -163,15 +163,15 @@ def pullback(
     potential: Potential, X: np.ndarray, state: State, loads: Loads, ws: Sequence[State]
 ) -> list[tuple[np.ndarray, Loads]]:
     """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂loads for every adjoint state w."""
-    ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
-    u = _displacement(state.u, nodes, ride.displacement())
+    ride, tip, nodes = Ride(potential.tip, X, state.plate), potential.tip, potential.tip.nodes
+    u = _displacement(tip, state.u, ride.displacement())
     by_X, by_u, by_w = np.zeros((3, len(ws), *X.shape))
     acting = [_none(loads) for _ in ws]
     for seen, energies in potential.groups:
         at = seen.local(X, u, state)
         pulls = [derivatives.pullback(energy, seen, at, loads, len(ws) > 1) for energy in energies]
         for k, w in enumerate(ws):
-            field = _displacement(w.u, nodes, ride.along(w.plate))
+            field = _displacement(tip, w.u, ride.along(w.plate))
             along = seen.local(X, field, w)
             for pull in pulls:
                 found = pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
@@ -181,7 +181,7 @@ def pullback(
     for touch, number, free in potential.touches(X + u, state, loads):
         for k, w in enumerate(ws):
             moving = STILL if free is None else w.objects[free]
-            pulled, by_pose = touch.change(_displacement(w.u, nodes, ride.along(w.plate)), moving)
+            pulled, by_pose = touch.change(_displacement(tip, w.u, ride.along(w.plate)), moving)
             by_X[k] += pulled
             by_u[k] += pulled
             by_w[k] += touch.slope
@@ -220,13 +220,13 @@ def pulled_to_unknowns(tip: Tip, X: np.ndarray, state: State, by_u: np.ndarray) 
 
 
 def displacement(tip: Tip, X: np.ndarray, state: State) -> np.ndarray:
-    """Displacements of all nodes (N, 3); those on the tip follow the plate."""
-    return _displacement(state.u, tip.nodes, Ride(tip, X, state.plate).displacement())
+    """Displacements of all nodes (N, 3); those on the tip follow the plate, images what they are images of."""
+    return _displacement(tip, state.u, Ride(tip, X, state.plate).displacement())
 
 
 def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> np.ndarray:
     """Derivative (N, 3) of the displacements along a change of state."""
-    return _displacement(change.u, tip.nodes, Ride(tip, X, state.plate).along(change.plate))
+    return _displacement(tip, change.u, Ride(tip, X, state.plate).along(change.plate))
 
 
 def contact_tangent(
@@ -234,7 +234,7 @@ def contact_tangent(
 ) -> tuple[sparse.csr_array, np.ndarray]:
     """Of contact in pairs: ∂²E/∂x∂x (3N, 3N) by the places of all nodes, and what the plate's turn adds (6, 6)."""
     ride = Ride(potential.tip, X, state.plate)
-    x = X + _displacement(state.u, potential.tip.nodes, ride.displacement())
+    x = X + _displacement(potential.tip, state.u, ride.displacement())
     found, turned = sparse.csr_array((X.size, X.size)), np.zeros((6, 6))
     for touch, _, _ in potential.touches(x, state, loads):
         found = found + touch.hessian
@@ -251,7 +251,7 @@ def _forces(
 
     Of `groups` of the potential's, and all its contact in pairs.
     """
-    u = _displacement(state.u, ride.tip.nodes, ride.displacement())
+    u = _displacement(ride.tip, state.u, ride.displacement())
     value, by = 0.0, _nothing(X, state)
     for seen, energies in groups:
         at = seen.local(X, u, state)
@@ -269,9 +269,9 @@ def _forces(
 
 def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, dX, dloads: Loads) -> State:
     """Derivative of R along a change of state, nodes and loads."""
-    ride, nodes = Ride(potential.tip, X, state.plate), potential.tip.nodes
+    ride, tip, nodes = Ride(potential.tip, X, state.plate), potential.tip, potential.tip.nodes
     moving = ride.along(dstate.plate) if dX is None else ride.along(dstate.plate) + ride.moved(dX[nodes])
-    u, du = _displacement(state.u, nodes, ride.displacement()), _displacement(dstate.u, nodes, moving)
+    u, du = _displacement(tip, state.u, ride.displacement()), _displacement(tip, dstate.u, moving)
     motion = np.zeros(X.shape) if dX is None else dX
     by = _nothing(X, state)
     for seen, energies in potential.groups:
@@ -310,15 +310,17 @@ def _nothing(X: np.ndarray, state: State) -> State:
     return State(np.zeros(X.shape), *(np.zeros(part.shape) for part in state[1:]))
 
 
-def _displacement(u: np.ndarray, nodes: np.ndarray, on_tip: np.ndarray) -> np.ndarray:
+def _displacement(tip: Tip, u: np.ndarray, on_tip: np.ndarray) -> np.ndarray:
     full = np.array(u, dtype=float)
-    full[nodes] = on_tip
+    full[tip.nodes] = on_tip
+    tip.tied.led(full)
     return full
 
 
 def _on_unknowns(ride: Ride, full: State) -> State:
-    """Convert forces on all nodes to forces on the unknowns: those on the tip act on the plate."""
+    """Convert forces on all nodes to forces on the unknowns: those on the tip act on the plate, see also `Tied`."""
     nodes = ride.tip.nodes
+    ride.tip.tied.gathered(full.u)
     if not len(nodes):
         return full
     plate = full.plate + ride.on_plate(full.u[nodes])

@@ -1,6 +1,7 @@
 """The sparsity of the tangent, common to all terms, and where the element blocks go in it.
 
-The unknowns are, in this order: three displacements for each node off the tip, in node order; π of mixed elements; six
+The unknowns are, in this order: three displacements for each node that has its own
+(not those on the tip, nor images in the cut of a sector), in node order; π of mixed elements; six
 of each free obstacle; and six of the plate. Only the upper triangle is stored, for the tangent is symmetric. Supported
 unknowns stay, as rows of the identity. What free obstacles couple changes with what they touch: only their diagonal is
 here.
@@ -24,18 +25,18 @@ class Sparsity:
     Attributes
     ----------
     number : (N,) int
-        Rank of each node among those not on the tip; −1 on the tip.
+        Rank of each node, or of that whose image it is, among those with displacements of their own; −1 on the tip.
     corners : (n_π,) int
         Indices into `State.hydrostatic` of the entries that are unknowns; empty without mixed elements.
     rank : (P,) int
         Rank of each entry of `State.hydrostatic` in `corners`; −1 for those that are not unknowns.
     size : int
-        Number of unknowns, 3·(nodes off the tip) + n_π + 6·(free obstacles) + 6.
+        Number of unknowns, 3·(nodes with their own) + n_π + 6·(free obstacles) + 6.
     indptr, indices : CSR arrays of the upper triangle, columns ascending.
     motion, coupling, compression : CSR
         Its pairs of nodes, of nodes with entries of π, and of entries of π.
     beside_tip : (k,) int
-        Nodes off the tip that share an element with it or with the plate.
+        Ranks of the nodes that share an element with the tip or with the plate.
     corners_beside_tip : (k_π,) int
         Ranks in `corners` of the entries of π that do.
     """
@@ -60,13 +61,17 @@ class BlockPlaces:
     Attributes
     ----------
     visits, visit_start : (a·E,), (n + 1,) int
-        For every node off the tip, the numbers element·a + local node where it occurs.
+        For every node with displacements of its own, the numbers element·a + local node where it or its image occurs.
     slot : (E, a, a) int
         Rank of node b in the block row of node a, or −1 where the block is below the diagonal or touches the tip.
     coupling : (E·a·c·3,) int
         Index into the values of ∂²/∂u∂π for every element, node, entry of π and component; −1 on the tip.
     compression : (E·c·c,) int
         Index into the values of ∂²/∂π∂π for every element and pair of its entries of π; −1 below the diagonal.
+    turned : (k,) int
+        Elements with nodes that are images in the cut of a sector.
+    images : (k, a) bool
+        Which of their nodes are.
     """
 
     visits: np.ndarray
@@ -74,24 +79,24 @@ class BlockPlaces:
     slot: np.ndarray
     coupling: np.ndarray
     compression: np.ndarray
+    turned: np.ndarray
+    images: np.ndarray
 
 
 def build_sparsity(
-    connectivities: Sequence[Connectivity], on_tip: np.ndarray, hydrostatics: int, objects: int = 0
+    connectivities: Sequence[Connectivity], number: np.ndarray, hydrostatics: int, objects: int = 0
 ) -> Sparsity:
     """The common sparsity of terms with these connectivities.
 
     Parameters
     ----------
-    on_tip : (N,) bool
-        Nodes that the plate moves.
+    number : (N,) int
+        See `Sparsity`.
     hydrostatics : int
         Length of `State.hydrostatic`.
     objects : int
         Number of free obstacles.
     """
-    number = np.full(len(on_tip), -1)
-    number[~on_tip] = np.arange(np.count_nonzero(~on_tip))
     seen = [_rows(connectivity) for connectivity in connectivities]
     corners = np.unique(np.concatenate([places.ravel() for _, places in seen]))
     rank = np.full(hydrostatics, -1)
@@ -104,13 +109,13 @@ def build_sparsity(
     coupling = _couples([(a, c, a >= 0) for _, (a, c), _ in pairings], np.zeros(0, int), (n, m))
     compression = _couples([(c, d, d >= c) for _, _, (c, d) in pairings], np.arange(m), (m, m))
 
-    beside, corners_beside = np.zeros(len(on_tip), bool), np.zeros(m, bool)
+    # The last entry is for the tip itself.
+    beside, corners_beside = np.zeros(n + 1, bool), np.zeros(m, bool)
     for connectivity, (nodes, places) in zip(connectivities, seen, strict=True):
-        near = touching(nodes, on_tip, connectivity.plate)
-        beside[nodes[near]] = True
+        near = touching(nodes, number, connectivity.plate)
+        beside[number[nodes[near]]] = True
         corners_beside[rank[places[near]]] = True
-    beside &= ~on_tip
-    indptr, indices = _expand(motion, coupling, compression, (beside[~on_tip], corners_beside), 6 * objects)
+    indptr, indices = _expand(motion, coupling, compression, (beside[:n], corners_beside), 6 * objects)
     return Sparsity(
         number=number,
         corners=corners,
@@ -121,19 +126,21 @@ def build_sparsity(
         motion=motion,
         coupling=coupling,
         compression=compression,
-        beside_tip=np.flatnonzero(beside),
+        beside_tip=np.flatnonzero(beside[:n]),
         corners_beside_tip=np.flatnonzero(corners_beside),
     )
 
 
-def touching(nodes: np.ndarray, on_tip: np.ndarray, plate: bool) -> np.ndarray:
+def touching(nodes: np.ndarray, number: np.ndarray, plate: bool) -> np.ndarray:
     """Which elements (E,) depend on the plate: those with a node on the tip, or all if they see the plate."""
-    return np.any(on_tip[nodes], axis=1) | np.array(plate)
+    return np.any(number[nodes] < 0, axis=1) | np.array(plate)
 
 
-def places_of(common: Sparsity, connectivity: Connectivity) -> BlockPlaces:
-    """Where the blocks of a connectivity go; one of those that the sparsity was built for."""
+def places_of(common: Sparsity, connectivity: Connectivity, images: np.ndarray) -> BlockPlaces:
+    """Where the blocks of a connectivity go, one of those that the sparsity was built for; some nodes are `images`."""
     nodes, places = _rows(connectivity)
+    are_images = np.isin(nodes, images)
+    turned = np.flatnonzero(are_images.any(axis=1))
     local, hydrostatic = common.number[nodes], common.rank[places]
     (a, b), (u, p), (c, d) = _pairings(local, hydrostatic)
     slot = _slots(common.motion, a, b, (a >= 0) & (b >= a))
@@ -153,7 +160,7 @@ def places_of(common: Sparsity, connectivity: Connectivity) -> BlockPlaces:
     order = np.argsort(touches, kind="stable")
     order = order[touches[order] >= 0]
     start = np.searchsorted(touches[order], np.arange(n + 1))
-    return BlockPlaces(order, start, slot, coupling.ravel(), compression.ravel())
+    return BlockPlaces(order, start, slot, coupling.ravel(), compression.ravel(), turned, are_images[turned])
 
 
 def _rows(connectivity: Connectivity) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,7 @@
-"""The tip face, bonded to the rigid plate: its displacements and their derivatives by plate and nodes, to second order.
+"""Nodes without displacements of their own: those of the tip, bonded to the rigid plate, and images in a sector's cut.
 
-A node on the tip is displaced by u = c + (R(θ) − I) o, o = X − X̄ its offset from the centroid of the undeformed face.
+A node on the tip is displaced by u = c + (R(θ) − I) o, o = X − X̄ its offset from the centroid of the undeformed face;
+here are the derivatives by plate and nodes, to second order.
 """
 
 from __future__ import annotations
@@ -17,8 +18,36 @@ from pneumorph.mechanics.assembly.element import TRIANGLE_DN, TRIANGLE_N, TRIANG
 from pneumorph.mechanics.assembly.plate import rotation
 
 
+class Tied(NamedTuple):
+    """Nodes in the second cut of a sector, which are displaced as those in the first whose images they are.
+
+    Attributes
+    ----------
+    nodes, sources : (n,) int
+        The images, but for those on the tip of a plate, and the nodes in the first cut.
+    turn : (3, 3)
+        The rotation from the first cut to the second.
+    """
+
+    nodes: np.ndarray
+    sources: np.ndarray
+    turn: np.ndarray
+
+    def led(self, vectors: np.ndarray) -> None:
+        """Set nodal vectors (N, 3) at the images."""
+        vectors[self.nodes] = vectors[self.sources] @ self.turn.T
+
+    def gathered(self, forces: np.ndarray) -> None:
+        """The transpose: forces (N, 3) on the images act on the nodes in the first cut."""
+        forces[self.sources] += forces[self.nodes] @ self.turn
+        forces[self.nodes] = 0.0
+
+
+NOTHING_TIED = Tied(np.zeros(0, int), np.zeros(0, int), np.eye(3))
+
+
 class Tip(NamedTuple):
-    """The tip face.
+    """The tip face, and what else has no displacements of its own.
 
     Attributes
     ----------
@@ -27,12 +56,15 @@ class Tip(NamedTuple):
     triangles : (T, 6) int
         Triangles of the face.
     even : (3,)
-        Ones, with 0 for the components across mirror planes, which cancel in means over the whole body.
+        Ones, with 0 for the components that cancel in means over the whole body.
+    tied : Tied
+        The images in the second cut of a sector.
     """
 
     nodes: np.ndarray
     triangles: np.ndarray
     even: np.ndarray
+    tied: Tied = NOTHING_TIED
 
 
 def tip_mean(tip: Tip, X: np.ndarray, values: np.ndarray) -> np.ndarray:

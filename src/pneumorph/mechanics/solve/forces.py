@@ -42,7 +42,9 @@ def contact_forces(at: Configuration, state: State) -> ContactForces:
     if contact is None:
         return ContactForces({}, {}, {}, 0.0)
     x = at.X + displacement(at.model.tip, at.X, state)
-    own = 0.0 if contact.own is None else float(np.linalg.norm(contact.own.touch(x).slope, axis=1).sum()) / 2
+    own = 0.0
+    if contact.own is not None:
+        own = at.model.copies * float(np.linalg.norm(contact.own.touch(x).slope, axis=1).sum()) / 2
     table = pressed(contact, x, poses(at.model.potential, state, at.loads))
     for surface, energy in at.model.terms:
         if isinstance(energy, Friction):

@@ -1,4 +1,4 @@
-"""Mechanics of half or a quarter of a body: when that is enough, and the whole body that it represents.
+"""Mechanics of part of a body: when half or a quarter is enough, and the whole body that any part represents.
 
 Such a model has symmetric motions only. Stability against all other motions follows from the tangent of the whole body,
 factorised once at the mirrored state.
@@ -12,8 +12,10 @@ from math import nan
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.contact import Contact
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, build_model
+from pneumorph.mechanics.assembly.obstacles import surface_of
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfold
@@ -36,13 +38,18 @@ def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -
     """
     if problem.contact is not None or problem.obstacle:
         return ()
-    if pressures is None:
-        pressures = [
-            {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
-            for task in problem.task
-        ]
-    applied = list(pressures)
+    applied = applied_pressures(problem, pressures)
     return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied))
+
+
+def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -> list[Pressures]:
+    """The given pressures, or those of the tasks, where a free one is like no other."""
+    if pressures is not None:
+        return list(pressures)
+    return [
+        {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
+        for task in problem.task
+    ]
 
 
 def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> bool:
@@ -80,7 +87,7 @@ def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """The whole body that the model of a half or a quarter, its part, represents."""
+    """The whole body that the model of a part represents."""
 
     part: Model
     image: Unfolded
@@ -99,11 +106,13 @@ class Whole:
 
     def state(self, part: State) -> State:
         """The symmetric state of the whole body, from the state of its part."""
-        u = self.image.vectors(part.u)
+        own = np.array(part.u)
+        self.part.tip.tied.led(own)
+        u = self.image.vectors(own)
         if not self.part.mixed:
             return State(u, part.plate)
         count = len(self.part.rubbers)
-        hydrostatic = part.hydrostatic.reshape(count, -1)[:, self.image.source]
+        hydrostatic = part.hydrostatic.reshape(count, -1)[:, self.part.source[self.image.source]]
         return State(u, part.plate, hydrostatic.ravel())
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
@@ -117,7 +126,18 @@ def whole_of(part: Model, mesh: TetMesh) -> Whole:
     image = unfold(mesh)
     rubber = part.rubber if len(part.rubbers) == 1 else part.rubbers
     weight = any(isinstance(term.energy, Weight) for term in part.terms)
+    contact = None
+    if part.contact is not None:
+        surface = surface_of(image.mesh)
+        own = None if part.contact.own is None else part.contact.own.of_whole(surface, image.mesh.points)
+        contact = Contact(surface, {}, {}, own)
     body = build_model(
-        image.mesh, rubber, part.plate, mixed=part.mixed, weight=weight, reinforcements=part.reinforcements
+        image.mesh,
+        rubber,
+        part.plate,
+        mixed=part.mixed,
+        weight=weight,
+        contact=contact,
+        reinforcements=part.reinforcements,
     )
     return Whole(part, image, body, Tangent(body))

@@ -23,7 +23,7 @@ def restored(model: Model, X: np.ndarray, u: np.ndarray, plate: np.ndarray, obje
     if not model.mixed:
         return State(u, plate, objects=objects)
     tets = model.tets.nodes[: model.elements]
-    unknowns, slack = tets[:, :4].copy(), np.zeros(len(tets))
+    unknowns, slack = model.source[tets[:, :4]], np.zeros(len(tets))
     # Where two rubbers meet, π jumps: every region has an entry for each node.
     for number, (region, rubber) in enumerate(model.rubbers.items()):
         unknowns[model.regions[region]] += number * model.nodes
@@ -39,4 +39,4 @@ def restored(model: Model, X: np.ndarray, u: np.ndarray, plate: np.ndarray, obje
     matrix = coo_matrix((mass.ravel(), (rows, columns)), shape=(count, count)).tocsr()[used][:, used]
     hydrostatic = np.zeros(count)
     hydrostatic[used] = cg(matrix, right[used], rtol=ACCURACY, M=diags(1.0 / matrix.diagonal()))[0]
-    return State(u, plate, hydrostatic, objects)
+    return State(u, plate, hydrostatic.reshape(-1, model.nodes)[:, model.source].ravel(), objects)

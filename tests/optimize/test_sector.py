@@ -1,0 +1,131 @@
+"""The loop on a sector of a body: what it says of the whole, and that it goes on after a stop and on new meshes."""
+
+import numpy as np
+import pytest
+from tiny import tiny
+
+from pneumorph.analysis import (
+    Analysis,
+    analyse,
+    build_discretisation,
+    carry_over,
+    check_stability,
+    design_gradient,
+    discretise,
+)
+from pneumorph.errors import MeshError
+from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.mechanics import NoEquilibrium, displacement, volume_ratios
+from pneumorph.mesh import mesh_body
+from pneumorph.optimize import DesignAccepted, Finished, Started, design
+from pneumorph.problem import loads
+from pneumorph.problem.symmetry import sector
+from pneumorph.sensitivity import taylor_test
+
+THIRD = (
+    tiny(
+        control_density='"0.4 /mm"',
+        spring='{ torsion = "50 N*mm/rad" }',
+        pressure='{ A = { start = "50 kPa", min = "40 kPa", max = "60 kPa" } }',
+        objective='{ kind = "maximize", motion = "twist" }',
+        size='"5 mm"',
+    )
+    .replace('name = "extend"', 'name = "twist"')
+    .replace(
+        "[[body.chamber]]",
+        'ripple = { amplitude = "0.5 mm", period = "24 mm", lobes = 3 }\nsymmetry = { rotation = 3 }\n[[body.chamber]]',
+    )
+)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return loads(THIRD)
+
+
+@pytest.fixture(scope="module")
+def events(problem):
+    return list(design(problem))
+
+
+def solved(problem, space, disc, phi, starts=None) -> Analysis:
+    found = analyse(problem, space, disc, phi, starts, tolerance=1e-10)
+    assert not isinstance(found, NoEquilibrium), found
+    return found
+
+
+def accepted(events):
+    return [event for event in events if isinstance(event, DesignAccepted)]
+
+
+def test_the_loop_designs_on_a_sector(events):
+    started, finished = events[0], events[-1]
+    assert isinstance(started, Started) and isinstance(finished, Finished)
+    assert started.part == (sector(3),)
+    first, *_, last = (event.entry for event in accepted(events))
+    assert last.objective < first.objective - 1e-3
+    found = last.tasks["twist"]
+    assert found.translation[:2] == (0.0, 0.0) == found.rotation[:2]
+    assert finished.stable == {"twist": True}
+    fields = accepted(events)[-1].fields
+    whole = fields.whole()
+    assert whole.mesh.part == () and len(whole.mesh.tets) == 3 * len(fields.mesh.tets)
+
+
+def test_a_stopped_run_goes_on(problem, events):
+    designs = accepted(events)
+    (again,) = accepted(design(problem, designs[1].state))
+    assert again.iteration == 2
+    assert again.entry.objective == pytest.approx(designs[2].entry.objective, rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def analysed(problem):
+    """A twisted design on a mesh of a sector and on one of the whole body."""
+    space = build_design_space(problem, starting_body(problem.body))
+    phi = space.start + 0.1 * np.random.default_rng(0).normal(size=space.n)
+    phi[space.n_shape :] = space.start[space.n_shape :]
+    body = space.body(phi)
+    part = discretise(problem, body)
+    whole = build_discretisation(problem, mesh_body(body, problem.mesh.size), body.control_points())
+    assert part.model.part == (sector(3),) and whole.model.part == ()
+    return space, phi, part, whole, *(solved(problem, space, disc, phi) for disc in (part, whole))
+
+
+def test_the_gradient_is_exact_and_that_of_the_whole(problem, analysed):
+    space, phi, part, whole, *found = analysed
+    slopes = [design_gradient(problem, space, disc, one) for disc, one in zip((part, whole), found, strict=True)]
+    assert found[0].value == pytest.approx(found[1].value, rel=0.1)
+    assert slopes[0] @ slopes[1] > 0.97 * np.linalg.norm(slopes[0]) * np.linalg.norm(slopes[1])
+    along = np.random.default_rng(1).uniform(-1.0, 1.0, space.n)
+
+    def value(x):
+        starts = {"twist": found[0].equilibria["twist"].state}
+        return solved(problem, space, part, x, starts).value
+
+    test = taylor_test(value, phi, slopes[0], along, step=0.1, count=3)
+    assert test.passed, test
+
+
+def test_states_are_carried_between_meshes(problem, analysed):
+    space, phi, part, whole, mine, other = analysed
+    finer = build_discretisation(problem, mesh_body(space.body(phi), 3.5, (sector(3),)), space.control_points(phi))
+    for old, X, states in ((part, mine.X, mine), (whole, other.X, other)):
+        given = {"twist": states.equilibria["twist"].state}
+        carried = carry_over(old, X, given, finer)["twist"]
+        there = solved(problem, space, finer, phi)
+        exact = there.equilibria["twist"].state
+        away = finer.model.vector(carried.state) - finer.model.vector(exact)
+        assert np.linalg.norm(away) < 0.1 * np.linalg.norm(finer.model.vector(exact))
+        u = displacement(finer.model.tip, there.X, exact)
+        ratios = volume_ratios(finer.morph.mesh.tets, there.X, u).mean(axis=0)
+        assert np.linalg.norm(carried.ratios[0] - ratios) < 0.6 * np.linalg.norm(ratios - 1.0)
+    assert check_stability(part, mine) == {"twist": True}
+
+
+def test_where_a_cut_cannot_be_meshed_the_whole_body_is(problem, monkeypatch):
+    def refuse(*given):
+        raise MeshError("the profiles of two surfaces cross in a plane")
+
+    monkeypatch.setattr("pneumorph.mesh.build.with_sector", refuse)
+    assert discretise(problem, starting_body(problem.body)).model.part == ()
