@@ -121,3 +121,15 @@ def test_a_body_that_is_not_symmetric_has_no_sectors() -> None:
     body = space.body(space.start + 0.1 * np.random.default_rng(0).normal(size=space.n))
     with pytest.raises(MeshError, match="not the same after a turn"):
         mesh_body(body, 4.0, (sector(3),))
+
+
+def test_a_chamber_outside_of_its_sector_is_no_mesh():
+    """The exterior's parameters may have turned so far that its cuts are on the other side of a chamber."""
+    asked = problem(3, 1.3, *around(3, 4.5))
+    body = starting_body(asked.body)
+    angle = np.radians(90.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    points = body.control_points()
+    points[body.slices[0]] = points[body.slices[0]] @ turn.T
+    with pytest.raises(MeshError, match="outside of the sector"):
+        mesh_body(body.with_control_points(points), 4.0, (sector(3),))

@@ -13,9 +13,11 @@ from pneumorph.analysis import (
     design_gradient,
     discretise,
 )
+from pneumorph.analysis.explore import Explorer
+from pneumorph.analysis.fields import Fields, collect_fields, nodal_stretch
 from pneumorph.errors import MeshError
 from pneumorph.geometry import build_design_space, starting_body
-from pneumorph.mechanics import NoEquilibrium, displacement, volume_ratios
+from pneumorph.mechanics import NoEquilibrium, displacement, part_of, volume_ratios
 from pneumorph.mesh import mesh_body
 from pneumorph.optimize import DesignAccepted, Finished, Started, design
 from pneumorph.problem import loads
@@ -129,3 +131,30 @@ def test_where_a_cut_cannot_be_meshed_the_whole_body_is(problem, monkeypatch):
 
     monkeypatch.setattr("pneumorph.mesh.build.with_sector", refuse)
     assert discretise(problem, starting_body(problem.body)).model.part == ()
+
+
+def test_stretches_at_nodes_are_those_of_the_whole(problem):
+    """Also in the cuts, where half of the elements at a node are those at its image."""
+    space = build_design_space(problem, starting_body(problem.body))
+    phi = space.start + 0.1 * np.random.default_rng(1).normal(size=space.n)
+    disc = discretise(problem, space.body(phi))
+    fields = collect_fields(disc, solved(problem, space, disc, phi))
+    whole = fields.whole()
+    assert len(whole.mesh.tets) == 3 * len(fields.mesh.tets)
+    assert np.abs(whole.stretch["twist"] - nodal_stretch(whole.mesh, whole.u["twist"])).max() < 1e-9
+
+
+def test_what_was_stored_of_a_part_is_explored_on_it():
+    """With mirror planes too, sectors or not: the mesh of the run is not given up for a part that it does not have."""
+    mirrored = tiny(control_density='"0.4 /mm"').replace("[[body.chamber]]", "symmetry = SYMMETRY\n[[body.chamber]]")
+    stored = loads(mirrored.replace("SYMMETRY", '{ mirror = ["xz"] }'))
+    asked = loads(mirrored.replace("SYMMETRY", '{ mirror = ["xz"], rotation = 3 }'))
+    assert part_of(asked) == (sector(3),)
+    body = starting_body(asked.body)
+    disc = discretise(stored, body)
+    assert disc.model.part == ("xz",)
+    mesh = disc.morph.mesh
+    still = Fields(mesh, {"extend": np.zeros_like(mesh.points)}, {"extend": np.ones(len(mesh.points))})
+    found = Explorer(asked, body, still).at({"A": 0.02})
+    assert found.fields is not None
+    assert found.fields.mesh.part == ("xz",)

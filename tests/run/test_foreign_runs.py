@@ -14,6 +14,7 @@ from records import entry, one_element
 from tiny import tiny
 
 from pneumorph.analysis import checkpoint
+from pneumorph.analysis.fields import Fields, unpack_fields
 from pneumorph.drive.single import Outcome, result
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import build_design_space, starting_body
@@ -333,3 +334,15 @@ def test_a_missing_checkpoint_beside_finished_designs(run):
     (run.path / "result.json").unlink()
     (run.path / "designs" / "0001.npz").unlink()
     assert "checkpoint.npz is missing" in refusal(resume, run.path, PROBLEM), "the history has two lines"
+
+
+@pytest.mark.parametrize("wrong", [("face chamber A", "face chamber A B"), ("face sector 3", "face mirror xz")])
+def test_a_sector_with_faces_that_none_has(wrong):
+    asked = loads(tiny().replace("[[body.chamber]]", "symmetry = { rotation = 3 }\n[[body.chamber]]"))
+    mesh = mesh_body(starting_body(asked.body), 6.0, ("sector 3",)).mesh
+    arrays = Fields(mesh, {}, {}).pack()
+    assert unpack_fields(arrays).mesh.part == ("sector 3",)
+    known, added = wrong
+    arrays[added] = arrays[known]
+    with pytest.raises(ValueError, match="no known sector"):
+        unpack_fields(arrays)

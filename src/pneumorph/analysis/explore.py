@@ -25,6 +25,7 @@ from pneumorph.mechanics import (
     extrapolated,
     guided_of,
     loads_of,
+    mirrors_of,
     model_of,
     part_of,
     rest,
@@ -34,7 +35,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import Part
+from pneumorph.problem.symmetry import Part, turns_of
 
 MOST_FACTORISATIONS = 40
 """Most factorisations of one search, so that it ends in reasonable time also where there is nothing to find."""
@@ -143,9 +144,15 @@ class Explorer:
 
     def _meshed(self, pressures: dict[str, float]) -> _Meshed:
         """The mesh for these pressures, made once for the part of the body that they ask for."""
-        part = part_of(self.problem, [pressures])
-        if self._stored is not None:
-            part = tuple(cut for cut in self._stored.mesh.part if cut in part)
+        if self._stored is None:
+            part = part_of(self.problem, [pressures])
+        else:
+            planes, turns = mirrors_of(self.problem, [pressures]), turns_of(part_of(self.problem, [pressures]))
+            part = tuple(
+                cut
+                for cut in self._stored.mesh.part
+                if cut in planes or (turns_of((cut,)) > 1 and turns % turns_of((cut,)) == 0)
+            )
         if part not in self._meshes:
             stored = None if self._stored is None else self._stored.unfolded(part)
             mesh = mesh_of(self.problem, self.body, part).mesh if stored is None else stored.mesh

@@ -13,9 +13,9 @@ from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_
 from pneumorph.mechanics.assembly.kinematics import deformation_gradients, largest_stretch, volume_ratio
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
-from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, is_cut, tet_gradient
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, chambers_of, is_cut, tet_gradient
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import MIRRORS, turned, turns_of
+from pneumorph.problem.symmetry import MIRRORS, MOST_TURNS, onwards, turns_of
 
 MAX_FACTORISATIONS = 20
 """Most factorisations for a partly inflated state; these states are only shown, so a missing one does no harm."""
@@ -23,9 +23,8 @@ MAX_FACTORISATIONS = 20
 PARTS = tuple(part / 6 for part in range(1, 6))
 """Fractions of the pressures of a task at which the last design is stored, to show how it inflates."""
 
-
-MOST_TURNS, SAME = 24, 1e-6
-"""The largest number of sectors that is read, and the distance in mm between the images of nodes in their cuts."""
+SAME = 1e-6
+"""Nodes in the cuts of a sector are images of each other if they are no farther apart than this, mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,10 +165,13 @@ def _check_sector(places: np.ndarray, faces: Mapping[str, np.ndarray]) -> None:
     if not cuts:
         return
     first = cuts[0]
-    turns = turns_of((cuts[0],)) if cuts[0].removeprefix("sector ").isdecimal() else 0
-    if cuts != [first, f"{first} image"] or not 2 <= turns <= MOST_TURNS or len(faces[first]) != len(faces[cuts[1]]):
+    turns = turns_of((first,)) if first.removeprefix("sector ").isdecimal() else 0
+    pair = [name for name in faces if is_cut(name)]
+    if sorted(pair) != [first, f"{first} image"] or not 2 <= turns <= MOST_TURNS:
         raise ValueError("the mesh is no known sector of a body")
-    away = places[faces[cuts[1]]] - places[faces[first][:, TURNED]] @ turned(turns)[1].T
+    if len(faces[first]) != len(faces[cuts[1]]) or any(len(chambers_of(name)) not in (0, 1, turns) for name in faces):
+        raise ValueError("the mesh is no known sector of a body")
+    away = places[faces[cuts[1]]] - places[faces[first][:, TURNED]] @ onwards(turns).T
     if np.abs(away).max() > SAME:
         raise ValueError("the cuts of a sector are not the same after a turn")
 
@@ -284,8 +286,12 @@ def _at_nodes(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
     """
     # Linear extrapolation from the four points of the rule to the corners.
     barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
-    at_corners, corners = values @ np.linalg.inv(barycentric).T, mesh.tets[:, :4].ravel()
+    # On the other side of a cut of a sector are the elements at the images of its nodes.
+    images, sources = mesh.tied
+    source = np.arange(len(mesh.points))
+    source[images] = sources
+    at_corners, corners = values @ np.linalg.inv(barycentric).T, source[mesh.tets[:, :4]].ravel()
     count = np.bincount(corners, minlength=len(mesh.points))
-    field = np.bincount(corners, at_corners.ravel(), minlength=len(mesh.points)) / np.maximum(count, 1)
+    field = (np.bincount(corners, at_corners.ravel(), minlength=len(mesh.points)) / np.maximum(count, 1))[source]
     field[mesh.tets[:, 4:]] = field[mesh.tets[:, TET_EDGES]].mean(axis=2)
     return field

@@ -20,12 +20,13 @@ from pneumorph.mechanics.solve.equilibrium import (
 )
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction import sweep_with_friction
-from pneumorph.mechanics.solve.mirror import Whole, mirrors_of, whole_of
+from pneumorph.mechanics.solve.mirror import mirrors_of
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.restore import restored
 from pneumorph.mechanics.solve.sweep import extrapolated, sweep
+from pneumorph.mechanics.solve.whole import Whole, whole_of
 
 __all__ = [
     "COMPONENTS",

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_EDGES, TetMesh, is_cut, tet_gradient
-from pneumorph.problem.symmetry import NORMALS, turned, turns_of
+from pneumorph.problem.symmetry import NORMALS, onwards, turns_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ class Morph:
     @property
     def _turn(self) -> np.ndarray:
         """The rotation (3, 3) from the first cut of a sector to the second."""
-        return turned(turns_of(self.mesh.part))[-1].T
+        return onwards(turns_of(self.mesh.part))
 
     def _in_place(self, surface: np.ndarray) -> np.ndarray:
         """Values on surface nodes, with those components set to zero by which nodes would leave a plane or the axis."""

@@ -14,8 +14,8 @@ from scipy.sparse.linalg import splu
 from pneumorph.errors import MeshError
 from pneumorph.mesh.cut import Faces, filled, line, open_edges
 from pneumorph.mesh.surface import UNLIKE
-from pneumorph.mesh.tets import TURNED
-from pneumorph.problem.symmetry import sector, turned
+from pneumorph.mesh.tets import TURNED, chambers_of
+from pneumorph.problem.symmetry import onwards, sector
 
 
 def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, size: float) -> tuple[Faces, np.ndarray]:
@@ -43,12 +43,12 @@ def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, s
     Raises
     ------
     MeshError
-        If the body is not symmetric, or the edges of the first face cross in that plane.
+        If the body is not symmetric, the edges of the first face cross in that plane, or a chamber is outside.
     """
     if not len(seam):
         raise MeshError(UNLIKE)
     first, last = seam.T
-    rotation, edges = turned(turns)[1], open_edges(faces)
+    rotation, edges = onwards(turns), open_edges(faces)
     nodes = nodes.copy()
     axis = np.setdiff1d(edges, seam)
     nodes[axis, :2] = 0.0
@@ -74,7 +74,24 @@ def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, s
     nodes = np.concatenate([nodes, nodes[added]])
     off = np.concatenate([first, added])
     nodes[image[off]] = nodes[off] @ rotation.T
-    return faces | {sector(turns): triangles, f"{sector(turns)} image": image[triangles[:, TURNED]]}, nodes
+    faces = faces | {sector(turns): triangles, f"{sector(turns)} image": image[triangles[:, TURNED]]}
+    for name in faces:
+        if len(chambers_of(name)) > 1 and not _inside(faces, name, nodes):
+            raise MeshError(f"{name} is outside of the sector: the exterior has turned too far around it")
+    return faces, nodes
+
+
+def _inside(faces: Faces, name: str, nodes: np.ndarray) -> bool:
+    """Whether a face is inside of the others, by the solid angle that these have from a point of it.
+
+    Of a triangle it is that of van Oosterom and Strackee (1983), IEEE Transactions on Biomedical Engineering 30, 125.
+    """
+    others = np.concatenate([triangles[:, :3] for other, triangles in faces.items() if other != name])
+    a, b, c = np.moveaxis(nodes[others] - nodes[faces[name][0, 0]], 1, 0)
+    x, y, z = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+    ab, bc, ca = (np.sum(one * other, axis=1) for one, other in ((a, b), (b, c), (c, a)))
+    half = np.arctan2(np.linalg.det(np.stack([a, b, c], axis=1)), x * y * z + ab * z + bc * x + ca * y)
+    return bool(abs(half.sum()) > np.pi)
 
 
 def _flattened(nodes: np.ndarray, line: np.ndarray) -> np.ndarray:

@@ -10,7 +10,9 @@ from pneumorph.geometry import TubeSurface
 
 _AROUND, _ALONG = 240, 80  # places on a chamber that a line may go through
 _FASTEST = 24  # places by which a line may go around from one place along to the next
-_STEEPNESS = 1.0  # mm of a line that is as long as it goes around, over mm through a wall that is twice as thick
+_STEEPNESS = 1.0
+"""Cost of a millimetre along the tube over which the line goes around by as much, in that of one where the distance
+between the lines is twice the least."""
 _NARROW = 0.3  # of the largest circumference; towards a pole, turns count as if it were no smaller
 
 

@@ -103,7 +103,15 @@ def _joined(mesh: TetMesh) -> Unfolded:
     return _unfolded(mesh, mesh.points, tets, faces, images, np.concatenate(sources), turn)
 
 
-def _unfolded(mesh, points, tets, faces, images, source, turn) -> Unfolded:
+def _unfolded(
+    mesh: TetMesh,
+    points: np.ndarray,
+    tets: np.ndarray,
+    faces: dict[str, np.ndarray],
+    images: list[np.ndarray],
+    source: np.ndarray,
+    turn: np.ndarray,
+) -> Unfolded:
     """The unfolded mesh, where the nodes of every copy of the part have numbers `images`."""
     count = len(mesh.tets)
     starts = count * np.arange(len(images))[:, None]

@@ -36,7 +36,8 @@ class ContactSpec(Table):
     """Contact, which keeps deformed surfaces apart at the states of all tasks.
 
     Surfaces nearer to each other than the distance push each other away, the harder the nearer they are; none ever goes
-    through another. With contact or obstacles the whole body is solved, not half of it.
+    through another. With contact a sector of the body may be solved, but no half or quarter; with obstacles the whole
+    body is.
     """
 
     self: Annotated[bool, Strict()] = True

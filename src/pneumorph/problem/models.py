@@ -17,6 +17,7 @@ from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.images import WITHIN, copies, snapped
 from pneumorph.problem.names import Name
 from pneumorph.problem.objective import ObjectiveSpec, RotationVector
+from pneumorph.problem.symmetry import MOST_TURNS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Variable
 
@@ -60,7 +61,7 @@ class Symmetry(Table):
 
     mirror: Annotated[tuple[Literal["xz", "yz", "xy"], ...], Field(max_length=3)] = ()
     """Mirror planes."""
-    rotation: Annotated[Whole, Field(ge=1, le=24)] = 1
+    rotation: Annotated[Whole, Field(ge=1, le=MOST_TURNS)] = 1
     """Order of the rotational symmetry about z; 1 is none."""
     point: Annotated[bool, Strict()] = False
     """Whether the shape is point symmetric about its centre."""

@@ -76,7 +76,7 @@ class Maximize(Table):
         return self.motion.lstrip("+-")
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
-        """Whether a mirror keeps the objective; signs (3,) that it gives the components of vectors and of rotations."""
+        """Whether a symmetry keeps the objective; signs (3,) that it gives components of vectors and of rotations."""
         signs = dict(zip(("bending_x", "bending_y", "twist"), axial, strict=True)) | {"extension": polar[2]}
         return signs[self.component] > 0
 
@@ -321,7 +321,7 @@ class Press(Table):
         return self
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
-        """See `Maximize.keeps`; bodies that touch anything are solved whole."""
+        """See `Maximize.keeps`; bodies that touch obstacles are solved whole."""
         return False
 
 

@@ -22,6 +22,9 @@ Part = tuple[str, ...]
 """What of a body is solved: between the mirror planes "xz" and "yz", in this order, or a sector, see `sector`; nothing
 for the whole body."""
 
+MOST_TURNS = 24
+"""The largest order of a rotation, and number of sectors."""
+
 HALF_TURNS = {"x": (1.0, -1.0, -1.0), "y": (-1.0, 1.0, -1.0)}
 
 
@@ -85,6 +88,11 @@ def turned(turns: int) -> NDArray[np.float64]:
     matrices = np.tile(np.eye(3), (turns, 1, 1))
     matrices[:, :2, :2] = np.moveaxis(np.array([[cosine, -sine], [sine, cosine]]), 2, 0)
     return matrices
+
+
+def onwards(turns: int) -> NDArray[np.float64]:
+    """The rotation (3, 3) about z from a sector to the next; the identity where there is only one."""
+    return turned(turns)[1 % turns]
 
 
 def images_of(part: Part) -> NDArray[np.float64]:

@@ -22,7 +22,7 @@ from pneumorph.mechanics.assembly.terms import ChamberPressure, Connectivity, Pl
 from pneumorph.mechanics.assembly.tip import Tied, Tip
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
-from pneumorph.problem.symmetry import NORMALS, Part, even_of, images_of, odd_of
+from pneumorph.problem.symmetry import NORMALS, Part, even_of, images_of, odd_of, onwards, turns_of
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ def build_model(
     source = np.arange(count)
     source[images] = sources
     off = ~on_tip[images]
-    tied = Tied(images[off], sources[off], images_of(mesh.part)[-1].T)
+    tied = Tied(images[off], sources[off], onwards(turns_of(mesh.part)))
     own = ~on_tip & (source == np.arange(count))
     number = np.where(own, np.cumsum(own) - 1, -1)
     number[tied.nodes] = number[tied.sources]

@@ -59,7 +59,7 @@ def _back(measure: Measure, X: Values, u: Values, data: Values, weight: Values, 
 
 
 def volumes(X: Values, u: Values, data: Values, weight: Values) -> Array:
-    """Chamber volumes (C,) in mm³ by the divergence theorem; half of them for half a body, a quarter for a quarter.
+    """Chamber volumes (C,) in mm³ by the divergence theorem; of part of a body, its share of them.
 
     Mirror planes go through the origin, so the cut face of a chamber has x·n = 0 and adds nothing. The cuts of a sector
     are images in a rotation about the origin: what one adds the other takes away.

@@ -122,7 +122,7 @@ def build_loads(
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
-    They are given for the whole body. A part gets its share; they must be symmetric (see `mirror.mirrors_of`).
+    They are given for the whole body. A part gets its share; they must be symmetric (see `part.part_of`).
     `moves` are the displacements (3,) in mm of obstacles by their names, or their poses (6,) with a rotation vector in
     rad; the others are in their places. `laid` are the changes (R, 2) of what lies on surfaces.
     """

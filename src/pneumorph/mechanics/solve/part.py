@@ -9,10 +9,7 @@ import numpy as np
 from pneumorph.mechanics.solve.mirror import Pressures, applied_pressures, mirrors_of
 from pneumorph.problem import Problem, reinforcement
 from pneumorph.problem.images import image
-from pneumorph.problem.symmetry import Part, beginning_of, images_of, operations, sector, turned
-
-MOST_TURNS = 24
-"""The largest number of sectors that is tried."""
+from pneumorph.problem.symmetry import MOST_TURNS, Part, beginning_of, images_of, onwards, operations, sector
 
 AXIAL = (-1.0, -1.0, 1.0)
 """Signs that half a turn about z gives the components of vectors and of rotations: what has none of the first two is
@@ -42,7 +39,7 @@ def turns_of_problem(problem: Problem, applied: list[Pressures]) -> int:
         return 1
     group = operations(problem.body.symmetry)
     for turns in range(MOST_TURNS, 1, -1):
-        rotation = turned(turns)[1]
+        rotation = onwards(turns)
         same = any(np.allclose(operation, rotation) for operation in group)
         if same and _turns_chambers(problem, rotation, applied) and _within_sectors(problem, turns):
             return turns
