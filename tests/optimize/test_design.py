@@ -7,6 +7,7 @@ import jax
 import numpy as np
 import pytest
 from texts import EXTEND, problem_text
+from tiny import tiny
 
 from pneumorph.analysis import to_json
 from pneumorph.constraint import certify
@@ -128,3 +129,12 @@ def test_a_first_step_that_is_too_long_for_tight_limits_costs_nothing():
         return extension(designs[-1]) - extension(designs[0])
 
     assert gained("1 mm") > 0.9 * gained("0.4 mm")
+
+
+def test_a_target_far_away_takes_longer_steps_at_first():
+    """A step of the length that was asked for promises too little of J = ((0.1 − 20) mm)² to be worth a solve."""
+    text = tiny(objective='{ kind = "motion", extension = "20 mm" }')
+    events = list(design(loads(text.replace("iterations = 2", 'iterations = 1\nstep = "0.05 mm"'))))
+    steps = [event.entry.step for event in accepted(events)]
+    assert len(steps) == 2
+    assert steps[1] > 0.05

@@ -265,30 +265,36 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     """The next accepted design, or the reason why there is none."""
     reference = loop.problem.optimizer.step
     clock, radius, spent = Clock(), max(now.radius, AFRESH), 0
+    longest = LARGEST
     memory = now.memory.seen(now.analysis.phi, now.slopes.rest)
     mending, bend = now.states.broken, now.bend
     gained = False
     while radius >= SMALLEST:
         states = now.states.bent(bend, radius * reference)
         proxy = Proxy(now.slopes.total, np.concatenate([now.slopes.factors, memory.factors()]))
+        asked = radius
         with clock.phase("subproblem"):
             step, candidate, radius = _proposal(loop, now, proxy, states, radius)
         if not isinstance(candidate, Within):
-            radius *= SHRINK
+            longest = radius = SHRINK * radius
             broken = "; ".join(map(str, candidate.violated()))
             yield DesignRejected(now.iteration + 1, f"limits could not be kept: {broken}", radius * reference)
             continue
         change = candidate.phi - now.analysis.phi
         expected = _promise(now, proxy, change)
         if not expected > 0:
-            radius *= SHRINK
+            longest = radius = SHRINK * radius
             continue
         share = expected / max(abs(now.analysis.value), 1e-300)
         if radius >= AFRESH and share < PROGRESS / PATIENCE and not mending:
+            if asked == radius < longest:
+                # The objective may be far from where it changes much: a longer step may promise enough.
+                radius = min(GROW * radius, longest)
+                continue
             return f"a step of {radius * reference:.2g} mm promises no more than {100 * share:.1g} % of the objective"
         kept = expected / max(_promise(now, proxy, step.change), expected)
         filled = step.length >= 2.0 * INSIDE * radius * reference
-        gained = True
+        gained, longest = True, 0.0
         trial = yield from analyse_trial(
             loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, candidate.phi, clock
         )
