@@ -60,6 +60,13 @@ def sections(runs: Path, out: Path) -> list[Section]:
             markdown=True,
         ),
         Section(
+            "At the paper's size",
+            "The paper's ten cases with as many coordinates of control points as its Table II has \"control points\".",
+            None,
+            ["paper_size.py", str(runs / "paper_size")],
+            markdown=True,
+        ),
+        Section(
             "The sub-problem",
             "One step within the limits, in the middle of a run, by the density of control points.",
             ["subproblem.py", "0.6", "0.85"],
