@@ -3,6 +3,8 @@
 It designs, holds limits, goes on after a stop as if nothing had happened, and says why it ends.
 """
 
+from dataclasses import replace
+
 import jax
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from pneumorph.constraint import certify
 from pneumorph.constraint.table import TABLE
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.optimize import DesignAccepted, Finished, MeshKept, Started, design
+from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import load, loads
 
 REST = """
@@ -94,7 +97,8 @@ def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch)
 def test_a_run_of_an_earlier_version_goes_on(three):
     problem, events = three
     state = dict(accepted(events)[2].state)
-    old = {name: value for name, value in state.items() if name != "prices" and not name.startswith("curvature_")}
+    new = ("prices", "last_step")
+    old = {name: value for name, value in state.items() if name not in new and not name.startswith("curvature_")}
     assert isinstance(next(design(problem, old)), Started)
     with pytest.raises(ComputationError, match="start the run again in another directory"):
         next(design(problem, old | {"phi": old["phi"][:-1]}))
@@ -138,3 +142,23 @@ def test_a_target_far_away_takes_longer_steps_at_first():
     steps = [event.entry.step for event in accepted(events)]
     assert len(steps) == 2
     assert steps[1] > 0.05
+
+
+def test_a_region_that_was_too_large_does_not_grow_at_once(monkeypatch):
+    """Else every design would begin with the same trial in vain."""
+
+    def radius_after(trials_in_vain):
+        left = [trials_in_vain]
+
+        def tried(problem, space, number, disc, now, phi, clock):
+            found = yield from analyse_trial(problem, space, number, disc, now, phi, clock)
+            if left[0]:
+                left[0] -= 1
+                return replace(found, analysis=None, reason="it is said to have no equilibrium")
+            return found
+
+        monkeypatch.setattr("pneumorph.optimize.loop.analyse_trial", tried)
+        return accepted(list(design(loads(tiny().replace("iterations = 2", "iterations = 1")))))[-1].state["radius"]
+
+    assert radius_after(0) == 2.0
+    assert radius_after(1) == 0.5

@@ -55,7 +55,8 @@ from pneumorph.problem.symmetry import operations
 GROW, SHRINK = 2.0, 0.5
 GOOD, FAIR, POOR = 0.7, 0.4, 0.05
 """Ratios of actual to predicted gain: above the first the trust region grows, below the second it shrinks, below the
-third a step is taken back."""
+third a step is taken back. A region in which a step was just taken back does not grow before the next design: there it
+would be too large again, and where no equilibrium is found a trial costs as much as several designs."""
 
 KEPT, LOST = 0.5, 0.25
 """Shares of a step's promised gain that are left when it has been brought within the limits: the trust region grows
@@ -294,7 +295,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             return f"a step of {radius * reference:.2g} mm promises no more than {100 * share:.1g} % of the objective"
         kept = expected / max(_promise(now, proxy, step.change), expected)
         filled = step.length >= 2.0 * INSIDE * radius * reference
-        gained, longest = True, 0.0
+        retried, gained, longest = gained, True, 0.0
         trial = yield from analyse_trial(
             loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, candidate.phi, clock
         )
@@ -322,7 +323,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             continue
         if ratio < FAIR or kept < LOST:
             radius *= SHRINK
-        elif ratio > GOOD and kept > KEPT and filled:
+        elif ratio > GOOD and kept > KEPT and filled and not retried:
             radius *= GROW
         following = _standing(
             loop,
