@@ -8,6 +8,7 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.tube import enclosed_volume
 from pneumorph.mesh import Morph, mesh_body, scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, tet_gradient
+from pneumorph.mesh.volume import fill
 
 
 def check(body: Body, morph: Morph, least_quality: float) -> None:
@@ -76,3 +77,21 @@ def test_touching_walls_are_refused_in_a_sentence(tube: Body) -> None:
     with pytest.raises(MeshError, match=r"could not be filled.*surfaces may touch") as refusal:
         mesh_body(tube.with_control_points(points), 4.0)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_flat_element_makes_another_attempt(tube: Body, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Netgen may leave one on an end plane that no new vertex repairs."""
+    filled = []
+
+    def with_flat_element(*given):
+        mesh = fill(*given)
+        filled.append(mesh)
+        if len(filled) == 1:
+            on_base = np.isin(mesh.tets[:, :4], mesh.faces["base"])
+            element = np.argmax(on_base.sum(axis=1) == 3)
+            mesh.points[mesh.tets[element, :4][~on_base[element]], 2] = 0.0
+        return mesh
+
+    monkeypatch.setattr("pneumorph.mesh.build.fill", with_flat_element)
+    check(tube, mesh_body(tube, 3.0), 0.1)
+    assert len(filled) == 2

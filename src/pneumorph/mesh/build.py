@@ -90,6 +90,9 @@ def mesh_body(
         except MeshError as error:
             reason = error
             continue
+        if scaled_jacobian(straight.points, straight.tets).min() <= 0.0:
+            reason = MeshError("the mesh has a flat element")
+            continue
         heights = [level.height for level in levels]
         B, offset = following(inside, straight.points, surface.B, surface.offset)
         result = build_morph(named(straight, wedges), B, offset, exact, size, surface.param, heights)
