@@ -31,6 +31,8 @@ _DECIMALS = 6
 the mesh, which is moved to the exact surfaces afterwards."""
 _WORST = 0.02
 """Quality (see `scaled_jacobian`) below which a mesh is rejected."""
+_FLAT = 1e-9
+"""Quality, of either sign, below which an element with straight edges counts as flat."""
 
 
 def mesh_body(
@@ -90,7 +92,8 @@ def mesh_body(
         except MeshError as error:
             reason = error
             continue
-        if scaled_jacobian(straight.points, straight.tets).min() <= 0.0:
+        # Elements that are inverted while straight may be sound when curved; those of no volume have no gradients.
+        if np.abs(scaled_jacobian(straight.points, straight.tets)).min() < _FLAT:
             reason = MeshError("the mesh has a flat element")
             continue
         heights = [level.height for level in levels]
