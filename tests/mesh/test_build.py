@@ -90,6 +90,7 @@ def test_a_flat_element_makes_another_attempt(tube: Body, monkeypatch: pytest.Mo
             on_base = np.isin(mesh.tets[:, :4], mesh.faces["base"])
             element = np.argmax(on_base.sum(axis=1) == 3)
             mesh.points[mesh.tets[element, :4][~on_base[element]], 2] = 0.0
+            mesh.points[mesh.tets[:, 4:]] = mesh.points[mesh.tets[:, TET_EDGES]].mean(axis=2)
         return mesh
 
     monkeypatch.setattr("pneumorph.mesh.build.fill", with_flat_element)
