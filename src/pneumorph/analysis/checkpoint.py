@@ -76,8 +76,6 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
             floats(state, name)
     if "prices" in state:
         floats(state, "prices", None, None)
-    if "last_step" in state:
-        floats(state, "last_step", n)
     if "dfp_slope" in state:
         floats(state, "dfp_slope", None)
     floats(state, "values", None)

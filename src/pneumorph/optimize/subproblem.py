@@ -3,8 +3,7 @@
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
 the step so far (`constraint.rows`) and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar
 1973) with accelerated gradients; an evaluation costs two products with a sparse matrix. The multipliers of the limits,
-called prices, are kept from design to design, by kind and knot-span cell; so is the step, since two steps in a row are
-much alike. Limits that remain broken are repaired
+called prices, are kept from design to design, by kind and knot-span cell. Limits that remain broken are repaired
 afterwards (`within.py`).
 """
 
@@ -12,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -28,8 +27,7 @@ from pneumorph.optimize.step import Step
 
 PROGRAMS, ROUNDS, MOST_ITERATIONS = 5, 6, 40
 """Linearisations in a sub-problem, updates of the prices in each, and most iterations between them. What programs leave
-unsolved is repaired afterwards at the cost of the gain: two updates lose a fifth of it late in a run. The first program
-is only for the first design: all others begin with the step before, which is better than what it finds."""
+unsolved is repaired afterwards at the cost of the gain: two updates lose a fifth of it late in a run."""
 
 NARROWING = 0.5
 """Each program may move the step this fraction as far as the one before. Without it the limits on curvature, which
@@ -57,15 +55,12 @@ class SequentialQuadratic:
     ----------
     prices : (kinds, cells) array
         λ ≥ 0 of every limit in every cell, in mean derivatives of the objective.
-    last : (n,) array or None
-        z of the last step over its radius; None before the first.
     """
 
     space: DesignSpace
     smooth: Smoothing
     limits: LimitSamples
     prices: np.ndarray
-    last: np.ndarray | None
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
         """See `Stepper.step`."""
@@ -73,13 +68,13 @@ class SequentialQuadratic:
         unit = max(float(np.abs(proxy.slope).mean()), 1e-300)
         scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
         bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
-        z = np.zeros(space.n) if self.last is None else np.clip(radius * self.last, *bounds)
-        prices, places = self.prices.copy(), None
+        # Beginning with the step before promises some per cent more, but shapes become rough: they gain less, and the
+        # meshes of some fail.
+        z, prices, places = np.zeros(space.n), self.prices.copy(), None
         # Exceeded by one per cent, a limit on states pushes as hard as the mean derivative of the objective.
         weight = 1.0 / np.sqrt(np.maximum(np.abs(states.jacobian).mean(axis=1), 1e-12))
         of_states, known, on_states = weight[:, None] * states.jacobian, weight * states.excess, np.zeros(len(weight))
-        first = 0 if self.last is None else 1
-        for number in range(first, PROGRAMS):
+        for number in range(PROGRAMS):
             room = NARROWING**number * radius
             change = self.smooth.apply(z)
             # Both walls of a gap may move by the whole radius.
@@ -100,30 +95,21 @@ class SequentialQuadratic:
             prices = np.zeros_like(prices)
             np.add.at(prices, (rows.kind, rows.cell), price[: len(rows.kind)])
             on_states = price[len(rows.kind) :]
-        return Step(self.smooth.apply(z), PROGRAMS - first, _Learnt(prices, z / radius))
+        return Step(self.smooth.apply(z), PROGRAMS, prices)
 
     def after(self, step: Step) -> SequentialQuadratic:
         """See `Stepper.after`."""
-        return replace(self, prices=step.learnt.prices, last=step.learnt.last)
+        return replace(self, prices=step.learnt)
 
     def pack(self) -> dict[str, Any]:
         """See `Stepper.pack`."""
-        return {"prices": self.prices} | ({} if self.last is None else {"last_step": self.last})
+        return {"prices": self.prices}
 
     def unpack(self, state: dict[str, Any]) -> SequentialQuadratic:
         """See `Stepper.unpack`."""
         # Checkpoints of earlier versions have none, or others; they are learnt again.
         known = "prices" in state and np.shape(state["prices"]) == self.prices.shape
-        prices = np.asarray(state["prices"], float) if known else self.prices
-        last = np.asarray(state["last_step"], float) if "last_step" in state else None
-        return replace(self, prices=prices, last=last)
-
-
-class _Learnt(NamedTuple):
-    """What is kept of a step, see `SequentialQuadratic`."""
-
-    prices: np.ndarray
-    last: np.ndarray
+        return replace(self, prices=np.asarray(state["prices"], float)) if known else self
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,5 +161,5 @@ class _Program:
 
 
 def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: LimitSamples) -> SequentialQuadratic:
-    """A stepper that has learnt nothing yet."""
-    return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), int(limits.first[-1]))), None)
+    """A stepper without prices yet."""
+    return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), int(limits.first[-1]))))
