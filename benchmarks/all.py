@@ -61,7 +61,7 @@ def sections(runs: Path, out: Path) -> list[Section]:
         ),
         Section(
             "At the paper's size",
-            "The paper's ten cases with as many coordinates of control points as its Table II has \"control points\".",
+            'The paper\'s ten cases with as many coordinates of control points as its Table II has "control points".',
             None,
             ["paper_size.py", str(runs / "paper_size")],
             markdown=True,
