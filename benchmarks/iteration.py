@@ -35,6 +35,9 @@ def table(path: str) -> None:
             f"{median(line.equivalents for line in chosen):7.1f} {total:8.2f} "
             + " ".join(f"{part:11.2f}" for part in (*parts, other))
         )
+    spent = {phase: sum(line.seconds[phase] for line in lines) for phase in PHASES}
+    whole, limiting = sum(line.seconds["total"] for line in lines), sorted(spent, key=spent.get, reverse=True)
+    print("of all time: " + ", ".join(f"{phase} {100 * spent[phase] / whole:.0f} %" for phase in limiting))
 
 
 if __name__ == "__main__":

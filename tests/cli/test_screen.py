@@ -16,7 +16,7 @@ from pneumorph.cli.screen import Screen
 from pneumorph.constraint import certify
 from pneumorph.geometry import starting_body
 from pneumorph.interface.runs import Run
-from pneumorph.optimize import DesignRejected
+from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
 
 PROBLEM = loads(tiny().replace("[mesh]", '[limits]\nenvelope = { radius = "9 mm" }\n[mesh]'))
@@ -71,6 +71,17 @@ def test_rejected_designs_are_named():
     quiet = Console(file=io.StringIO(), width=100)
     Screen(PROBLEM, quiet, quiet=True).show(DesignRejected(3, "the gain was 0.01 of the predicted one", 0.1))
     assert quiet.file.getvalue() == ""
+
+
+def test_what_is_remeshed_is_named():
+    console = Console(file=io.StringIO(), width=140)
+    screen = Screen(PROBLEM, console)
+    screen.show(Remeshed(4, "an element is nearly flat", 900, 0.1, ("sector 3",)))
+    screen.show(Remeshed(5, "an element is nearly flat", 2700, 0.1, ()))
+    assert console.file.getvalue() == (
+        "     design 4: remeshed with 900 elements, one of 3 equal sectors of the body; an element is nearly flat\n"
+        "     design 5: remeshed with 2700 elements; an element is nearly flat\n"
+    )
 
 
 def test_another_number_of_designs_is_explained():

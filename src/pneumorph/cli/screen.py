@@ -81,7 +81,11 @@ class Screen:
                 self.row(event.entry)
                 self._update_status(event)
             case Remeshed():
-                self._note(f"design {event.iteration}: remeshed with {event.elements} elements, {event.reason}")
+                # A sector that cannot be meshed is followed by the whole body.
+                self._note(
+                    f"design {event.iteration}: remeshed with {event.elements} elements{part_note(event.part)}; "
+                    f"{event.reason}"
+                )
             case MeshKept():
                 self._note(
                     f"design {event.iteration}: the old mesh is kept with elements of quality {event.quality:.2g}, "

@@ -36,12 +36,13 @@ class BroughtWithin:
 
 @dataclass(frozen=True)
 class Remeshed:
-    """The body was remeshed; `reason` is a sentence."""
+    """The body, or the `part` of it that is analysed, was remeshed; `reason` is a sentence."""
 
     iteration: int
     reason: str
     elements: int
     quality: float
+    part: Part
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def analyse_trial(
                 starts = carry_over(disc, disc.morph.positions(points), starts, new)
                 disc, count = new, 0
     if poor is not None:
-        yield Remeshed(number, poor, disc.model.elements, _quality(disc, points))
+        yield Remeshed(number, poor, disc.model.elements, _quality(disc, points), disc.model.part)
     before = now.value
     with clock.phase("equilibrium"):
         same = None if poor is not None else now
