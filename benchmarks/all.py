@@ -26,6 +26,29 @@ Machine: {machine}. Compare figures within a table: other machines, and this one
 a whole. An *equivalent* is the time of one assembly and factorisation of the tangent on the same mesh.
 """
 
+FOOT = """
+## What limits next
+
+A design needs at least about one and a half equivalents: one factorisation at the answer, whose inertia certifies that
+the state is stable and with which the adjoint is solved, and some twenty back-solves. Beyond that it spends:
+
+- **A factorisation at the predicted state**, and some ten to twenty-five back-solves and products with the tangent. The
+  factor of the design before in its place, all the way: twenty iterations more, which cost as much as the
+  factorisation. Every prediction with its own factorisation: three factorisations instead of two and fifteen products,
+  as long. PARDISO for positive definite matrices: a tenth faster, but without the inertia. Its scheduling in two
+  levels: no difference.
+- **The sub-problem**: 5 programs of 6 updates of the prices and up to 40 products each. Fewer updates lose a fifth of
+  the gain late in a run. Beginning with the step before promises some per cent more and makes rougher shapes, which gain
+  less. Rows out of reach: none. A product compiled by Numba for the smoothing and the limits together: slower than
+  SciPy's. A second thread: nothing at these sizes.
+- **Bringing steps within the limits**, with certificates, about as long as the programs; fewer rounds of it cost
+  more rejected steps.
+- **New meshes**, nearly every second design of the arms, each with a transfer and one or two factorisations more.
+
+At first use more than half of the processor time is Numba's compilation of about ninety functions; without their entry
+points for Python it takes as long, with less optimisation a tenth less.
+"""
+
 
 @dataclass(frozen=True)
 class Section:
@@ -179,7 +202,7 @@ def main() -> None:
             command = section.quick if asked.size == "quick" else section.full
             if command is not None:
                 page += measured(section, command).replace(f"{asked.runs}{os.sep}", "")
-                asked.out.write_text(page)
+                asked.out.write_text(page + FOOT)
 
 
 if __name__ == "__main__":
