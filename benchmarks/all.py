@@ -38,8 +38,8 @@ the state is stable and with which the adjoint is solved, and some twenty back-s
   as long. PARDISO for positive definite matrices: a tenth faster, but without the inertia. Its scheduling in two
   levels: no difference.
 - **The sub-problem**: 5 programs of 6 updates of the prices and up to 40 products each. Fewer updates lose a fifth of
-  the gain late in a run. Beginning with the step before promises some per cent more and makes rougher shapes, which gain
-  less. Rows out of reach: none. A product compiled by Numba for the smoothing and the limits together: slower than
+  the gain late in a run. Beginning with the step before promises some per cent more and makes rougher shapes, which
+  gain less. Rows out of reach: none. A product compiled by Numba for the smoothing and the limits together: slower than
   SciPy's. A second thread: nothing at these sizes.
 - **Bringing steps within the limits**, with certificates, about as long as the programs; fewer rounds of it cost
   more rejected steps.
