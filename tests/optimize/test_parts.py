@@ -191,7 +191,11 @@ def test_a_design_beyond_its_limits_is_brought_within(stage):
     assert isinstance(found, Within)
     assert found.report.satisfied()
     assert certify(space.body(found.phi), problem.limits).satisfied()
-    assert np.abs(found.phi - phi).max() < 3.0
+    moved = np.abs(found.phi - phi).max()
+    assert moved < 3.0
+    again = within(space, smooth, limits, phi, 1.01 * moved)
+    assert isinstance(again, Within) and np.abs(again.phi - phi).max() <= 1.01 * moved
+    assert not isinstance(within(space, smooth, limits, phi, 0.3 * moved), Within)
 
 
 @pytest.mark.parametrize(
@@ -256,7 +260,7 @@ def test_bringing_steps_within_the_limits_leaves_most_of_their_gain(stage):
         assert isinstance(found, Within)
         left.append(slope @ (found.phi - phi) / (slope @ step.change))
         phi, stepper = found.phi, stepper.after(step)
-    assert min(left) > 0.8
+    assert min(left) > 0.7
 
 
 def test_a_crowded_design_is_brought_within_all_its_limits():

@@ -118,9 +118,9 @@ class _Loop:
             all_samples = build_limit_functions(body, problem.limits, reach=2.5 * LARGEST * reference)
             self.stepper = PaperStepper(self.space, all_samples, reference, FIRST_ITERATIONS, np.zeros(0))
 
-    def within(self, phi: np.ndarray) -> Within | LimitReport:
+    def within(self, phi: np.ndarray, reach: float = np.inf) -> Within | LimitReport:
         # Steps are smooth, so bounds of the shape may be passed by them.
-        return within(self.space, self.smooth, self.limits, np.clip(phi, self.space.lower, self.space.upper))
+        return within(self.space, self.smooth, self.limits, np.clip(phi, self.space.lower, self.space.upper), reach)
 
     def optimality(self, phi: np.ndarray, slope: np.ndarray, states: StateLimits) -> float:
         return optimality(self.space, self.smooth, self.limits, phi, slope, states)
@@ -365,7 +365,8 @@ def _proposal(
     best, most = None, -np.inf
     while True:
         step = now.stepper.step(phi, proxy, radius * reference, states)
-        candidate = loop.within(phi + step.change)
+        # A longer way back would end in another kind of shape, of which the derivatives know nothing.
+        candidate = loop.within(phi + step.change, radius * reference)
         promised = _promise(now, proxy, candidate.phi - phi) if isinstance(candidate, Within) else -np.inf
         if best is None or promised > most:
             best, most = (step, candidate, radius), promised

@@ -39,7 +39,7 @@ ACCURACY = 1e-3
 STIFFNESS = 100.0
 """ρ, mm: price of a limit exceeded by its whole bound, in mean derivatives of the objective per mm."""
 
-PROXIMITY = 1.0
+PROXIMITY = 0.25
 """Variables with a derivative below this multiple of the mean do not move by the whole radius, for there the gradient
 is mostly noise of the mesh."""
 

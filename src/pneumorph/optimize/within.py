@@ -52,14 +52,17 @@ class Within:
     report: LimitReport
 
 
-def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray) -> Within | LimitReport:
+def within(
+    space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray, reach: float = np.inf
+) -> Within | LimitReport:
     """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else the report of the last try.
 
-    Places between samples where the certificate finds a limit broken become samples; where that is not enough, margins
-    grow.
+    No variable moves farther than `reach`. Places between samples where the certificate finds a limit broken become
+    samples; where that is not enough, margins grow.
     """
     margins, broken = MARGIN.copy(), None
-    phi, places = _projected(space, smooth, limits, phi, margins, None, None)
+    lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
+    phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, None, None)
     found = certify(space.body(phi), limits.spec)
     for _ in range(1, CERTIFICATES):
         if found.satisfied() or max(reading.excess() for reading in found.violated()) > HOPELESS:
@@ -73,7 +76,7 @@ def within(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.
             short = reading.excess() - reading.seen_excess()
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
-        phi, places = _projected(space, smooth, limits, phi, margins, places, broken)
+        phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, places, broken)
         found = certify(space.body(phi), limits.spec)
     return Within(phi, found) if found.satisfied() else found
 
@@ -83,6 +86,8 @@ def _projected(
     smooth: Smoothing,
     limits: LimitSamples,
     phi: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
     margins: np.ndarray,
     places: Mapping[str, Points] | None,
     broken: Places | None,
@@ -99,7 +104,7 @@ def _projected(
         if worst == 0.0 or worst > HOPELESS:
             break
         motion = least_motion(smooth, linear.jacobian, excess, np.zeros(space.n))
-        phi = np.clip(phi + motion.smooth, space.lower, space.upper)
+        phi = np.clip(phi + motion.smooth, lower, upper)
     return best, resisting
 
 
