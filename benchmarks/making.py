@@ -31,8 +31,6 @@ import sys
 from pathlib import Path
 from pneumorph import load, starting_design
 from pneumorph.interface.making import make_design
-from pneumorph.mesh import keep_netgen_quiet
-keep_netgen_quiet()
 make_design(starting_design(load(sys.argv[1])), Path(sys.argv[2]), 0.02)
 """
 DISTANCES = "distance of the part's points", "distance of the mould's curved"

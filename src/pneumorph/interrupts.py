@@ -59,7 +59,7 @@ def install() -> None:
     if os.name == "posix":
         os.set_blocking(sink, False)
     try:
-        # A copy, since the standard error is redirected while Netgen meshes.
+        # A copy: where the standard error is closed, another file may get its number.
         words = os.dup(2)
     except OSError:
         words = -1

@@ -7,7 +7,7 @@ from netgen.occ import Cylinder, Glue, OCCGeometry, X, Z
 from pneumorph.analysis.ports import Port, compared, with_and_without, with_tubes
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import starting_body
-from pneumorph.mesh import TetMesh, keep_netgen_quiet, mesh_body, scaled_jacobian, unfold
+from pneumorph.mesh import TetMesh, mesh_body, scaled_jacobian, unfold
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES
 from pneumorph.problem import load
 
@@ -24,7 +24,6 @@ def problem():
 
 def exact_mesh(size):
     """The body of `problem` with a bar through its side as a region of its own."""
-    keep_netgen_quiet()
     outside, inside = Cylinder((0, 0, 0), Z, 8, 24), Cylinder((0, 0, 3), Z, 4, 18)
     bar = Cylinder((0, 0, HEIGHT), X, RADIUS, 20)
     wall = outside - inside

@@ -1,7 +1,6 @@
 """Designs in Python: what is stored is read, what is not is computed, and half bodies leave as whole ones."""
 
 import signal
-import subprocess
 import sys
 
 import numpy as np
@@ -109,27 +108,6 @@ def test_a_design_is_simulated_at_its_own_pressures(start):
     softer = pm.Design(start.problem, start.body, {"extend": {"A": 0.02}})
     assert softer.simulate().steps[0].pressures == {"A": 0.02}
     assert softer.results["extend"].pressures == {"A": 0.02}
-
-
-def test_meshing_leaves_the_process_output_alone():
-    """Only the command redirects it."""
-    code = """
-import os
-from pneumorph.mesh import keep_netgen_quiet
-from pneumorph.mesh.volume import silence
-
-def output():
-    return os.fstat(1).st_ino
-
-before = output()
-with silence():
-    assert output() == before
-keep_netgen_quiet()
-with silence():
-    assert output() != before
-assert output() == before
-"""
-    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.PIPE)
 
 
 def test_a_run_that_has_nothing_yet(tmp_path):

@@ -23,7 +23,6 @@ from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.mechanics import Rubber
-from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, motion_of, part_note
 from pneumorph.problem import Reinforcement, load, reinforcements
@@ -32,7 +31,6 @@ from pneumorph.problem.reinforcement import data_of
 
 def check(problem: Path, quick: bool, trust: bool) -> None:
     """Check the problem of a file, on its starting body, or of a run, on its last design; `quick` tests no gradient."""
-    keep_netgen_quiet()
     run = open_run(problem, asking(trust)) if problem.is_dir() else None
     asked = load(problem, asking(trust)) if run is None else run.problem
     console = Console()

@@ -128,9 +128,7 @@ def export(
     """Export a design of a run for other programs, always as a whole body."""
     from pneumorph.cli.trust import asking
     from pneumorph.interface.runs import open_run
-    from pneumorph.mesh import keep_netgen_quiet
 
-    keep_netgen_quiet()
     open_run(run, asking(trust)).design(design).export(out, format, task)
     print(f"written to {out}")
 

@@ -15,7 +15,6 @@ from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import rubbers_of
-from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import validity_warning
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
@@ -33,7 +32,6 @@ def design(
     """Design a body for a problem file."""
     if quiet and verbose:
         raise ProblemError("--quiet: is the opposite of --verbose; leave one of them out")
-    keep_netgen_quiet()
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})

@@ -9,7 +9,6 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.drawing import RequestedPicture
 from pneumorph.interface.drawing import draw as draw_one
 from pneumorph.interface.runs import Run, open_run
-from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.pictures import picture_names, run_pictures
 
 
@@ -25,7 +24,6 @@ def draw(
     trust: bool,
 ) -> None:
     """Draw a picture of a run, or all of them."""
-    keep_netgen_quiet()
     run = open_run(source, asking(trust))
     if picture != "all":
         print(f"written to {draw_one(run, RequestedPicture(picture, design, cut, at, task, format), out)}")

@@ -13,7 +13,6 @@ from pneumorph import units
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
-from pneumorph.mesh import keep_netgen_quiet
 
 
 def make(run: Path, design: int | None, out: Path | None, chord: str, trust: bool) -> None:
@@ -22,7 +21,6 @@ def make(run: Path, design: int | None, out: Path | None, chord: str, trust: boo
     allowed = units.parse_positive("--chord", chord, units.LENGTH)
     chosen = open_run(run, asking(trust)).design(design)
     folder = out or run / "make"
-    keep_netgen_quiet()
     try:
         made = chosen.make(folder, allowed)
     except ModuleNotFoundError as error:

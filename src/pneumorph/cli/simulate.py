@@ -21,7 +21,6 @@ from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
-from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import errors_of, format_pressures, part_note
 from pneumorph.problem import Task, Trust, load
 from pneumorph.run import atomic
@@ -42,7 +41,6 @@ def simulate(
 ) -> None:
     """Simulate the starting body of a problem file or a design of a run; `files` are the output files by option."""
     began = time.perf_counter()
-    keep_netgen_quiet()
     design = _design(source, number, asking(trust))
     given = _given("--pressure", pressures, PRESSURES)
     moved = _given("--move", moves, MOVES)

@@ -14,7 +14,6 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.run import atomic
 from pneumorph.verify import Case, Unavailable, Verdict, calculix, cases
 
@@ -30,7 +29,6 @@ Outcome = Verdict | Unavailable | ComputationError
 
 def verify(only: list[str], write: Path | None) -> None:
     """Run the chosen cases, all by default, and print and write their table."""
-    keep_netgen_quiet()
     chosen = _chosen(cases(), only)
     console = Console()
     if not console.is_terminal:

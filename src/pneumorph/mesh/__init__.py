@@ -7,14 +7,12 @@ from pneumorph.mesh.remesh import needs_remesh
 from pneumorph.mesh.tets import Covered, TetMesh
 from pneumorph.mesh.transfer import transfer
 from pneumorph.mesh.unfold import Unfolded, unfold
-from pneumorph.mesh.volume import keep_netgen_quiet
 
 __all__ = [
     "Covered",
     "Morph",
     "TetMesh",
     "Unfolded",
-    "keep_netgen_quiet",
     "mesh_body",
     "needs_remesh",
     "scaled_jacobian",

@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib import import_module
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from pneumorph.errors import MeshError
 from pneumorph.interrupts import stop_if_asked
+from pneumorph.mesh.netgen_process import call
 from pneumorph.mesh.repair import repair
 from pneumorph.mesh.split import split_long_edges
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh
 
-netgen: Any = import_module("netgen.meshing")  # compiled, without type information
-
-_redirected = False
-
 _JITTER = 1e-5
 """Random displacement of points, relative to the size, while Netgen fills the space between them. Where many points lie
 on one sphere, as on regular surfaces, Netgen took 150 s and made four times as many elements; with it 0.4 s."""
-
-_SERIAL = {"parallel_meshing": False}
-"""Netgen's threads, four by default, wait for each other by turning in circles: on two cores meshes of 2,000 elements
-took four times as much processor time with them, of 11,000 elements 1.7 times; all meshes were the same."""
 
 _LONGEST = 1.8  # inner edges longer than this, relative to the size, are bisected
 
@@ -113,16 +99,9 @@ def _key(edges: np.ndarray, n: int) -> np.ndarray:
 def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
     """Straight, positively oriented tetrahedra inside closed surfaces of triangles; the given points come first."""
     moved = points + _JITTER * size * np.random.default_rng(0).standard_normal(points.shape)
-    mesh = _netgen_mesh(moved, triangles)
-    with silence():
-        try:
-            mesh.GenerateVolumeMesh(maxh=size, optimize3d="", **_SERIAL)
-        except Exception as error:  # Netgen has no specific error class here
-            raise MeshError("the space between the surfaces could not be filled with tetrahedra") from error
-    if not len(mesh.Elements3D()):
-        raise MeshError("the space between the surfaces could not be filled with tetrahedra")
+    stop_if_asked()
     # Netgen leaves walls up to twice as thick as the edge length without inner vertices.
-    filled, tets = split_long_edges(*_arrays(mesh), triangles, _LONGEST * size)
+    filled, tets = split_long_edges(*call("fill", moved, triangles, size), triangles, _LONGEST * size)
     filled, tets = _optimised(filled, tets, triangles, size, "cmdmustm", 3)
     return np.concatenate([points, filled[len(points) :]]), tets
 
@@ -130,58 +109,6 @@ def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tu
 def _optimised(
     points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, size: float, moves: str, steps: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Improve a mesh by Netgen's optimiser; letters name its moves: c combine, d divide, m move points, s t u swap."""
-    mesh = _netgen_mesh(points, triangles)
-    mesh.AddElements(dim=3, index=1, data=np.ascontiguousarray(tets[:, [0, 2, 1, 3]], dtype=np.int32), base=0)
-    mesh.SetMaterial(1, "solid")
-    with silence():
-        parameters = netgen.MeshingParameters(maxh=size, optimize3d=moves, optsteps3d=steps, **_SERIAL)
-        mesh.OptimizeVolumeMesh(parameters)
-    return _arrays(mesh)
-
-
-def _netgen_mesh(points: np.ndarray, triangles: np.ndarray) -> Any:
+    """Improve a mesh by Netgen's optimiser, see `netgen_child.optimise`."""
     stop_if_asked()
-    mesh = netgen.Mesh()
-    face = mesh.Add(netgen.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
-    mesh.AddPoints(np.ascontiguousarray(points))
-    mesh.AddElements(dim=2, index=face, data=np.ascontiguousarray(triangles, dtype=np.int32), base=0)
-    return mesh
-
-
-def _arrays(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Points and positively oriented corners, copied because Netgen's arrays are freed with its mesh."""
-    tets = mesh.Elements3D().NumPy()["nodes"][:, :4].astype(np.int64) - 1
-    return np.array(mesh.Coordinates()), tets[:, [0, 2, 1, 3]]
-
-
-def keep_netgen_quiet() -> None:
-    """Suppress what Netgen prints from C++ by redirecting the process's output while it meshes.
-
-    Only commands do so, since a library should not redirect the output of its user's process. Without it Netgen
-    sometimes prints where walls cross.
-    """
-    global _redirected
-    _redirected = True
-
-
-@contextmanager
-def silence() -> Iterator[None]:
-    """Suppress Netgen's output if a command has asked for it, see `keep_netgen_quiet`."""
-    netgen.SetMessageImportance(0)
-    if not _redirected:
-        yield
-        return
-    sys.stdout.flush()
-    sys.stderr.flush()
-    kept = os.dup(1), os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        for fd, copy in zip((1, 2), kept, strict=True):
-            os.dup2(copy, fd)
-            os.close(copy)
-        os.close(nowhere)
+    return call("optimise", points, tets, triangles, size, moves, steps)

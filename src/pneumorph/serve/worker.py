@@ -13,7 +13,6 @@ from pneumorph.analysis import Explored, Explorer, Stopped, to_json
 from pneumorph.errors import PneumorphError
 from pneumorph.interface.runs import open_run
 from pneumorph.mechanics import rubbers_of
-from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.output.format import validity_warning
 from pneumorph.output.packed import pack
 from pneumorph.output.report_shapes import packed_state
@@ -56,7 +55,6 @@ def work(connection: Connection) -> None:
     """
     # Ctrl-C is for the server, which closes the pipe.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    keep_netgen_quiet()
     try:
         while True:
             wanted = connection.recv()

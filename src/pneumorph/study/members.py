@@ -11,7 +11,6 @@ import jax
 from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.mesh import keep_netgen_quiet
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output.pictures import run_pictures
 from pneumorph.output.report import write_report
@@ -77,7 +76,6 @@ def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
     """`run_member` on a Dask worker, which sends a message about every design to the scheduler."""
     from distributed import get_worker
 
-    keep_netgen_quiet()
     worker = get_worker()
 
     def send(name: str, entry: HistoryEntry) -> None:
