@@ -44,10 +44,15 @@ the state is stable and with which the adjoint is solved, and some twenty back-s
 - **Bringing steps within the limits**, with certificates, about as long as the programs; fewer rounds of it cost
   more rejected steps.
 - **New meshes**, nearly every second design of the arms, each with a transfer and one or two factorisations more.
+- **Targets of several motions**: the gradients of the arms' sections have a right side for every section.
 
 At first use more than half of the processor time is Numba's compilation of about ninety functions; without their entry
 points for Python it takes as long, with less optimisation a tenth less.
 """
+
+
+EARLIER = "79b18d9"
+"""The version before the sub-problem of quadratic programs, sectors, and kernels compiled when they are needed."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +90,15 @@ def sections(runs: Path, out: Path) -> list[Section]:
         Section(
             "At the paper's size",
             'The paper\'s ten cases with as many coordinates of control points as its Table II has "control points".',
-            None,
+            ["paper_size.py", str(runs / "paper_size")] if (runs / "paper_size").exists() else None,
             ["paper_size.py", str(runs / "paper_size")],
+            markdown=True,
+        ),
+        Section(
+            "An earlier version beside this one",
+            "The same designs and commands by both; before → now.",
+            None,
+            ["before.py", EARLIER],
             markdown=True,
         ),
         Section(
