@@ -186,7 +186,7 @@ def test_refusals(tmp_path):
     run_of(tmp_path / "run", 1)
     assert "add --resume" in refusal(create, tmp_path / "run", PROBLEM)
     assert "end_effector.spring.axial, end_effector.hold differ" in refusal(
-        resume, tmp_path / "run", OTHER.model_copy(update={"title": PROBLEM.title})
+        resume, tmp_path / "run", OTHER.model_copy(update={"title": PROBLEM.title, "optimizer": PROBLEM.optimizer})
     )
     assert "name another --out" in refusal(create, tmp_path / "run" / "problem.toml", PROBLEM)
     assert "not a run directory" in refusal(open_run, tmp_path)
