@@ -20,7 +20,8 @@ HERE = Path(__file__).resolve().parent
 PLACE = HERE.parent / "docs" / "performance.md"
 HEAD = """# Performance
 
-Written by `python benchmarks/all.py --{size} RUNS`.
+Every section but the last is the output of the benchmark that it names; `python benchmarks/all.py --{size} RUNS` runs
+them all.
 
 Machine: {machine}. Compare figures within a table: other machines, and this one at other times, are faster or slower as
 a whole. An *equivalent* is the time of one assembly and factorisation of the tangent on the same mesh.
@@ -32,15 +33,16 @@ FOOT = """
 A design needs at least about one and a half equivalents: one factorisation at the answer, whose inertia certifies that
 the state is stable and with which the adjoint is solved, and some twenty back-solves. Beyond that it spends:
 
-- **A factorisation at the predicted state**, and some ten to twenty-five back-solves and products with the tangent. The
-  factor of the design before in its place, all the way: twenty iterations more, which cost as much as the
-  factorisation. Every prediction with its own factorisation: three factorisations instead of two and fifteen products,
-  as long. PARDISO for positive definite matrices: a tenth faster, but without the inertia. Its scheduling in two
-  levels: no difference.
-- **The sub-problem**: 5 programs of 6 updates of the prices and up to 40 products each. Fewer updates lose a fifth of
-  the gain late in a run. Beginning with the step before promises some per cent more and makes rougher shapes, which
-  gain less. Rows out of reach: none. A product compiled by Numba for the smoothing and the limits together: slower than
-  SciPy's. A second thread: nothing at these sizes.
+- **A factorisation at the predicted state**, and some ten to twenty-five back-solves and products with the tangent.
+  What was tried: the factor of the design before in its place needs twenty iterations more, which cost as much as the
+  factorisation. A factorisation for every prediction makes three factorisations of two and fifteen products, and takes
+  as long. PARDISO for positive definite matrices is a tenth faster, but does not give the inertia. Its scheduling in
+  two levels makes no difference.
+- **The sub-problem**: 5 programs of 6 updates of the prices and up to 40 iterations each. What was tried: two updates
+  lose a fifth of the gain late in a run. Beginning with the step before promises some per cent more and makes rougher
+  shapes, which gain less. There are no rows out of reach that could be left out. A product compiled by Numba for the
+  smoothing and the limits together is slower than SciPy's. A second thread, and matrices of single precision, gain
+  nothing at these sizes.
 - **Bringing steps within the limits**, with certificates, about as long as the programs; fewer rounds of it cost
   more rejected steps.
 - **New meshes**, nearly every second design of the arms, each with a transfer and one or two factorisations more.
@@ -51,6 +53,11 @@ points for Python it takes as long, with less optimisation a tenth less.
 """
 
 
+PICTURE = "images/growth.png"
+
+MESHES = ("8000", "20000", "50000", "100000", "210000")
+"""Elements of the meshes on which other programs are measured; the last has a million unknowns."""
+
 EARLIER = "79b18d9"
 """The version before the sub-problem of quadratic programs, sectors, and kernels compiled when they are needed."""
 
@@ -59,7 +66,7 @@ EARLIER = "79b18d9"
 class Section:
     """A benchmark: what it answers, its command for a quick and for a full measurement, and whether it prints Markdown.
 
-    A command that is None is left out.
+    A command that is None is left out. A picture is drawn by the full measurement alone.
     """
 
     title: str
@@ -67,11 +74,13 @@ class Section:
     quick: list[str] | None
     full: list[str] | None
     markdown: bool = False
+    picture: str = ""
 
 
 def sections(runs: Path, out: Path) -> list[Section]:
     """All benchmarks, for a folder of finished runs and one for what they write."""
     found = [str(path.parent) for path in sorted(runs.glob("*/result.json"))]
+    finished = [path.parent.name for path in sorted((runs / "paper_size").glob("*/result.json"))]
     linear, example = str(runs / "linear"), str(HERE.parent / "examples" / "linear.toml")
     return [
         Section(
@@ -90,7 +99,7 @@ def sections(runs: Path, out: Path) -> list[Section]:
         Section(
             "At the paper's size",
             'The paper\'s ten cases with as many coordinates of control points as its Table II has "control points".',
-            ["paper_size.py", str(runs / "paper_size")] if (runs / "paper_size").exists() else None,
+            ["paper_size.py", str(runs / "paper_size"), *finished] if finished else None,
             ["paper_size.py", str(runs / "paper_size")],
             markdown=True,
         ),
@@ -128,9 +137,10 @@ def sections(runs: Path, out: Path) -> list[Section]:
         ),
         Section(
             "Beside other finite-element programs",
-            "One equilibrium of the same mesh and load; programs that are not installed are left out.",
+            "One equilibrium of the same mesh and load, from rest; programs that are not installed are left out.",
             ["solvers.py", "8000"],
-            ["solvers.py"],
+            ["solvers.py", "--plot", str(PLACE.parent / PICTURE), *MESHES],
+            picture=PICTURE,
         ),
         Section(
             "First use",
@@ -195,6 +205,8 @@ def measured(section: Section, command: list[str]) -> str:
     if done.returncode:
         said += f"\nended with status {done.returncode}: {(done.stderr.strip().splitlines() or ['nothing said'])[-1]}"
     body = said if section.markdown and not done.returncode else f"```text\n{said}\n```"
+    if section.picture and command is section.full:
+        body += f"\n\n![{section.title}]({section.picture})"
     minutes = (time.perf_counter() - began) / 60
     print(f"{section.title}: {minutes:.1f} min", flush=True)
     return f"\n## {section.title}\n\n{section.about} `benchmarks/{script}`, {minutes:.1f} min.\n\n{body}\n"

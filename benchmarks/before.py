@@ -3,9 +3,9 @@
     python benchmarks/before.py COMMIT [--designs N]
 
 The commit is taken out of the repository into a temporary folder and run by the same Python and libraries, each example
-first by it and then by this version, on one thread. Every version has its own examples; `linear, denser` has as many
-control points as the paper. Kernels are compiled by a run of two designs before; the last designs of both are those
-with the same number.
+first by it and then by this version, on one thread. Every version has its own examples; `linear, denser` has about as
+many coordinates of control points as the paper has "control points". Kernels are compiled by a run of two designs
+before; the last designs of both are those with the same number.
 """
 
 import argparse

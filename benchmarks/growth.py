@@ -4,8 +4,8 @@
 
 Sizes are edge lengths in mm. The state on each mesh begins from the one on the mesh before, the first from the run's
 own. A step is a design of the loop without its sub-problem: prediction, equilibrium and gradient after a motion of the
-design variables by up to 0.05 mm against the gradient. Memory is the peak of the process so far, so sizes go from
-coarse to fine. At the end are the exponents of growth between the last two sizes.
+design variables by up to 0.05 mm against the gradient. Memory is the peak of the process so far, without
+Netgen's, so sizes go from coarse to fine. At the end are the exponents of growth between the last two sizes.
 """
 
 import resource

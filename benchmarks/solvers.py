@@ -1,26 +1,31 @@
 """One equilibrium by four solvers: time, memory, and displacement of the tip, for the same mesh and load.
 
-    python benchmarks/solvers.py [8000 30000]
+    python benchmarks/solvers.py [--plot PICTURE.png] [8000 30000 …]
 
 The load case is the starting tube of the linear actuator at 60 kPa with a free tip, from rest. The arguments are
 approximate numbers of quadratic tetrahedra. All solvers use the same ten-node elements, the four-point rule if the
 quadrature can be chosen, both cores, one load step, and a relative residual of 1e-9. The time is that from a mesh and
 loads in memory to displacements, without imports and without JAX's compilation, which is kept between runs; for
 CalculiX it includes reading the input file and writing the result. Every solver runs in its own process, whose peak
-memory is reported.
+memory is reported. A solver that fails, or needs more than seven minutes, is left out on larger meshes. The picture
+shows the growth of time and memory; its exponents are those between the first and the last mesh of each solver.
 """
 
+import argparse
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from statistics import median
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from pneumorph.geometry import starting_body
@@ -32,6 +37,12 @@ from pneumorph.verify import calculix, symbolic
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 
 TOLERANCE = 1e-9
+LONGEST = 420.0
+"""Seconds for a solver on a mesh, its preparation included."""
+
+MANY = 50_000
+"""Elements from which on a solve is long against compiling, and measured once."""
+
 SHEAR, BULK = 0.49, 4.80
 
 
@@ -42,10 +53,11 @@ def ours(mesh: TetMesh) -> dict:
         solver = Tangent(built)
         return built, at, solver, solve(at, solver, tolerance=TOLERANCE)
 
-    whole()
+    if len(mesh.tets) < MANY:
+        whole()
     (built, at, solver, found), seconds = timed(whole)
     assembly, factor = [], []
-    for _ in range(5):
+    for _ in range(5 if len(mesh.tets) < MANY else 1):
         data, took = timed(lambda: tangent(built, at.X, found.state, at.loads, at.blocked))
         assembly.append(took)
         factor.append(timed(partial(solver._factor.refactorise, data))[1])
@@ -190,7 +202,17 @@ def alone(name: str, path: str) -> None:
     )
 
 
-def table(count: int) -> None:
+@dataclass(frozen=True)
+class Row:
+    """What a solver needed for a number of displacements."""
+
+    unknowns: int
+    seconds: float
+    megabytes: float
+
+
+def table(count: int, names: list[str]) -> dict[str, Row]:
+    """Print the line of every solver on a mesh of about so many elements; those that solved it."""
     body, size = starting_body(linear_actuator().body), 2.0
     mesh = mesh_body(body, size).mesh
     # The number of elements is not a continuous function of their size.
@@ -198,30 +220,75 @@ def table(count: int) -> None:
         size *= (len(mesh.tets) / count) ** (1 / 3.5)
         mesh = mesh_body(body, size).mesh
     print(f"\n{len(mesh.tets)} quadratic tetrahedra, {3 * len(mesh.points)} displacements")
-    print(f"{'solver':10s} {'s':>8s} {'ratio':>6s} {'MB':>6s} {'tip, mm':>12s}")
+    print(f"{'solver':10s} {'s':>8s} {'ratio':>6s} {'MB':>6s} {'tip, mm':>12s}", flush=True)
+    rows = {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "mesh.npz")
         np.savez(path, points=mesh.points, tets=mesh.tets, **mesh.faces)
-        first = None
-        for name in SOLVERS:
-            run = subprocess.run(
-                [sys.executable, __file__, "--alone", name, str(path)], capture_output=True, text=True, check=False
-            )
-            if run.returncode:
-                print(f"{name:10s} {run.stderr.strip().splitlines()[-1]}")
+        for name in names:
+            command = [sys.executable, __file__, "--alone", name, str(path)]
+            found = outcome(command)
+            if isinstance(found, str):
+                print(f"{name:10s} {found}", flush=True)
                 continue
-            found = json.loads(run.stdout.splitlines()[-1])
-            first = first or found["seconds"]
+            rows[name] = Row(3 * len(mesh.points), found["seconds"], found["megabytes"])
+            ratio = found["seconds"] / next(iter(rows.values())).seconds
             print(
-                f"{name:10s} {found['seconds']:8.2f} {found['seconds'] / first:6.1f} {found['megabytes']:6.0f} "
+                f"{name:10s} {found['seconds']:8.2f} {ratio:6.1f} {found['megabytes']:6.0f} "
                 f"{found['tip_mm']:12.8f}  {found['note']}",
                 flush=True,
             )
+    return rows
+
+
+def outcome(command: list[str]) -> dict | str:
+    """What a solver's process printed, or why it did not."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as process:
+        try:
+            said, complaint = process.communicate(timeout=LONGEST)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # with programs that it started
+            return f"more than {LONGEST:.0f} s"
+    if process.returncode:
+        return (complaint.strip().splitlines() or [f"ended with status {process.returncode}"])[-1]
+    return json.loads(said.splitlines()[-1])
+
+
+def plot(rows: list[dict[str, Row]], picture: str) -> None:
+    """Time and memory over unknowns, with their exponents."""
+    figure, panels = plt.subplots(1, 2, figsize=(11, 4.2))
+    for name in rows[0]:
+        line = [each[name] for each in rows if name in each]
+        unknowns = [row.unknowns for row in line]
+        values = ([row.seconds for row in line], [row.megabytes / 1024 for row in line])
+        for panel, column, unit in zip(panels, values, ("s", "GB"), strict=True):
+            label = name
+            if len(line) > 1:
+                label += f", exponent {np.log(column[-1] / column[0]) / np.log(unknowns[-1] / unknowns[0]):.2f}"
+            panel.loglog(unknowns, column, "o-", label=label)
+            panel.set(xlabel="displacements", ylabel={"s": "one equilibrium, s", "GB": "peak memory, GB"}[unit])
+            panel.grid(True, which="both", alpha=0.3)
+            panel.legend()
+    figure.tight_layout()
+    figure.savefig(picture, dpi=100)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("counts", type=int, nargs="*", default=[8000, 30000])
+    parser.add_argument("--plot", metavar="PICTURE")
+    asked = parser.parse_args()
+    rows, names = [], list(SOLVERS)
+    for count in sorted(asked.counts):
+        rows.append(table(count, names))
+        names = list(rows[-1])
+        if asked.plot:
+            plot(rows, asked.plot)
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--alone"]:
         alone(*sys.argv[2:])
     else:
-        for argument in sys.argv[1:] or ["8000", "30000"]:
-            table(int(argument))
+        main()

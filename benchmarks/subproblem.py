@@ -50,7 +50,7 @@ def main() -> None:
                 began = time.perf_counter()
                 step = stepper.step(phi, proxy, RADIUS, no_states(len(phi)))
                 stepped = time.perf_counter()
-                found = within(space, smooth, limits, phi + step.change)
+                found = within(space, smooth, limits, phi + step.change, RADIUS)
                 ended = time.perf_counter()
                 if not isinstance(found, Within):
                     break

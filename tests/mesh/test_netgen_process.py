@@ -1,13 +1,16 @@
 """Netgen in a process of its own: what it does to that process is nothing to this one."""
 
 import os
+import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
+from signals import heard, interrupted, start
 
-from pneumorph.errors import MeshError
+from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry import starting_body
 from pneumorph.mesh import mesh_body, netgen_process, scaled_jacobian
 from pneumorph.problem import load
@@ -15,6 +18,10 @@ from pneumorph.problem import load
 # A tetrahedron with an edge of 2 mm.
 CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+FOLDERS = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+"""For programs that import this module."""
 
 
 def volume(points, tets):
@@ -50,16 +57,48 @@ def test_what_cannot_be_filled_is_said():
 
 def test_a_crash_ends_a_mesh_and_not_the_program():
     filled()
-    netgen_process._process().kill()
-    with pytest.raises(MeshError, match=r"Netgen, crashed \(status -?\d+\)"):
+    netgen_process._process().send_signal(signal.SIGABRT)
+    with pytest.raises(MeshError, match=r"Netgen, crashed \(status -6\)"):
         filled()
     assert len(filled()[1])
+
+
+def test_one_that_is_killed_for_its_memory_is_not_tried_again_on_finer_meshes():
+    problem = load("examples/small.toml")
+    filled()
+    netgen_process._process().kill()
+    with pytest.raises(ComputationError, match=r"killed, perhaps for want of memory; make mesh\.size larger$"):
+        mesh_body(starting_body(problem.body), problem.mesh.size)
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (("ModuleNotFoundError", "No module named 'netgen'"), "cannot be loaded (No module named 'netgen'); install"),
+        (("MemoryError", ""), "has not enough memory; make mesh.size larger"),
+        (("Exception", "surfaces are\noverlapping"), "could not be filled with tetrahedra (surfaces are overlapping)"),
+    ],
+)
+def test_why_it_failed_is_said_in_a_line(monkeypatch, answer, said):
+    monkeypatch.setattr(netgen_process.pickle, "load", lambda _: answer)
+    with pytest.raises(ComputationError) as caught:
+        filled()
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+    monkeypatch.undo()
+    netgen_process._end()  # its own answer was not read
+
+
+def test_one_that_cannot_be_started_is_said_in_a_line(monkeypatch):
+    netgen_process._end()
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    with pytest.raises(ComputationError, match=r"cannot be started \(.*\); .*: /nowhere/python$"):
+        filled()
 
 
 def test_a_body_whose_mesh_crashes_is_meshed_at_the_next_attempt():
     problem = load("examples/small.toml")
     crashed = netgen_process._process()
-    crashed.kill()
+    crashed.send_signal(signal.SIGABRT)
     mesh = mesh_body(starting_body(problem.body), problem.mesh.size).mesh
     assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.1
     assert netgen_process._process().pid != crashed.pid
@@ -85,7 +124,34 @@ from tests.mesh.test_netgen_process import filled
 filled()
 print(netgen_process._process().pid)
 """
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | FOLDERS, check=True, capture_output=True, text=True
+    )
     assert done.stderr == ""
     with pytest.raises(ProcessLookupError):
         os.kill(int(done.stdout), 0)
+
+
+def test_it_ends_at_once_with_a_command_that_is_interrupted():
+    code = """
+from pneumorph.interrupts import install
+from pneumorph.mesh import netgen_process
+from tests.mesh.test_netgen_process import filled
+install()
+filled()
+print("process", netgen_process._process().pid, flush=True)
+filled(0.01)
+"""
+    command = start(["-c", code], env=os.environ | FOLDERS)
+    child = int(heard(command, "process").split()[1])
+    os.kill(child, 0)
+    ended = interrupted(command, signal.SIGTERM)
+    assert (ended.status, ended.err) == (143, "pneumorph: stopped\n") and ended.late < 2.0
+    # It is another program's now, which takes it from the table of processes.
+    for _ in range(200):
+        try:
+            os.kill(child, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.01)
+    raise AssertionError("Netgen goes on")

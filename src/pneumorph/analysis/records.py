@@ -156,7 +156,7 @@ class RunResult:
     tasks : {task: TaskResult}
         If the run is completed, `stable` is against all motions of the whole body, even where a part was analysed.
     seconds : {phase: s}, over all designs.
-    peak_memory : MB, or None if the system does not report it.
+    peak_memory : MB of this process, without Netgen's; None if the system does not report it.
     versions : {package: version}
     """
 

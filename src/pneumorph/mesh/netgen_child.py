@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import os
 import pickle
-import signal
 import sys
+from functools import cache
 from importlib import import_module
 from typing import Any
 
 import numpy as np
-
-netgen: Any = import_module("netgen.meshing")  # compiled, without type information
 
 _SERIAL = {"parallel_meshing": False}
 """Netgen's threads, four by default, wait for each other by turning in circles: on two cores meshes of 2,000 elements
@@ -22,7 +20,11 @@ took four times as much processor time with them, of 11,000 elements 1.7 times; 
 
 
 def fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Tetrahedra inside closed surfaces, see `netgen_process.call`; the given points come first."""
+    """Points (n, 3) in mm, the given ones first, and the corners of tetrahedra (m, 4) inside closed surfaces.
+
+    The surfaces are given by the corners of their triangles (nt, 3), normals outwards; `size` is the desired edge
+    length in mm.
+    """
     mesh = _mesh(points, triangles)
     mesh.GenerateVolumeMesh(maxh=size, optimize3d="", **_SERIAL)
     return _arrays(mesh)
@@ -35,13 +37,21 @@ def optimise(
     mesh = _mesh(points, triangles)
     mesh.AddElements(dim=3, index=1, data=np.ascontiguousarray(tets[:, [0, 2, 1, 3]], dtype=np.int32), base=0)
     mesh.SetMaterial(1, "solid")
-    mesh.OptimizeVolumeMesh(netgen.MeshingParameters(maxh=size, optimize3d=moves, optsteps3d=steps, **_SERIAL))
+    mesh.OptimizeVolumeMesh(_netgen().MeshingParameters(maxh=size, optimize3d=moves, optsteps3d=steps, **_SERIAL))
     return _arrays(mesh)
 
 
+@cache
+def _netgen() -> Any:
+    # Compiled, without type information.
+    module = import_module("netgen.meshing")
+    module.SetMessageImportance(0)
+    return module
+
+
 def _mesh(points: np.ndarray, triangles: np.ndarray) -> Any:
-    mesh = netgen.Mesh()
-    face = mesh.Add(netgen.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
+    mesh = _netgen().Mesh()
+    face = mesh.Add(_netgen().FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
     mesh.AddPoints(np.ascontiguousarray(points))
     mesh.AddElements(dim=2, index=face, data=np.ascontiguousarray(triangles, dtype=np.int32), base=0)
     return mesh
@@ -54,15 +64,9 @@ def _arrays(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def main() -> None:
-    # What a signal means is for the program that has started this one.
-    for name in ("SIGINT", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
     # Netgen prints from C++.
     answers, nowhere = os.fdopen(os.dup(1), "wb"), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
-    os.dup2(nowhere, 2)
-    netgen.SetMessageImportance(0)
     calls = {"fill": fill, "optimise": optimise}
     while True:
         try:
@@ -71,8 +75,8 @@ def main() -> None:
             return
         try:
             answer = calls[name](*arguments)
-        except Exception:  # Netgen has no specific error class here
-            answer = None
+        except Exception as error:  # Netgen has no specific error class here, and not all of its errors can be pickled
+            answer = type(error).__name__, str(error)
         pickle.dump(answer, answers)
         answers.flush()
 

@@ -10,6 +10,7 @@ import atexit
 import contextlib
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -18,9 +19,18 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.errors import MeshError
+from pneumorph.errors import ComputationError, MeshError
+from pneumorph.interrupts import cleaned_up, stop_if_asked
 
 _CHILD = Path(__file__).with_name("netgen_child.py")
+
+_FAILED = {
+    "fill": "the space between the surfaces could not be filled with tetrahedra",
+    "optimise": "the tetrahedra between the surfaces could not be improved",
+}
+
+_LEAVING = 5.0
+"""Seconds in which a process that gives no answer has left a status."""
 
 _lock = Lock()
 _running: tuple[int, subprocess.Popen[bytes]] | None = None
@@ -28,29 +38,56 @@ _running: tuple[int, subprocess.Popen[bytes]] | None = None
 
 
 def call(name: str, *arguments: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) and the corners of tetrahedra (m, 4), by a function of `netgen_child`.
+    """What a function of `netgen_child` returns: points (n, 3) in mm and the corners of tetrahedra (m, 4).
 
     Raises
     ------
     MeshError
-        If Netgen fails, for example because the triangles of two walls cross.
+        If Netgen fails, for example because the triangles of two walls cross, or crashes.
+    ComputationError
+        If it cannot be started, or has not enough memory.
     """
     with _lock:
         child = _process()
         assert child.stdin is not None and child.stdout is not None
         try:
-            pickle.dump((name, arguments), child.stdin)
-            child.stdin.flush()
-            answer = pickle.load(child.stdout)
+            # Not `_end`, for the cleanup is called in another thread.
+            with cleaned_up(child.kill):
+                pickle.dump((name, arguments), child.stdin)
+                child.stdin.flush()
+                answer = pickle.load(child.stdout)
         except (OSError, EOFError, pickle.UnpicklingError) as error:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.wait(_LEAVING)
+            status = child.returncode
             _end()
-            raise MeshError(f"the mesher, Netgen, crashed (status {child.returncode})") from error
+            # What ends this program at once has ended that one.
+            stop_if_asked()
+            raise _crashed(status) from error
         except BaseException:
             _end()  # else the next call would get this one's answer
             raise
-    if answer is None or not len(answer[1]):
-        raise MeshError("the space between the surfaces could not be filled with tetrahedra")
+    if isinstance(answer[0], str):
+        raise _failed(name, *answer)
+    if not len(answer[1]):
+        raise MeshError(_FAILED[name])
     return answer
+
+
+def _crashed(status: int | None) -> ComputationError:
+    """Why there was no answer, by the exit status of the process."""
+    if status is not None and status == -getattr(signal, "SIGKILL", 0):
+        return ComputationError("the mesher, Netgen, was killed, perhaps for want of memory; make mesh.size larger")
+    return MeshError(f"the mesher, Netgen, crashed (status {status})")
+
+
+def _failed(name: str, kind: str, text: str) -> ComputationError:
+    """Why a call failed, by the class and the text of the exception that it raised."""
+    if kind in ("ImportError", "ModuleNotFoundError"):
+        return ComputationError(f"the mesher, Netgen, cannot be loaded ({text}); install netgen-mesher again")
+    if kind == "MemoryError":
+        return ComputationError("the mesher, Netgen, has not enough memory; make mesh.size larger")
+    return MeshError(f"{_FAILED[name]} ({text})")
 
 
 def _process() -> subprocess.Popen[bytes]:
@@ -58,7 +95,18 @@ def _process() -> subprocess.Popen[bytes]:
     if _running is None or _running[0] != os.getpid():
         # -P: no module of this folder is meant where Netgen or NumPy import one of the same name.
         command = [sys.executable, "-P", str(_CHILD)]
-        _running = os.getpid(), subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        pipe = subprocess.PIPE
+        try:
+            # A session of its own: what a Ctrl-C means is for this program.
+            child = subprocess.Popen(
+                command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, start_new_session=True
+            )
+        except OSError as error:
+            raise ComputationError(
+                f"the mesher, Netgen, cannot be started ({error}); close other programs, or see whether "
+                f"Python is where it was: {sys.executable}"
+            ) from error
+        _running = os.getpid(), child
     return _running[1]
 
 
