@@ -7,7 +7,7 @@ approximate numbers of quadratic tetrahedra. All solvers use the same ten-node e
 quadrature can be chosen, both cores, one load step, and a relative residual of 1e-9. The time is that from a mesh and
 loads in memory to displacements, without imports and without JAX's compilation, which is kept between runs; for
 CalculiX it includes reading the input file and writing the result. Every solver runs in its own process, whose peak
-memory is reported. A solver that fails, or needs more than seven minutes, is left out on larger meshes. The picture
+memory is reported. A solver that fails, or needs more than five minutes, is left out on larger meshes. The picture
 shows the growth of time and memory; its exponents are those between the first and the last mesh of each solver.
 """
 
@@ -37,7 +37,7 @@ from pneumorph.verify import calculix, symbolic
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 
 TOLERANCE = 1e-9
-LONGEST = 420.0
+LONGEST = 300.0
 """Seconds for a solver on a mesh, its preparation included."""
 
 MANY = 50_000
