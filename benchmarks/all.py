@@ -56,7 +56,7 @@ points for Python it takes as long, with less optimisation a tenth less.
 PICTURE = "images/growth.png"
 
 MESHES = ("8000", "20000", "50000", "100000", "210000")
-"""Elements of the meshes on which other programs are measured; the last has a million unknowns."""
+"""Elements of the meshes on which other programs are measured; the last has nearly a million unknowns."""
 
 EARLIER = "79b18d9"
 """The version before the sub-problem of quadratic programs, sectors, and kernels compiled when they are needed."""
