@@ -129,18 +129,19 @@ def test_what_is_wrong_with_the_table(written, tmp_path, table, key, said):
     assert message.startswith(f"task[0].objective.{key}: ") and said in message and "\n" not in message
 
 
-@pytest.mark.parametrize(
-    "code",
-    [
-        "while True:\n    pass\n",
-        "def cost(f):\n    while True:\n        try:\n            x = 1\n        except Exception:\n            pass\n",
-        "import time\ntime.sleep(1e6)\n",
-    ],
+LOOP = "while True:\n    pass\n"
+CATCHING = (
+    "def cost(f):\n    while True:\n        try:\n            x = 1\n        except Exception:\n            pass\n"
 )
-@pytest.mark.parametrize("thread", ["main", "other"])
+WAITING = "import time\ntime.sleep(1e6)\n"
+
+
+# What waits is ended in the main thread only.
+@pytest.mark.parametrize(
+    ("code", "thread"),
+    [(LOOP, "main"), (CATCHING, "main"), (WAITING, "main"), (LOOP, "other"), (CATCHING, "other")],
+)
 def test_code_that_does_not_end_is_ended(monkeypatch, code, thread):
-    if thread == "other" and "sleep" in code:
-        pytest.skip("what waits is ended in the main thread only")
     monkeypatch.setattr(custom, "deadline", lambda: deadline.deadline(0.3, 1.0))
     asked = loads(FILE.replace('file = "cost.py"', f"code = {json.dumps(code)}"))
     before = signal.getsignal(signal.SIGALRM)
