@@ -17,7 +17,7 @@ from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
 
-MOST_FACTORISATIONS, MOST_NEARBY = 40, 15
+MOST_FACTORISATIONS, MOST_NEARBY = 40, 10
 """A step is taken back if the equilibrium of a task takes more factorisations than this: that of a smaller step is
 usually found in a tenth of them. The second number is for states near the last, on the same mesh, without contact and
 hydrostatic unknowns: in the ten examples none that was found took more than 7."""

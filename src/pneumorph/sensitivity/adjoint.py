@@ -11,6 +11,7 @@ from pneumorph.mechanics import Configuration, Equilibrium, Tangent
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.objective import Objective
 
 
@@ -75,7 +76,9 @@ def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, obje
     """
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
-    w = model.state(tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed))))
+    # More accurate than the state is would be wasted.
+    accuracy = max(EXACT, equilibrium.residual)
+    w = model.state(tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed)), accuracy))
     ((shape, acting),) = kernels.pullback(model.potential, at.X, state, at.loads, [w])
     return NodalGradient(
         value=value,

@@ -1,7 +1,8 @@
-"""The tangent as a linear solver: an old factorisation preconditions conjugate gradients on the exact product.
+"""The tangent as a linear solver: a factorisation serves for its own state and, with a few corrections, nearby.
 
-One factorisation costs as much as some twenty back-solves, and after a small step an old one still needs only a few of
-them; so Newton, predictors and adjoints all share this solver and factorise only when conjugate gradients grow slow.
+One factorisation costs as much as some twenty back-solves. Searches make many steps with one (`solve/descent.py`);
+solutions near a factorised state are corrected by conjugate gradients on the exact product, and its stability there is
+told by Lanczos' method.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from functools import cached_property
 from types import EllipsisType
 
 import numpy as np
-from scipy import sparse
+from scipy import linalg, sparse
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import potential as kernels
@@ -53,6 +54,15 @@ def looseness(at: Configuration) -> np.ndarray:
     count = len(range(*at.model.object_unknowns.indices(at.model.size))) // 6
     return LOOSE * modulus * np.tile(np.repeat([size, size**3], 3), count)
 
+
+EXACT = 1e-10
+"""Relative accuracy at which a solution by conjugate gradients counts as exact."""
+
+FEW = 6
+"""Most products for a solution near a factorised state; a factorisation costs about as much as twice as many."""
+
+LANCZOS, SAFE = 3, 0.3
+"""Steps of Lanczos' method, and how far from 1 the eigenvalues of M⁻¹K may be where no motion has become unstable."""
 
 MOST_KEPT = 3
 """Entries of contacts that have ended are kept in the pattern up to this multiple of those that there are."""
@@ -102,7 +112,7 @@ class Origin:
 
 
 class Tangent:
-    """A factorised tangent, reused as long as it serves: exact in `solve_at`, as a preconditioner elsewhere.
+    """A factorised tangent, reused as long as it serves: exact in `solve_at` and `pivots_at`, approximate elsewhere.
 
     Attributes
     ----------
@@ -163,17 +173,49 @@ class Tangent:
         if not self.is_of(at, state):
             self.factorise(at, state)
 
-    def solve_at(self, at: Configuration, state: State, rhs: np.ndarray) -> np.ndarray:
-        """K⁻¹ rhs (n,) or (n, k) with the tangent at this state, factorised first if needed."""
+    def solve_at(self, at: Configuration, state: State, rhs: np.ndarray, accuracy: float = EXACT) -> np.ndarray:
+        """K⁻¹ rhs (n,) or (n, k) with the tangent at this state.
+
+        Where the last factorisation is of a state nearby, conjugate gradients make up for the difference, to a relative
+        `accuracy`; else the tangent is factorised.
+        """
+        if rhs.ndim == 1 and self._is_near(at, state):
+            found = self.solve(at, state, rhs, accuracy, FEW)
+            if found.converged:
+                return found.x
         self.move_to(at, state)
         return self.precondition(rhs)
+
+    def pivots_at(self, at: Configuration, state: State) -> int:
+        """Negative pivots of the tangent at this state, see `negative_pivots`.
+
+        Where the last factorisation M is of a stable state nearby, all eigenvalues of M⁻¹K are close to 1. One that is
+        not would be found by Lanczos' method in a few steps from a random vector, for the softest motions are the
+        largest part of that in the norm of M. Then K is positive definite as M is; else it is factorised.
+        """
+        if self._is_near(at, state):
+            noise = np.where(at.constrained, 0.0, np.random.default_rng(0).standard_normal(self._model.size))
+            found = self.solve(at, state, noise, EXACT, LANCZOS)
+            if found.spread < SAFE:
+                return 0
+        self.move_to(at, state)
+        return self.negative_pivots
+
+    def _is_near(self, at: Configuration, state: State) -> bool:
+        """Whether the last factorisation is of a stable state, another one of the same configuration."""
+        origin = self.origin
+        if origin is None or self._model.mixed or self.is_of(at, state):
+            return False
+        return origin.at is at and origin.exact and self.negative_pivots == 0
 
     def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3, first: float = 0.0) -> float:
         """Factorise; if the tangent is unstable, raise its diagonal until it is stable. Returns by what fraction.
 
         The fractions tried are `first`, and then four times the last, or `least` after 0. The diagonal of π stays.
         """
+        began = time.perf_counter()
         data = self._assembled(at, state)
+        assembled = time.perf_counter() - began
         # The columns of the upper triangle ascend: every row begins with its diagonal entry.
         places = self._pattern.indptr[:-1]
         diagonal, shift = np.abs(data[places]), first
@@ -181,7 +223,9 @@ class Tangent:
         while True:
             raised = data.copy()
             raised[places] += shift * diagonal
+            began = time.perf_counter()
             self.refactorise(raised, Origin(at, state, shift == 0.0))
+            self.unit_seconds = assembled + time.perf_counter() - began
             if self.negative_pivots <= 0 or shift >= 10:
                 return shift
             shift = 4 * shift or least
@@ -241,26 +285,47 @@ class Tangent:
         z = self.precondition(r)
         p, rho = z, float(r @ z)
         target = tolerance**2 * rho
-        for count in range(most):
-            if rho <= target or rho <= 0:
-                return Solution(x, True, False, count)
+        steps, falls = [], []
+        while rho > target and rho > 0:
             Kp = np.where(constrained, 0.0, model.vector(along(model.state(p))))
-            curvature = p @ Kp
+            curvature = float(p @ Kp)
             if not curvature > 0:
-                return Solution(x if count else p, False, True, count)
+                return Solution(x if steps else p, False, np.inf)
             step = rho / curvature
             x, r = x + step * p, r - step * Kp
+            steps.append(step)
+            if len(steps) == most:
+                return Solution(x, False, _spread(steps, falls))
             z = self.precondition(r)
             previous, rho = rho, float(r @ z)
             p = z + (rho / previous) * p
-        return Solution(x, rho <= target, False, most)
+            falls.append(rho / previous)
+        return Solution(x, True, _spread(steps, falls))
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Result of a linear solve: x (n,), whether it converged, whether it met negative curvature, and products used."""
+    """Result of a linear solve.
+
+    Attributes
+    ----------
+    x : (n,) array
+    converged : bool
+    spread : float
+        Lanczos' estimate, from below, of how far from 1 the eigenvalues of the preconditioned tangent are; infinite at
+        negative curvature.
+    """
 
     x: np.ndarray
     converged: bool
-    negative_curvature: bool
-    products: int
+    spread: float
+
+
+def _spread(steps: list[float], falls: list[float]) -> float:
+    """From the coefficients of conjugate gradients, which make up Lanczos' matrix; 0 without a step."""
+    if not steps:
+        return 0.0
+    a, b = np.array(steps), np.array(falls[: len(steps) - 1])
+    diagonal = 1.0 / a
+    diagonal[1:] += b / a[:-1]
+    return float(np.abs(linalg.eigvalsh_tridiagonal(diagonal, np.sqrt(b) / a[:-1]) - 1.0).max())

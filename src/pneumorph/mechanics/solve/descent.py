@@ -1,7 +1,7 @@
 """Equilibrium as a minimum of the potential, for elements without hydrostatic unknowns.
 
-Newton's method with conjugate gradients, preconditioned by a reused factorisation, and a line search on Π: descent
-finds stable states only.
+Quasi-Newton steps on a factorised tangent, which is factorised again where they grow slow, and a line search on Π:
+descent finds stable states only.
 """
 
 from __future__ import annotations
@@ -27,27 +27,25 @@ from pneumorph.mechanics.solve.balance import (
     supported,
     unloaded,
 )
+from pneumorph.mechanics.solve.secants import Secants
 
-MOST_NEWTON_STEPS, MOST_WITH_CONTACT = 40, 100
-MOST_PRODUCTS = 6
-"""Conjugate-gradient steps with an old factorisation; a new one costs about as much as five."""
+MOST_STEPS, MOST_WITH_CONTACT = 200, 400
 
-SPARE = 0.1
-"""Part of the tolerance to which the last step aims."""
+WORTH = 12
+"""Steps that cost as much as a factorisation: a new one is made where more of them would be needed with the old."""
 
 LEAST_SHIFT = 1e-3
 """Least fraction by which the diagonal of an unstable tangent is raised."""
 
-MOST_RELAXATIONS, MOST_RELAXATIONS_AT_REST, RELAXED = 3, 10, 0.9
-"""Smoothing steps with one factorisation, or with that at rest, and the fraction of the residual that each but the last
-leaves at most."""
+MOST_PRODUCTS = 12
+"""Conjugate-gradient steps on an unstable tangent."""
 
-MOST_WITH_RATIOS = 8
+MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
-SMOOTH, ROUGH, FAR = 0.02, 1.0, 10.0
-"""Relative residuals: of a state without rough detail; above which the tangent is often indefinite for the stress of
-rough volume ratios; and above which nearly always, though a nearby state has been factorised."""
+SMOOTH, NEAR, ROUGH = 0.02, 0.1, 1.0
+"""Relative residuals: of a state without rough detail; of one whose factorisation serves for the answer too; and above
+which the tangent is often indefinite for the stress of rough volume ratios."""
 
 
 def minimise(
@@ -68,11 +66,12 @@ def minimise(
     begin = here = Place(vector, energy, supported(at, residual))
     # Steps over which Π may rise are not for surfaces that touch.
     known = ratios if model.contact is None and begin.size > SMOOTH * scale else None
+    raised, most = 0.0, MOST_STEPS if model.contact is None else MOST_WITH_CONTACT
     try:
-        if begin.size > tolerance * scale:
-            here = _relaxed(at, tangent, begin, scale, known is not None)
-        raised = None
-        most = MOST_NEWTON_STEPS if model.contact is None else MOST_WITH_CONTACT
+        if not tangent.ready and known is None and begin.size > SMOOTH * scale and np.any(vector):
+            # Steps with the tangent at rest smooth the rough detail of a state, where its own is often indefinite.
+            tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
+        secants, made = Secants() if tangent.ready else None, np.inf
         for _ in range(most):
             size = here.size / scale
             if size <= tolerance:
@@ -83,21 +82,35 @@ def minimise(
                 return model.state(here.vector), size
             if size > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
                 return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-            found = None
-            if known is None or size <= (FAR if tangent.ready else ROUGH):
-                found = _direction(at, tangent, here, scale, raised, tolerance, known is None)
+            if known is not None and size > ROUGH:
+                here, known, secants = _smoothed(at, tangent, begin, known, scale), None, None
+                continue
+            if secants is not None:
+                moved = _line_search(at, here, supported(at, secants.direction(tangent.precondition, here.residual)))
+                if moved is None:
+                    secants = None
+                    continue
+                secants = secants.after(moved.vector - here.vector, here.residual, moved.residual)
+                here = moved
+                # The answer needs a factorisation nearby in any case: the sooner it is made, the fewer steps are left.
+                due = made > NEAR and here.size <= SMOOTH * scale and here.size > tolerance * scale
+                if due or secants.expected(tolerance * scale) > WORTH:
+                    secants = None
+                continue
+            found = _factorised(at, tangent, here, raised, known is None)
             if found is None:
                 assert known is not None, "the diagonal is raised until the tangent is stable"
-                here, known, raised = _smoothed(at, tangent, begin, known, scale), None, None
+                here, known = _smoothed(at, tangent, begin, known, scale), None
                 continue
-            direction, raised = found
+            (direction, raised), made = found, size
             moved = _line_search(at, here, direction)
             if moved is None:
                 return "the line search found no lower potential"
+            secants = None if raised else Secants().after(moved.vector - here.vector, here.residual, moved.residual)
             here = moved
     except SingularMatrix:
         return "the tangent is singular"
-    return f"Newton's method did not converge in {most} steps (relative residual {here.size / scale:.1e})"
+    return f"the search did not converge in {most} steps (relative residual {here.size / scale:.1e})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,30 +125,6 @@ class Place:
     def size(self) -> float:
         """Norm of the residual."""
         return float(np.linalg.norm(self.residual))
-
-
-def _relaxed(at: Configuration, tangent: Tangent, here: Place, scale: float, ratios_known: bool) -> Place:
-    """The place after steps with the factorisation of a nearby state, or with that at rest if there is none.
-
-    They smooth the rough detail of a state, and end when one leaves most of the residual, or little is left. Where
-    volume ratios are known, there is a better way far from the answer (`_smoothed`), and none are made.
-    """
-    model, most = at.model, MOST_RELAXATIONS
-    if not tangent.ready:
-        if ratios_known or here.size <= SMOOTH * scale or not np.any(here.vector):
-            return here
-        tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
-        most = MOST_RELAXATIONS_AT_REST
-    elif ratios_known and here.size > FAR * scale:
-        return here
-    for _ in range(most):
-        moved = _line_search(at, here, supported(at, tangent.precondition(-here.residual)))
-        if moved is None:
-            break
-        before, here = here, moved
-        if here.size > RELAXED * before.size or here.size <= SMOOTH * scale:
-            break
-    return here
 
 
 def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarray, scale: float) -> Place:
@@ -171,30 +160,22 @@ def _sound(at: Configuration, here: Place, direction: np.ndarray) -> Place | Non
     return None
 
 
-def _direction(at: Configuration, tangent: Tangent, here: Place, scale: float, raised, tolerance: float, raising: bool):
-    """A descent direction, and by what fraction the last factorisation's diagonal is raised; None before the first.
+def _factorised(at: Configuration, tangent: Tangent, here: Place, raised: float, raising: bool):
+    """Newton's direction by a new factorisation, and by what fraction its diagonal is raised.
 
-    None where the tangent is unstable and its diagonal is not to be raised.
-
-    The factorisation of a nearby tangent is good for a few conjugate-gradient steps; if they do not converge, the
-    tangent is factorised. Where it is indefinite, conjugate gradients follow its negative curvature.
+    Where the tangent is indefinite, conjugate gradients follow its negative curvature; None where its diagonal is not
+    to be raised.
     """
-    state, residual, size = at.model.state(here.vector), here.residual, here.size / scale
-    # More accurate than the state has to be is wasted.
-    accuracy = float(np.clip(max(np.sqrt(size), SPARE * tolerance / size), 1e-3, 0.1))
-    if raised == 0:
-        solution = tangent.solve(at, state, -residual, accuracy, MOST_PRODUCTS)
-        if solution.converged:
-            return solution.x, raised
+    state, residual = at.model.state(here.vector), here.residual
     if not raising:
         tangent.factorise(at, state)
-        return (tangent.precondition(-residual), 0.0) if tangent.negative_pivots <= 0 else None
+        return (supported(at, tangent.precondition(-residual)), 0.0) if tangent.negative_pivots <= 0 else None
     # Where the last tangent was unstable, this one is likely to be so by about as much.
-    first = raised / 4 if raised and raised / 4 >= LEAST_SHIFT else 0.0
+    first = raised / 4 if raised / 4 >= LEAST_SHIFT else 0.0
     raised = tangent.factorise_convex(at, state, LEAST_SHIFT, first)
     if raised:
-        return tangent.solve(at, state, -residual, 0.1, 2 * MOST_PRODUCTS).x, raised
-    return tangent.precondition(-residual), raised
+        return tangent.solve(at, state, -residual, 0.1, MOST_PRODUCTS).x, raised
+    return supported(at, tangent.precondition(-residual)), 0.0
 
 
 def _line_search(at: Configuration, here: Place, direction: np.ndarray) -> Place | None:

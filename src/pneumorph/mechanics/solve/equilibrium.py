@@ -301,10 +301,9 @@ def _where(at: Configuration, fraction: float) -> str:
 
 
 def read_off(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:
-    """Evaluate a converged state; the tangent is factorised there, for stability and for the adjoint."""
+    """Evaluate a converged state; the tangent is factorised there or nearby, for stability and for the adjoint."""
     model = at.model
-    tangent.move_to(at, state)
-    negative = tangent.negative_pivots
+    negative = tangent.pivots_at(at, state)
     u = kernels.displacement(model.tip, at.X, state)
     _, forces = evaluate(at, state)
     plate = state.plate if model.plate else np.r_[tip_centre(model.tip, at.X, u), np.zeros(3)]

@@ -13,6 +13,9 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.solve.balance import apart, free_share, supported
 
+ENOUGH = 1e-2
+"""Relative accuracy of a prediction, which is of first order only."""
+
 
 def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, loads: Loads) -> State:
     """The state after nodes move by dX (N, 3) mm and loads become others: K du = −∂R/∂X dX − ∂R/∂loads dloads.
@@ -24,7 +27,7 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
     change = _difference(loads, at.loads)
     if any(map(np.any, change)):
         push = push - model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
-    vector, step = model.vector(state), tangent.solve_at(at, state, supported(at, push))
+    vector, step = model.vector(state), tangent.solve_at(at, state, supported(at, push), ENOUGH)
     moved = replace(at, X=at.X + dX)
     # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
     return model.state(vector + (free_share(moved, vector, step) if apart(moved, vector) else 1.0) * step)
@@ -37,7 +40,7 @@ def predict_change(at: Configuration, tangent: Tangent, state: State, there: Con
     push = -model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
     if there.X is not at.X:
         push = push - model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
-    return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push)))
+    return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push), ENOUGH))
 
 
 def _difference(there: Loads, here: Loads) -> Loads:
