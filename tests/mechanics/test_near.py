@@ -1,4 +1,4 @@
-"""Answers near a factorised state: quasi-Newton steps, solutions, and stability without a factorisation of their own."""
+"""Answers near a factorised state: quasi-Newton steps, and solutions and stability without another factorisation."""
 
 import numpy as np
 import pytest

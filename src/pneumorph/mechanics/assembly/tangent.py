@@ -328,4 +328,5 @@ def _spread(steps: list[float], falls: list[float]) -> float:
     a, b = np.array(steps), np.array(falls[: len(steps) - 1])
     diagonal = 1.0 / a
     diagonal[1:] += b / a[:-1]
-    return float(np.abs(linalg.eigvalsh_tridiagonal(diagonal, np.sqrt(b) / a[:-1]) - 1.0).max())
+    values = np.asarray(linalg.eigvalsh_tridiagonal(diagonal, np.sqrt(b) / a[:-1]))
+    return float(np.abs(values - 1.0).max())
