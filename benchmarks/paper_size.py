@@ -5,15 +5,17 @@
 Each case is an example of the same name with so dense control points that their coordinates are as many as the paper's
 "control points". Cases are run one after another in the folder OUT; what is finished there is not run again. `linear`
 is solved on a quarter: its tube, load and limits are the same on both mirror planes. (Its brother against a spring is
-not, for it would buckle to a side.) Prints a Markdown table with the paper's values, on 16 cores, in brackets.
+not, for it would buckle to a side.) Prints a Markdown table with the paper's values, on 16 cores, in brackets, and
+after how many designs and how long a run is as good as the paper's text says of its own.
 """
 
 import subprocess
 import sys
 from pathlib import Path
 
-from table import PAPER, outcome
+from table import PAPER, Printed, outcome
 
+from pneumorph.analysis import HistoryEntry
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.output.format import format_duration
 from pneumorph.problem import load
@@ -32,6 +34,7 @@ HEAD = (
     "designs (paper)",
     "time (paper)",
     "paper's time over ours",
+    "as good as the paper after",
     "s a design (paper)",
     "geometry, FEA, optimisation, % (paper)",
     "factorisations",
@@ -81,12 +84,25 @@ def row(path: Path) -> str:
         f"{designs} ({paper.designs})",
         f"{format_duration(spent)} ({format_duration(paper.seconds)})",
         f"{paper.seconds / spent:.0f}",
+        overtaken(history, paper),
         f"{spent / designs:.1f} ({paper.seconds / paper.designs:.0f})",
         f"{', '.join(f'{share:.0f}' for share in shares)} ({', '.join(map(str, paper.shares))})",
         str(sum(line.factorisations for line in history)),
         outcome(run),
     ]
     return f"| {' | '.join(cells)} |"
+
+
+def overtaken(history: list[HistoryEntry], paper: Printed) -> str:
+    """When the motion that the paper's text names was reached: designs, time, and the paper's whole time over it."""
+    if paper.reached is None:
+        return "–"
+    spent = 0.0
+    for line in history:
+        spent += line.seconds["total"]
+        if -line.objective >= paper.reached:
+            return f"{line.iteration}, {format_duration(spent)}, {paper.seconds / spent:.0f}"
+    return "not reached"
 
 
 if __name__ == "__main__":
