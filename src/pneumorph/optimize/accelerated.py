@@ -26,7 +26,7 @@ def minimise(
     upper: np.ndarray,
     scale: np.ndarray,
     iterations: int,
-    tolerance: float,
+    tolerance: float | np.ndarray,
 ) -> np.ndarray:
     """The minimum of a convex function in a box.
 
@@ -36,7 +36,7 @@ def minimise(
     z, lower, upper : (n,) start and bounds.
     scale : (n,) D, so that D − Hessian is positive semidefinite everywhere.
     iterations : most iterations.
-    tolerance : it ends when no entry of z moves farther than this in an iteration.
+    tolerance : float or (n,); it ends when no entry of z moves farther than this in an iteration.
     """
     ahead, momentum = z, 1.0
     for _ in range(iterations):
@@ -49,7 +49,7 @@ def minimise(
         grown = (1.0 + np.sqrt(1.0 + 4.0 * momentum**2)) / 2.0
         ahead = following + (momentum - 1.0) / grown * step
         z, momentum = following, grown
-        if np.abs(step).max(initial=0.0) <= tolerance:
+        if (np.abs(step) <= tolerance).all():
             break
     return z
 
