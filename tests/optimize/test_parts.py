@@ -172,7 +172,7 @@ def test_the_least_motion_meets_what_was_broken_and_no_more(stage):
     rng = np.random.default_rng(2)
     jacobian = sparse.csr_array(sparse.random_array((8, space.n), density=0.05, rng=rng))
     excess = np.array([0.3, 0.1, 0.2, -0.5, -0.4, 0.05, -0.2, 0.1])
-    motion = least_motion(smooth, jacobian, excess, np.zeros(space.n))
+    motion = least_motion(smooth, jacobian, excess, np.zeros(space.n), 0.0)
     left = excess + jacobian @ motion.smooth
     assert left.max() < 1e-3
     assert np.abs(left[[0, 2]]).max() < 1e-3
