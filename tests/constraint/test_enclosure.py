@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pneumorph.constraint.cells import Accuracy, Cells, knot_spans, recentred
+from pneumorph.constraint.cells import Accuracy, Bounds, Cells, knot_spans, recentred, refine, whole
 from pneumorph.constraint.enclosure import NAMES, enclosed, polynomials
 from pneumorph.constraint.extent import beyond, radius, rims
 from pneumorph.constraint.frame import frame
@@ -192,3 +192,21 @@ def test_torus(tube_from):
     inner = (found.r > 0.2) & (found.r < 0.8)
     exact = 0.5 * (small**-2 + (big + small) ** -2)
     assert exact * 0.99 <= found.upper[inner].max() <= exact * 1.02
+
+
+def test_halves_of_cells_cover_them():
+    seen = []
+
+    def evaluate(cells):
+        seen.append(cells)
+        n = len(cells.span)
+        vary = np.tile([1.0, 0.1], (n, 1)) if len(seen) == 1 else np.ones((n, 2))
+        return Bounds(np.full((n, 1), 2.0), np.full((n, 1), -1.0 - len(seen)), np.zeros((n, 1, 2)), vary)
+
+    upper, least, _ = refine(evaluate, whole(2), [Accuracy(1.0, 1.0, 0.1, 0.1)], [-np.inf], 2)
+    assert np.all(upper == 2.0) and np.all(least == -2.0)
+    assert [len(cells.span) for cells in seen[:3]] == [2, 4, 16]
+    for cells in seen:
+        assert np.bincount(cells.span, np.prod(2.0 * cells.half, axis=1)) == pytest.approx(np.ones(2))
+        assert np.all(cells.centre - cells.half >= 0.0) and np.all(cells.centre + cells.half <= 1.0)
+        assert len(np.unique(np.column_stack([cells.span, cells.centre]), axis=0)) == len(cells.span)

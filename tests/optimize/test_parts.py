@@ -15,7 +15,7 @@ from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import build_design_space
 from pneumorph.optimize import design
 from pneumorph.optimize import within as module
-from pneumorph.optimize.accelerated import minimise, tightened
+from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened
 from pneumorph.optimize.curvature import no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper, minimise_dfp, proxy_scale
 from pneumorph.optimize.events import BroughtWithin
@@ -119,6 +119,18 @@ def test_dfp_solves_a_quadratic(seed):
     assert np.abs(x - np.linalg.solve(A, b)).max() < 1e-4
 
 
+def test_smoothing_averages_nets_along_and_around(stage):
+    _, body, space, smooth = stage
+    z = np.random.default_rng(1).standard_normal(space.n)
+    points = (space.L @ z[: space.n_shape]).reshape(-1, 3)
+    moved = np.empty_like(points)
+    for where, surface, along, around in zip(body.slices, body.surfaces, smooth.along, smooth.around, strict=True):
+        net = points[where].reshape(surface.net.shape)
+        moved[where] = np.einsum("ij,jkc,kl->ilc", along, net, around).reshape(-1, 3)
+    expected = (space.L.T @ moved.ravel()) / smooth.entries
+    assert smooth.apply(z)[: space.n_shape] == pytest.approx(expected, abs=1e-12)
+
+
 @pytest.mark.parametrize("paper", [False, True])
 def test_a_step_gains_and_stays_in_the_trust_region(stage, paper):
     problem, body, space, smooth = stage
@@ -167,16 +179,28 @@ def test_accelerated_gradients_solve_quadratics_in_a_box(seed):
     assert np.abs(np.clip(z - slope, -1.0, 1.0) - z).max() < 1e-6
 
 
+def test_an_iteration_goes_on_as_if_it_had_not_been_interrupted():
+    rng = np.random.default_rng(3)
+    root, b, ones = rng.standard_normal((12, 12)), rng.standard_normal(12), np.ones(12)
+    H = root @ root.T + 0.1 * np.eye(12)
+    rest = -ones, ones, np.abs(H).sum(axis=1)
+    part = advanced(lambda z: H @ z - b, at_rest(np.zeros(12)), *rest, 15, 0.0)
+    both = advanced(lambda z: H @ z - b, part, *rest, 25, 0.0)
+    assert both.z == pytest.approx(minimise(lambda z: H @ z - b, np.zeros(12), *rest, 40, 0.0), abs=1e-12)
+
+
 def test_the_least_motion_meets_what_was_broken_and_no_more(stage):
     _, _, space, smooth = stage
     rng = np.random.default_rng(2)
     jacobian = sparse.csr_array(sparse.random_array((8, space.n), density=0.05, rng=rng))
     excess = np.array([0.3, 0.1, 0.2, -0.5, -0.4, 0.05, -0.2, 0.1])
-    motion = least_motion(smooth, jacobian, excess, np.zeros(space.n))
+    motion = least_motion(smooth, jacobian, excess, np.zeros(space.n), 0.0)
     left = excess + jacobian @ motion.smooth
     assert left.max() < 1e-3
     assert np.abs(left[[0, 2]]).max() < 1e-3
     assert motion.smooth == pytest.approx(smooth.apply(motion.raw))
+    rough = least_motion(smooth, jacobian, excess, np.zeros(space.n), 0.02)
+    assert 1e-3 < (excess + jacobian @ rough.smooth).max() < 0.03
 
 
 def test_a_design_beyond_its_limits_is_brought_within(stage):

@@ -209,25 +209,19 @@ def refine(
     cells, left = start, _MAX_CELLS * count
     for round in range(_ROUNDS + 1):
         found = evaluate(cells)
-        for k in range(m):
-            # Of repeated indices the last assignment remains, which is the worst value.
-            order = np.argsort(found.seen[:, k])
-            order = order[found.seen[order, k] > seen[cells.span[order], k]]
-            where = cells.span[order]
-            seen[where, k] = found.seen[order, k]
-            place[where, k] = cells.centre[order] + cells.half[order] * found.place[order, k]
+        _raise(cells, found, seen, place)
         enough = [
             np.maximum(accuracy.enough(seen[:, k].max(), known), accuracy.close(seen[:, k]))
             for k, (accuracy, known) in enumerate(zip(accuracies, worst, strict=True))
         ]
-        open_ = np.any(found.upper > np.stack(enough, axis=1)[cells.span], axis=1)
+        open_ = _above(cells.span, found.upper, np.stack(enough, axis=1))
         left -= 4 * np.count_nonzero(open_)
         if round == _ROUNDS or left < 0:
             open_ = np.zeros(len(open_), dtype=bool)
-        np.maximum.at(upper, cells.span[~open_], found.upper[~open_])
+        _close(cells.span, found.upper, open_, upper)
         if not open_.any():
             break
-        cells = _halved(cells.select(open_), found.vary[open_])
+        cells = _halved(cells, found.vary, open_)
     return upper, seen, place
 
 
@@ -242,19 +236,66 @@ def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) ->
     return SpanBounds(upper, seen, q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
 
 
-def _halved(cells: Cells, vary: Floats) -> Cells:
-    """Halves of each cell along the direction of larger variation, or its quarters if both are similar."""
-    for k in (0, 1):
-        both = vary[:, k] >= 0.4 * vary[:, 1 - k]
-        step = np.zeros_like(cells.half)
-        step[:, k] = 0.5 * cells.half[:, k]
-        half = np.where(both[:, None], cells.half - step, cells.half)
-        centre = np.concatenate(
-            [np.where(both[:, None], cells.centre - step, cells.centre), (cells.centre + step)[both]]
-        )
-        cells = Cells(np.concatenate([cells.span, cells.span[both]]), centre, np.concatenate([half, half[both]]))
-        vary = np.concatenate([vary, vary[both]])
-    return cells
+@numba.njit(cache=True, nogil=True)
+def _raise(cells, found, seen, place):
+    """Note values attained in cells that are worse than those known on their knot spans, and where they are."""
+    for n in range(len(cells.span)):
+        span = cells.span[n]
+        for k in range(seen.shape[1]):
+            if found.seen[n, k] > seen[span, k]:
+                seen[span, k] = found.seen[n, k]
+                for c in range(2):
+                    place[span, k, c] = cells.centre[n, c] + cells.half[n, c] * found.place[n, k, c]
+
+
+@numba.njit(cache=True, nogil=True)
+def _above(span, upper, enough):
+    """Whether one of the bounds (n, m) of each cell is above what is enough on its knot span."""
+    open_ = np.zeros(len(span), dtype=np.bool_)
+    for n in range(len(span)):
+        for k in range(upper.shape[1]):
+            if upper[n, k] > enough[span[n], k]:
+                open_[n] = True
+    return open_
+
+
+@numba.njit(cache=True, nogil=True)
+def _close(span, found, open_, upper):
+    """Raise the bounds of knot spans to those of their cells that are not open; one that is no number stays."""
+    for n in range(len(span)):
+        if not open_[n]:
+            for k in range(upper.shape[1]):
+                value = found[n, k]
+                if value > upper[span[n], k] or np.isnan(value):
+                    upper[span[n], k] = value
+
+
+@numba.njit(cache=True, nogil=True)
+def _halved(cells, vary, open_):
+    """Halves of each open cell along the direction of larger variation, or its quarters if both are similar."""
+    count = 0
+    for n in range(len(open_)):
+        if open_[n]:
+            count += _parts(vary[n, 0], vary[n, 1]) * _parts(vary[n, 1], vary[n, 0])
+    span, centre, half = np.empty(count, dtype=cells.span.dtype), np.empty((count, 2)), np.empty((count, 2))
+    count = 0
+    for n in range(len(open_)):
+        if open_[n]:
+            parts_u, parts_v = _parts(vary[n, 0], vary[n, 1]), _parts(vary[n, 1], vary[n, 0])
+            wide, high = cells.half[n, 0] / parts_u, cells.half[n, 1] / parts_v
+            for i in range(parts_u):
+                for j in range(parts_v):
+                    span[count], half[count, 0], half[count, 1] = cells.span[n], wide, high
+                    centre[count, 0] = cells.centre[n, 0] + (2 * i + 1 - parts_u) * wide
+                    centre[count, 1] = cells.centre[n, 1] + (2 * j + 1 - parts_v) * high
+                    count += 1
+    return Cells(span, centre, half)
+
+
+@numba.njit(cache=True, nogil=True)
+def _parts(vary, other):
+    """Parts into which a cell is cut along a direction, from its variation and that of the other direction."""
+    return 2 if vary >= 0.4 * other else 1
 
 
 def _shift(centre: Floats, half: Floats) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -137,22 +138,38 @@ def _separation(
     outward: Floats | None = None,
 ) -> RowBlock:
     """Rows of the distances between two sets of points, given as control points and their weights."""
-    (column_a, weight_a), (column_b, weight_b) = one, other
-    gap = np.einsum("mk,mkc->mc", weight_a, points[column_a]) - np.einsum("mk,mkc->mc", weight_b, points[column_b])
-    distance = np.linalg.norm(gap, axis=1)
-    direction = gap / np.maximum(distance, 1e-9)[:, None]
-    if outward is not None:
-        passed = np.where(np.einsum("mc,mc->m", direction, outward) > 0.7, -1.0, 1.0)
-        direction, distance = direction * passed[:, None], distance * passed
-    column = np.concatenate([column_a, column_b], axis=1)
-    weight = np.concatenate([-weight_a, weight_b], axis=1) / bound
-    return RowBlock(
-        np.full(len(cell), KINDS.index(kind)),
-        cell,
-        1.0 - distance / bound,
-        (3 * column[..., None] + np.arange(3)).reshape(len(cell), 3 * column.shape[1]),
-        (weight[..., None] * direction[:, None, :]).reshape(len(cell), 3 * column.shape[1]),
-    )
+    ways = np.zeros((len(cell), 3)) if outward is None else outward
+    shape = len(cell), 3 * (one[0].shape[1] + other[0].shape[1])
+    value, column, entry = np.empty(len(cell)), np.empty(shape, dtype=np.int64), np.empty(shape)
+    _separate(points, *one, *other, ways, bound, value, column, entry)
+    return RowBlock(np.full(len(cell), KINDS.index(kind)), cell, value, column, entry)
+
+
+@numba.njit(cache=True, nogil=True)
+def _separate(points, column_a, weight_a, column_b, weight_b, outward, bound, value, column, entry):
+    """Fill the values (m,), columns and entries (m, k) of `_separation`; without normals `outward` is zero."""
+    gap, wide = np.empty(3), column_a.shape[1]
+    for m in range(len(value)):
+        gap[:] = 0.0
+        for k in range(wide):
+            for c in range(3):
+                gap[c] += weight_a[m, k] * points[column_a[m, k], c]
+        for k in range(column_b.shape[1]):
+            for c in range(3):
+                gap[c] -= weight_b[m, k] * points[column_b[m, k], c]
+        distance = np.sqrt(gap[0] ** 2 + gap[1] ** 2 + gap[2] ** 2)
+        way = 1.0 / max(distance, 1e-9)
+        if way * (gap[0] * outward[m, 0] + gap[1] * outward[m, 1] + gap[2] * outward[m, 2]) > 0.7:
+            way, distance = -way, -distance
+        value[m] = 1.0 - distance / bound
+        for k in range(wide):
+            for c in range(3):
+                column[m, 3 * k + c] = 3 * column_a[m, k] + c
+                entry[m, 3 * k + c] = -weight_a[m, k] / bound * way * gap[c]
+        for k in range(column_b.shape[1]):
+            for c in range(3):
+                column[m, 3 * (wide + k) + c] = 3 * column_b[m, k] + c
+                entry[m, 3 * (wide + k) + c] = weight_b[m, k] / bound * way * gap[c]
 
 
 def _combination(body: Body, place: _Place) -> tuple[Ints, Floats]:

@@ -38,7 +38,7 @@ class Rows(NamedTuple):
     value : (m,) float
         c relative to the bound: 0.01 is one per cent beyond it.
     jacobian : csr (m, 3·n_points)
-        J, per mm of the control points' coordinates.
+        J, per mm of the control points' coordinates; entries of the same place are to be added.
     places : {name: Points}
         Points where curvature, skew, stretch or area are close to their bounds.
     """
@@ -89,6 +89,5 @@ def linearised(
     width = np.concatenate([np.full(len(part.cell), part.column.shape[1]) for part in parts])
     start = np.concatenate([[0], np.cumsum(width)])
     jacobian = sparse.csr_array((entry, column, start), shape=(len(width), 3 * body.n_points))
-    jacobian.sum_duplicates()
     kind, cell, value = (np.concatenate([getattr(part, name) for part in parts]) for name in ("kind", "cell", "value"))
     return Rows(kind, cell, value, jacobian, close)

@@ -169,17 +169,18 @@ def with_discs(fields: SampledFields, grid: Grid) -> SampledFields:
         rim, rim_q, rim_qq = (field[:, row, None] for field in (fields.x, fields.q, fields.qq))
         centre = rim.mean(axis=2, keepdims=True)
         ray = outward * (rim - centre) / radius
+        whole = (3, len(rings), rim.shape[2])
         return SampledFields(
             x=centre + s * (rim - centre),
             q=s * rim_q,
-            r=jnp.broadcast_to(ray, (3, len(rings), rim.shape[2])),
+            r=np.broadcast_to(ray, whole),
             qq=s * rim_qq,
-            qr=jnp.broadcast_to(outward * rim_q / radius, (3, len(rings), rim.shape[2])),
-            rr=jnp.zeros((3, len(rings), rim.shape[2])),
+            qr=np.broadcast_to(outward * rim_q / radius, whole),
+            rr=np.zeros(whole),
         )
 
     base, tip = disc(0, grid.rings, 1.0), disc(-1, grid.rings[::-1], -1.0)
-    return SampledFields(*(jnp.concatenate(parts, axis=1) for parts in zip(base, fields, tip, strict=True)))
+    return SampledFields(*(np.concatenate(parts, axis=1) for parts in zip(base, fields, tip, strict=True)))
 
 
 def closed_positions(x: Array, grid: Grid) -> Array:

@@ -174,9 +174,9 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
                     best = away
                     for c in range(4):
                         place[c] = here[c]
+        # Nearest points are sought only where they may be nearer than asked: seeking takes as long as several halvings.
         if best < np.inf:
-            # Where points come nowhere near what is asked, it does not matter how near exactly.
-            if best < 1.3 * asked:
+            if best < asked:
                 best = descend(a, b, place, box_a, box_b, size, neighbourhood)
             between(a, b, place, way)
 
@@ -234,7 +234,7 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
                 for c in range(4):
                     here[c] = 0.5 * (ranges[height, 2 * c] + ranges[height, 2 * c + 1])
                 if away < best and counts(box_a, box_b, here, size, neighbourhood):
-                    if away < 1.1 * asked:
+                    if away < asked:
                         away = descend(a, b, here, box_a, box_b, size, neighbourhood)
                     best = away
                     for c in range(4):
@@ -242,6 +242,8 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
                     between(a, b, here, way)
                 depths[height] = depth + 1
                 height += 1
+        if asked <= best < np.inf and certified < asked:
+            best = descend(a, b, place, box_a, box_b, size, neighbourhood)
         lower[k], seen[k] = max(certified, 0.0), best
 
 

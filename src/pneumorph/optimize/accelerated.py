@@ -1,13 +1,14 @@
 """Minimise convex functions in a box: projected gradients with Nesterov's acceleration, scaled and restarted.
 
 The scaling is a diagonal D with D − Hessian positive semidefinite, so no line search is needed (Beck & Teboulle 2009);
-momentum is dropped where it points uphill (O'Donoghue & Candès 2015). For the quadratic programs of a design step this
-takes a third to a fifth of the time of L-BFGS-B.
+momentum is dropped where it points uphill (O'Donoghue & Candès 2015), and kept where the function changes a little. For
+the quadratic programs of a design step this takes a third to a fifth of the time of L-BFGS-B.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,19 @@ SAFETY = 1.1
 Map = Callable[[np.ndarray], np.ndarray]
 
 
+class Iterate(NamedTuple):
+    """Where an iteration is: at z (n,), with its next gradient taken at `ahead` (n,), and the momentum t ≥ 1."""
+
+    z: np.ndarray
+    ahead: np.ndarray
+    momentum: float
+
+
+def at_rest(z: np.ndarray) -> Iterate:
+    """The start of an iteration."""
+    return Iterate(z, z, 1.0)
+
+
 def minimise(
     gradient: Map,
     z: np.ndarray,
@@ -26,19 +40,33 @@ def minimise(
     upper: np.ndarray,
     scale: np.ndarray,
     iterations: int,
-    tolerance: float,
+    tolerance: float | np.ndarray,
 ) -> np.ndarray:
-    """The minimum of a convex function in a box.
+    """The minimum of a convex function in a box, iterated from z (n,); see `advanced`."""
+    return advanced(gradient, at_rest(z), lower, upper, scale, iterations, tolerance).z
+
+
+def advanced(
+    gradient: Map,
+    iterate: Iterate,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    scale: np.ndarray,
+    iterations: int,
+    tolerance: float | np.ndarray,
+) -> Iterate:
+    """Go on towards the minimum of a convex function in a box; the function may have changed a little since before.
 
     Parameters
     ----------
     gradient : of the function at z (n,).
-    z, lower, upper : (n,) start and bounds.
+    iterate : from where.
+    lower, upper : (n,) bounds.
     scale : (n,) D, so that D − Hessian is positive semidefinite everywhere.
     iterations : most iterations.
-    tolerance : it ends when no entry of z moves farther than this in an iteration.
+    tolerance : float or (n,); it ends when no entry of z moves farther than this in an iteration.
     """
-    ahead, momentum = z, 1.0
+    z, ahead, momentum = iterate
     for _ in range(iterations):
         stop_if_asked()
         slope = gradient(ahead)
@@ -49,9 +77,9 @@ def minimise(
         grown = (1.0 + np.sqrt(1.0 + 4.0 * momentum**2)) / 2.0
         ahead = following + (momentum - 1.0) / grown * step
         z, momentum = following, grown
-        if np.abs(step).max(initial=0.0) <= tolerance:
+        if (np.abs(step) <= tolerance).all():
             break
-    return z
+    return Iterate(z, ahead, momentum)
 
 
 def tightened(scale: np.ndarray, product: Map, rounds: int = 10) -> np.ndarray:

@@ -41,5 +41,5 @@ def optimality(
     count = len(active.rows.value) + len(near)
     if not count:
         return 1.0
-    left = least_motion(smooth, jacobian, np.zeros(count), slope / whole)
+    left = least_motion(smooth, jacobian, np.zeros(count), slope / whole, 0.0)
     return min(float(np.abs(left.raw).sum()), 1.0)

@@ -30,31 +30,43 @@ class Smoothing:
     def apply(self, z: np.ndarray) -> np.ndarray:
         """S z (n,)."""
         shape = self.space.n_shape
-        moved = self._nets((self.space.L @ z[:shape]).reshape(-1, 3))
-        return np.concatenate([(self._back @ moved.ravel()) / self.entries, z[shape:]])
+        moved = self._nets(self._forth @ z[:shape])
+        return np.concatenate([(self._back @ moved) / self.entries, z[shape:]])
 
     def transpose(self, g: np.ndarray) -> np.ndarray:
         """Sᵀ g (n,): the averaging matrices are symmetric."""
         shape = self.space.n_shape
-        moved = self._nets((self.space.L @ (g[:shape] / self.entries)).reshape(-1, 3))
-        return np.concatenate([self._back @ moved.ravel(), g[shape:]])
+        moved = self._nets(self._forth @ (g[:shape] / self.entries))
+        return np.concatenate([self._back @ moved, g[shape:]])
+
+    @cached_property
+    def _forth(self) -> sparse.csr_array:
+        """L with the coordinates of each row of a net one after the other, so that nets are averaged as matrices."""
+        body, order = self.space.reference, []
+        for where, surface in zip(body.slices, body.surfaces, strict=True):
+            rows, columns, _ = surface.net.shape
+            coordinate = 3 * where.start + np.arange(3 * rows * columns).reshape(rows, columns, 3)
+            order.append(coordinate.transpose(0, 2, 1).ravel())
+        return sparse.csr_array(self.space.L)[np.concatenate(order)]
 
     @cached_property
     def _back(self) -> sparse.csr_array:
-        return sparse.csr_array(self.space.L.T)
+        return sparse.csr_array(self._forth.T)
 
     @cached_property
     def moduli(self) -> Smoothing:
         """A map with entries not below |S|: images under a symmetry may move the other way, so S has both signs."""
         return replace(self, space=replace(self.space, L=abs(self.space.L)))
 
-    def _nets(self, points: np.ndarray) -> np.ndarray:
-        out = np.empty_like(points)
-        body = self.space.reference
-        for where, surface, along, around in zip(body.slices, body.surfaces, self.along, self.around, strict=True):
+    def _nets(self, coordinates: np.ndarray) -> np.ndarray:
+        """The coordinates, in the order of `_forth`, averaged along and around."""
+        out, first = np.empty_like(coordinates), 0
+        for surface, along, around in zip(self.space.reference.surfaces, self.along, self.around, strict=True):
             rows, columns, _ = surface.net.shape
-            half = (along @ points[where].reshape(rows, -1)).reshape(rows, columns, 3)
-            out[where] = (around @ half).reshape(-1, 3)
+            where = slice(first, first + surface.net.size)
+            half = along @ coordinates[where].reshape(rows, -1)
+            out[where] = (half.reshape(-1, columns) @ around).ravel()
+            first = where.stop
         return out
 
 

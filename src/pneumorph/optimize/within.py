@@ -32,6 +32,9 @@ HOPELESS = 100.0
 """Motions end where a limit is exceeded by this multiple of its bound. A motion may well exceed one by ten times: what
 is quadratic in the control points, such as stretch, then comes down by three quarters with each of the next."""
 
+MET = 0.1
+"""Fraction of the tolerances to which a motion meets the linearised limits; they are linearised again after it."""
+
 ELASTIC = 1e-4
 """Compliance of the rows, relative to their own scale: rows that contradict each other are then met half way instead of
 by ever longer motions."""
@@ -103,7 +106,8 @@ def _projected(
             best, least, resisting = phi, worst, places
         if worst == 0.0 or worst > HOPELESS:
             break
-        motion = least_motion(smooth, linear.jacobian, excess, np.zeros(space.n))
+        accuracy = MET * TOLERANCES[linear.rows.kind]
+        motion = least_motion(smooth, linear.jacobian, excess, np.zeros(space.n), accuracy)
         phi = np.clip(phi + motion.smooth, lower, upper)
     return best, resisting
 
@@ -116,10 +120,13 @@ class SmoothMotion:
     smooth: np.ndarray
 
 
-def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray) -> SmoothMotion:
+def least_motion(
+    smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarray, slope: np.ndarray, accuracy: np.ndarray | float
+) -> SmoothMotion:
     """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0, nearly.
 
     By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ + ½ λᵀελ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ); ε lets rows give way.
+    Prices are changed until every row is met to its `accuracy` (m,), or they are as good as some iterations make them.
     """
     transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 
@@ -139,7 +146,7 @@ def least_motion(smooth: Smoothing, jacobian: sparse.csr_array, excess: np.ndarr
         np.full(len(excess), np.inf),
         scale + elastic,
         MOST_ITERATIONS,
-        0.0,
+        accuracy / (scale + elastic),
     )
     z = raw(found)
     return SmoothMotion(z, smooth.apply(z))
