@@ -197,8 +197,11 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
 
 
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:
-    """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh."""
-    dX = disc.morph.push(space.control_points(phi) - analysis.points)
+    """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh.
+
+    Nodes inside may have been shifted since.
+    """
+    dX = disc.morph.positions(space.control_points(phi)) - analysis.X
     pressures, laid = space.pressures(phi), space.laid(phi)
     guesses = {}
     for name, at in analysis.configurations.items():

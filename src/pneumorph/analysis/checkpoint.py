@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
         "phi": analysis.phi,
         "mesh_points": disc.built_at,
         "mesh_straight": carrier.reference,
+        "mesh_fresh": carrier.mesh.points,
+        "mesh_shift": carrier.shift,
         "mesh_tets": carrier.mesh.tets,
         "mesh_size": carrier.size,
         "mesh_B_data": carrier.B.data,
@@ -61,6 +64,9 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
         raise ValueError('"mesh_B_indptr" does not fit the mesh')
     if (np.diff(starts.astype(np.int64)) < 0).any():
         raise ValueError('"mesh_B_indptr" falls')
+    for name in ("mesh_fresh", "mesh_shift"):
+        if name in state:
+            floats(state, name, len(mesh.points), 3)
     if "mesh_offset" in state:
         floats(state, "mesh_offset", len(starts) - 1, 3)
     for name in state:
@@ -109,6 +115,8 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
     try:
         heights = [level.height for level in build_levels(problem.body, problem.region)]
         morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param, heights)
+        if "mesh_shift" in arrays:
+            morph = replace(morph, mesh=morph.mesh.at(arrays["mesh_fresh"]), shift=arrays["mesh_shift"])
         disc = build_discretisation(problem, morph, points)
         starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
     # It is a mesh, but not one of this problem.

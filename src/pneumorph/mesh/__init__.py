@@ -3,6 +3,7 @@
 from pneumorph.mesh.build import mesh_body
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mesh.relax import relax
 from pneumorph.mesh.remesh import needs_remesh
 from pneumorph.mesh.tets import Covered, TetMesh
 from pneumorph.mesh.transfer import transfer
@@ -15,6 +16,7 @@ __all__ = [
     "Unfolded",
     "mesh_body",
     "needs_remesh",
+    "relax",
     "scaled_jacobian",
     "transfer",
     "unfold",

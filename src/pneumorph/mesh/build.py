@@ -15,6 +15,7 @@ from pneumorph.mesh.cover import covered
 from pneumorph.mesh.cut import with_cut_regions
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mesh.relax import relax
 from pneumorph.mesh.section import with_sections
 from pneumorph.mesh.sector import with_sector
 from pneumorph.mesh.surface import beginnings, surface_mesh
@@ -98,7 +99,8 @@ def mesh_body(
             continue
         heights = [level.height for level in levels]
         B, offset = following(inside, straight.points, surface.B, surface.offset)
-        result = build_morph(named(straight, wedges), B, offset, exact, size, surface.param, heights)
+        result = relax(build_morph(named(straight, wedges), B, offset, exact, size, surface.param, heights), exact)
+        result = replace(result, mesh=result.at(exact))
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:
             return result

@@ -1,4 +1,4 @@
-"""Motion of the mesh with the surfaces: X = X_ref + E (B P + b − S_ref), one affine map until the body is remeshed."""
+"""Motion of the mesh with the surfaces: X = X_ref + s + E (B P + b − S_ref), affine until the body is remeshed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.tets import TET_RULE, TRIANGLE_EDGES, TetMesh, is_cut, tet_gradient
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TRIANGLE_EDGES, TetMesh, is_cut, tet_gradient
 from pneumorph.problem.symmetry import NORMALS, onwards, turns_of
 
 
@@ -45,8 +45,10 @@ class Morph:
     """Node positions as an affine function of the control points.
 
     Surface nodes, including mid-side nodes, are B P and lie exactly on the surfaces; those where two rubbers meet are
-    at a constant offset b from places on them. Their motion is extended into the volume by a diffusion equation on the
-    straight reference mesh with quadratic elements, stiffer where elements are small. Nodes in a mirror plane do not
+    at a constant offset b from places on them. Their motion is extended into the volume by diffusion equations on the
+    straight reference mesh, stiffer where elements are small: one for corners, with linear elements, and one for how
+    far mid-side nodes are from the middle of their chords. A single one with quadratic elements moves mid-side nodes
+    away from the middle of edges that stay straight, so that elements fold much sooner. Nodes in a mirror plane do not
     move normal to it; within it, those that are on no surface follow the others. Nodes in a plane across the axis where
     another rubber begins do not move along it either. Those in half-planes between rubbers (see `mesh/wedge.py`) count
     as surface nodes: where they are is linear in these, so B and b have rows for them. Of a sector, nodes of the second
@@ -68,7 +70,12 @@ class Morph:
         (q, r) of the nodes of the tubes' triangles, by surface name (see `SurfaceMesh.param`).
     extensions : tuple of (components, Extension)
         One extension for all components; the component normal to a mirror plane, or to one across the axis, has its
-        own. In a sector x and y have one, and z.
+        own. In a sector x and y have one, and z. They extend values at corners and deviations at mid-side nodes.
+    chords : (N, N) sparse
+        From values at corners to their means in the middle of edges.
+    shift : (N, 3) float
+        s, mm: how far nodes inside are from where the extension has them, see `relax.py`. It may change from design to
+        design, while `mesh` stays as built.
     """
 
     mesh: TetMesh
@@ -78,6 +85,8 @@ class Morph:
     size: float
     param: dict[str, np.ndarray]
     extensions: tuple[tuple[np.ndarray, Extension], ...]
+    chords: sparse.csr_array
+    shift: np.ndarray
 
     @property
     def n_surface(self) -> int:
@@ -93,7 +102,7 @@ class Morph:
 
     def positions(self, P: np.ndarray) -> np.ndarray:
         """Positions (N, 3) in mm of all nodes for the control points P (n_points, 3)."""
-        return self.reference + self._extend(self.B @ P + self.offset - self.reference[: self.n_surface])
+        return self.reference + self.shift + self._extend(self.B @ P + self.offset - self.reference[: self.n_surface])
 
     def push(self, dP: np.ndarray) -> np.ndarray:
         """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points."""
@@ -102,26 +111,30 @@ class Morph:
     def pullback(self, dX: np.ndarray) -> np.ndarray:
         """Transpose of `push`: the gradient (n_points, 3) for control points from that for nodes, dX (N, 3)."""
         nodes, sources = self.mesh.tied
-        own = dX.copy()
+        own = dX + self.chords.T @ dX
         own[sources] += own[nodes] @ self._turn
         own[nodes] = 0.0
         surface = own[: self.n_surface].copy()
         for components, extension in self.extensions:
             surface[:, components] += extension.back(own[np.ix_(extension.inner, components)])
-        return self.B.T @ self._in_place(surface)
+        return self.B.T @ self._in_place(surface - self._surface_chords.T @ surface)
 
     def at(self, P: np.ndarray) -> TetMesh:
         """The mesh for the control points P."""
         return self.mesh.at(self.positions(P))
 
     def _extend(self, surface: np.ndarray) -> np.ndarray:
-        everywhere = np.zeros_like(self.reference)
-        everywhere[: self.n_surface] = surface = self._in_place(surface)
+        everywhere, placed = np.zeros_like(self.reference), self._in_place(surface)
+        everywhere[: self.n_surface] = surface = placed - self._surface_chords @ placed
         for components, extension in self.extensions:
             everywhere[np.ix_(extension.inner, components)] = extension.carry(surface[:, components])
         nodes, sources = self.mesh.tied
         everywhere[nodes] = everywhere[sources] @ self._turn.T
-        return everywhere
+        return everywhere + self.chords @ everywhere
+
+    @cached_property
+    def _surface_chords(self) -> sparse.csr_array:
+        return self.chords[: self.n_surface, : self.n_surface]
 
     @property
     def _turn(self) -> np.ndarray:
@@ -165,7 +178,8 @@ def build_morph(
         extensions = [(along, _extension(stiffness, n_surface, inner))] if len(along) else []
         for normal, nodes in still.items():
             extensions.append((np.array([normal]), _extension(stiffness, n_surface, np.setdiff1d(inner, nodes))))
-    unplaced = Morph(straight, B, offset, straight.points, size, param, tuple(extensions))
+    reference, still = straight.points, np.zeros_like(straight.points)
+    unplaced = Morph(straight, B, offset, reference, size, param, tuple(extensions), _chords(straight), still)
     return replace(unplaced, mesh=unplaced.at(P))
 
 
@@ -200,12 +214,27 @@ def _extension(stiffness: sparse.csr_array, n_surface: int, inner: np.ndarray) -
 
 
 def _stiffness(straight: TetMesh) -> sparse.csr_array:
-    """Scalar diffusion, ∫∇a·∇b / V over every element: small elements, which can deform least, are the stiffest."""
+    """Scalar diffusion, ∫∇a·∇b / V over every element: small elements, which can deform least, are the stiffest.
+
+    Values at corners, with linear shape functions, and deviations at mid-side nodes do not act on each other.
+    """
     corners = straight.points[straight.tets[:, :4]]
-    jacobian = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
-    gradient = np.einsum("gak,ekd->egad", tet_gradient(TET_RULE), np.linalg.inv(jacobian))
+    inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
+    linear = np.vstack([-np.ones(3), np.eye(3)]) @ inverse
+    bulges = tet_gradient(TET_RULE)[:, 4:] @ inverse[:, None]
     # Quadrature weights are V/4 each; 1/V cancels the volume.
-    blocks = np.einsum("egad,egbd->eab", gradient, gradient, optimize=True) / 4
-    rows, cols = np.repeat(straight.tets, 10, axis=1), np.tile(straight.tets, (1, 10))
-    n = len(straight.points)
-    return sparse.csr_array((blocks.ravel(), (rows.ravel(), cols.ravel())), (n, n))
+    blocks = linear @ np.swapaxes(linear, 1, 2), np.einsum("egad,egbd->eab", bulges, bulges, optimize=True) / 4
+    n, entries = len(straight.points), []
+    for nodes, block in zip((straight.tets[:, :4], straight.tets[:, 4:]), blocks, strict=True):
+        count = nodes.shape[1]
+        entries.append((block.ravel(), np.repeat(nodes, count, axis=1).ravel(), np.tile(nodes, (1, count)).ravel()))
+    values, rows, columns = (np.concatenate(each) for each in zip(*entries, strict=True))
+    return sparse.csr_array((values, (rows, columns)), (n, n))
+
+
+def _chords(mesh: TetMesh) -> sparse.csr_array:
+    """From values at corners to their means in the middle of edges, (N, N)."""
+    mids, first = np.unique(mesh.tets[:, 4:], return_index=True)
+    ends = mesh.tets[:, TET_EDGES].reshape(-1, 2)[first]
+    n = len(mesh.points)
+    return sparse.csr_array((np.full(2 * len(mids), 0.5), (np.repeat(mids, 2), ends.ravel())), (n, n))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, di
 from pneumorph.errors import MeshError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mesh import needs_remesh
+from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.history import Clock
@@ -19,8 +19,8 @@ from pneumorph.problem import Problem
 
 MOST_FACTORISATIONS, MOST_NEARBY = 40, 10
 """A step is taken back if the equilibrium of a task takes more factorisations than this: that of a smaller step is
-usually found in a tenth of them. The second number is for states near the last, on the same mesh, without contact and
-hydrostatic unknowns: in the ten examples none that was found took more than 7."""
+usually found in a tenth of them. The second number is for states near the last, on the very same mesh, without contact
+and hydrostatic unknowns: in the ten examples none that was found took more than 7."""
 
 BEARABLE = 0.002
 """A mesh is kept if no new one can be made and its worst element is better than this."""
@@ -33,7 +33,7 @@ class Trial:
     Attributes
     ----------
     disc : Discretisation
-        The mesh of the design before, or a new one.
+        The mesh of the design before, with the same nodes inside or others, or a new one.
     analysis : Analysis or None
         None where the design could not be analysed.
     reason : str
@@ -62,11 +62,16 @@ def analyse_trial(
     clock: Clock,
 ) -> Generator[Event, None, Trial]:
     """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh."""
-    count, points = disc.factorisations, space.control_points(phi)
+    count, points, given = disc.factorisations, space.control_points(phi), disc
+    with clock.phase("geometry"):
+        poor = needs_remesh(disc.morph, points)
+        if poor is not None:
+            # Mostly a few elements fold, which moving the nodes inside repairs; a new mesh starts from that too.
+            disc = replace(disc, morph=relax(disc.morph, points))
+            poor = needs_remesh(disc.morph, points)
     with clock.phase("equilibrium"):
         starts = predict_states(space, disc, now, phi)
     with clock.phase("geometry"):
-        poor = needs_remesh(disc.morph, points)
         if poor is not None:
             try:
                 new = discretise(problem, space.body(phi))
@@ -83,10 +88,10 @@ def analyse_trial(
     before = now.value
     with clock.phase("equilibrium"):
         same = None if poor is not None else now
-        easy = same is not None and disc.model.contact is None and not disc.model.mixed
+        easy = disc is given and disc.model.contact is None and not disc.model.mixed
         most = MOST_NEARBY if easy else MOST_FACTORISATIONS
         found = analyse(problem, space, disc, phi, starts, most=most, near=same)
-        if not isinstance(found, NoEquilibrium) and poor is not None and found.value > before:
+        if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
             before = _before(problem, space, disc, now, found)
     spent = disc.factorisations - count
     if isinstance(found, NoEquilibrium):
@@ -95,7 +100,7 @@ def analyse_trial(
 
 
 def _before(problem: Problem, space: DesignSpace, disc: Discretisation, now: Analysis, trial: Analysis) -> float:
-    """The objective before a step, on the mesh after it: a new mesh changes it by as much as a small step gains."""
+    """The objective before a step, on the mesh after it: another mesh changes it by as much as a small step gains."""
     starts = predict_states(space, disc, trial, now.phi)
     again = analyse(problem, space, disc, now.phi, starts, most=MOST_FACTORISATIONS)
     return now.value if isinstance(again, NoEquilibrium) else again.value

@@ -1,0 +1,48 @@
+"""Moving the nodes inside: poor elements become sound, everything on surfaces stays, and the morph stays affine."""
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry import Body
+from pneumorph.mesh import Morph, mesh_body, relax, scaled_jacobian
+
+
+def widened(body: Body, factor: float) -> np.ndarray:
+    """Control points with a wider chamber, the walls thinner."""
+    points = body.control_points()
+    points[body.slices[1], :2] *= factor
+    return points
+
+
+@pytest.mark.parametrize("part", [(), ("xz",)])
+def test_poor_elements_become_sound(tube: Body, part: tuple[str, ...]) -> None:
+    morph, points = mesh_body(tube, 3.0, part), widened(tube, 1.6)
+    relaxed = relax(morph, points)
+    before, after = (scaled_jacobian(each.positions(points), each.mesh.tets) for each in (morph, relaxed))
+    assert before.min() < 0.05 and after.min() > before.min() + 0.1
+    moved = np.flatnonzero(np.abs(relaxed.positions(points) - morph.positions(points)).max(axis=1))
+    assert len(moved) and moved.min() >= morph.n_surface
+    for triangles in morph.mesh.faces.values():
+        assert not np.isin(triangles, moved).any()
+
+
+def test_a_relaxed_morph_is_the_same_affine_map_but_for_a_shift(tube: Body, tube_morph: Morph) -> None:
+    relaxed = relax(tube_morph, widened(tube, 1.6))
+    for points in (tube.control_points(), widened(tube, 1.2)):
+        apart = relaxed.positions(points) - tube_morph.positions(points)
+        np.testing.assert_allclose(apart, relaxed.shift - tube_morph.shift, atol=1e-12)
+    assert relaxed.mesh is tube_morph.mesh
+
+
+def test_a_sound_mesh_is_left_alone(tube: Body, tube_morph: Morph) -> None:
+    assert relax(tube_morph, tube.control_points()) is tube_morph
+
+
+def test_no_element_becomes_worse_than_the_worst_was(tube: Body, tube_morph: Morph) -> None:
+    for factor in (1.5, 1.8):
+        points = widened(tube, factor)
+        relaxed = relax(tube_morph, points)
+        before, after = (
+            scaled_jacobian(each.positions(points), each.mesh.tets).min() for each in (tube_morph, relaxed)
+        )
+        assert after > before
