@@ -11,6 +11,7 @@ PACKAGES = [
     "units",
     "interrupts",
     "processes",
+    "compiling",
     "numerics",
     "threads",
     "problem",

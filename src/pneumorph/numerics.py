@@ -20,6 +20,8 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 import jax
 
+from pneumorph import compiling
+
 
 def cache_folder() -> Path:
     """The folder named by PNEUMORPH_CACHE, or else pneumorph's folder in the platform's cache directory."""
@@ -49,3 +51,4 @@ jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 if not getattr(jax.config, "jax_compilation_cache_dir", None):
     _keep_compiled(cache_folder())
+compiling.watch()

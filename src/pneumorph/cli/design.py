@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from pneumorph import compiling
 from pneumorph.cli.outcome import outcome
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
@@ -32,6 +33,8 @@ def design(
     """Design a body for a problem file."""
     if quiet and verbose:
         raise ProblemError("--quiet: is the opposite of --verbose; leave one of them out")
+    if quiet:
+        compiling.announce(None)
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
+from pneumorph import compiling
 from pneumorph.analysis import Curve, SweepStep
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
@@ -41,6 +42,8 @@ def simulate(
 ) -> None:
     """Simulate the starting body of a problem file or a design of a run; `files` are the output files by option."""
     began = time.perf_counter()
+    if quiet:
+        compiling.announce(None)
     design = _design(source, number, asking(trust))
     given = _given("--pressure", pressures, PRESSURES)
     moved = _given("--move", moves, MOVES)

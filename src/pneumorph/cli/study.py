@@ -11,6 +11,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from pneumorph import compiling
 from pneumorph.analysis import HistoryEntry
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError, printable
@@ -34,6 +35,8 @@ def study(
     trust: bool,
 ) -> None:
     """Run every design of a study; finished members are not run again."""
+    if quiet:
+        compiling.announce(None)
     asked = load_study(source, asking(trust))
     folder = out or Path("runs") / source.stem
     members = {member.name: member for member in asked.members}

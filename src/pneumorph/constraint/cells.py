@@ -137,7 +137,8 @@ def knot_spans(surface: TubeSurface) -> KnotSpans:
 def recentred(coefficients: Floats, cells: Cells) -> Floats:
     """Coefficients (n, f, 4, 4) in s, t ∈ [-1, 1] on the cells, from (n, f, 4, 4) in u and v."""
     local = np.empty(coefficients.shape)
-    _recentre_each(coefficients, cells.centre, cells.half, local)
+    # In one order, for which the kernels are compiled once.
+    _recentre_each(np.ascontiguousarray(coefficients), cells.centre, cells.half, local)
     return local
 
 

@@ -109,6 +109,8 @@ def enclosed(
         In the order of `NAMES`, see `refine`.
     """
     made, aspect = polynomials(surface, spans), surface.size[1] / surface.size[0]
+    # In one order, for which the kernels are compiled once.
+    parts = np.ascontiguousarray(made.parts)
 
     def evaluate(cells: Cells) -> Bounds:
         n = len(cells.span)
@@ -116,9 +118,7 @@ def enclosed(
 
         def work(some: slice) -> None:
             into = (part[some] for part in found)
-            _enclose(
-                made.parts, made.scale, made.poles, made.broken, aspect, form == "per_mm", *cells.select(some), *into
-            )
+            _enclose(parts, made.scale, made.poles, made.broken, aspect, form == "per_mm", *cells.select(some), *into)
 
         each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
         return found

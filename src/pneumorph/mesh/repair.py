@@ -106,7 +106,8 @@ class _Curved:
 
     def quality(self, points: np.ndarray, tets: np.ndarray) -> np.ndarray:
         """`scaled_jacobian` of elements with these corners (M, 4)."""
-        return _quality(points, tets, self.keys, self.mids, self.n)
+        # In one order, for which the kernel is compiled once.
+        return _quality(points, np.ascontiguousarray(tets), self.keys, self.mids, self.n)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -93,7 +93,7 @@ class Objective:
     def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
         """J for a state on nodes X, and its derivatives with respect to X (N, 3) and the unknowns."""
         value, by_sums = _slope(self, traits_of(model), self._sums(model, X, state))
-        by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: part[None], by_sums))
+        by_X, by_state = self._pulled_back(model, X, state, jax.tree.map(lambda part: np.asarray(part)[None], by_sums))
         return float(value), by_X[0], by_state[0]
 
     def jacobian(self, model: Model, X: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray, list[State]]:

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 from scipy.linalg import block_diag
 
@@ -241,9 +240,9 @@ def build_model(
         places = row * count + source[tets_of[:, :4]] if mixed else None
         connectivity = connect(tets_of, places)
         energy_density = element.mixed(solid.isochoric) if mixed else solid.energy
-        terms.append(Term(connectivity, Solid(energy_density, jnp.asarray(solid.parameters, dtype=float))))
+        terms.append(Term(connectivity, Solid(energy_density, np.array(solid.parameters, dtype=float))))
         if weight:
-            terms.append(Term(connectivity, Weight(jnp.asarray(solid.density))))
+            terms.append(Term(connectivity, Weight(np.asarray(solid.density))))
     if cavities.count:
         terms.append(Term(cavities, ChamberPressure()))
     if plate:

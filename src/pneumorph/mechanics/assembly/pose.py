@@ -16,7 +16,7 @@ from jax import Array
 
 from pneumorph.mechanics.assembly.plate import rotation
 from pneumorph.mechanics.assembly.terms import Values
-from pneumorph.mechanics.assembly.tip import turns
+from pneumorph.mechanics.assembly.turns import turns
 
 STILL = np.zeros(6)
 """The pose of an obstacle in its own place."""
@@ -43,8 +43,7 @@ class View:
     @cached_property
     def _turn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """R − I with its first (3, 3, 3) and second (3, 3, 3, 3) derivatives by θ, whose axes come last."""
-        turn, first, second = turns(self.pose[3:])
-        return np.asarray(turn), np.asarray(first), np.asarray(second)
+        return turns(self.pose[3:])
 
     @property
     def turned(self) -> bool:

@@ -176,7 +176,7 @@ class Solid:
     """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four hydrostatic unknowns."""
 
     energy_density: Energy
-    parameters: Array
+    parameters: Values
 
     def energies(self, local: Local, loads: Loads) -> Array:
         return tet_energies(local.X, local.u, corner_hydrostatics(local), self.energy_density, self.parameters)
@@ -187,7 +187,7 @@ class Solid:
 class Weight:
     """−∫ ρ₀ g·u over tetrahedra, a dead load; ρ₀ in t/mm³."""
 
-    density: Array
+    density: Values
 
     def energies(self, local: Local, loads: Loads) -> Array:
         return -tet_works(local.X, local.u, self.density * loads.acceleration)

@@ -10,12 +10,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics.assembly.element import TRIANGLE_DN, TRIANGLE_N, TRIANGLE_WEIGHTS
-from pneumorph.mechanics.assembly.plate import rotation
+from pneumorph.mechanics.assembly.turns import turns
 
 
 class Tied(NamedTuple):
@@ -106,13 +104,6 @@ def _measures(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return TRIANGLE_WEIGHTS * np.linalg.norm(normal, axis=-1), normal, along
 
 
-@jax.jit
-def turns(theta) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """R − I and its first and second derivatives by θ, whose axes come last."""
-    first = jax.jacfwd(rotation)
-    return rotation(theta) - jnp.eye(3), first(theta), jax.jacfwd(first)(theta)
-
-
 @dataclass(frozen=True)
 class Ride:
     """The tip nodes of a body at X (N, 3), carried along by the plate at [c, θ] (6,)."""
@@ -123,8 +114,7 @@ class Ride:
 
     @cached_property
     def _turn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        turn, first, second = turns(np.asarray(self.plate[3:], dtype=float))
-        return np.asarray(turn), np.asarray(first), np.asarray(second)
+        return turns(np.asarray(self.plate[3:], dtype=float))
 
     @cached_property
     def _offset(self) -> np.ndarray:

@@ -83,7 +83,7 @@ def stable_up_to(energy: Energy, parameters: np.ndarray, mode: str, reach: float
 def shear_modulus(energy: Energy, parameters: np.ndarray) -> float:
     """The initial shear modulus μ, MPa: ψ is μ (ε₁² + ε₂² + (ε₁ + ε₂)²) of small logarithmic strains."""
     # As many points as `stable_up_to` has, so that nothing else is compiled.
-    return float(_hessian(energy, _with_bulk(parameters), np.zeros((2, POINTS)))[0, 0, 0]) / 4.0
+    return float(np.asarray(_hessian(energy, _with_bulk(parameters), np.zeros((2, POINTS))))[0, 0, 0]) / 4.0
 
 
 @partial(jax.jit, static_argnums=0)
@@ -106,6 +106,6 @@ def _principal_energy(energy: Energy, parameters: jax.Array, logs: jax.Array) ->
     return energy(jnp.eye(3)[:, :, None] * jnp.exp(logs)[:, None], parameters)
 
 
-def _with_bulk(parameters: np.ndarray) -> jax.Array:
+def _with_bulk(parameters: np.ndarray) -> np.ndarray:
     """The parameters with a bulk modulus at the end, which isochoric energies do not use."""
-    return jnp.append(jnp.asarray(parameters, dtype=float), 0.0)
+    return np.append(np.asarray(parameters, dtype=float), 0.0)
