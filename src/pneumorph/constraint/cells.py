@@ -278,7 +278,7 @@ def _halved(cells, vary, open_):
     for n in range(len(open_)):
         if open_[n]:
             count += _parts(vary[n, 0], vary[n, 1]) * _parts(vary[n, 1], vary[n, 0])
-    span, centre, half = np.empty(count, dtype=cells.span.dtype), np.empty((count, 2)), np.empty((count, 2))
+    span, centre, half = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
     count = 0
     for n in range(len(open_)):
         if open_[n]:
