@@ -185,10 +185,15 @@ def test_the_rubber_of_a_region_alone_changes_nothing():
 def test_states_are_carried_over_and_stored(factor):
     asked = problem(SLEEVE, factor=factor, mesh={"size": "4 mm"})
     body = starting_body(asked.body)
-    space, disc = build_design_space(asked, body), discretise(asked, body)
+    space, fresh = build_design_space(asked, body), discretise(asked, body)
+    shift = fresh.morph.shift.copy()
+    shift[-1] += 0.01
+    disc = replace(fresh, morph=replace(fresh.morph, shift=shift))
     found = analyse(asked, space, disc, space.start)
     stored = {name: np.asarray(value) for name, value in checkpoint.pack(found, disc).items()}
     again, restored = checkpoint.unpack(asked, space, stored)
+    np.testing.assert_allclose(again.morph.positions(disc.built_at), found.X, atol=1e-12)
+    np.testing.assert_array_equal(again.morph.mesh.points, fresh.morph.mesh.points)
     assert restored.value == pytest.approx(found.value, rel=1e-6)
     assert list(again.model.regions) == list(disc.model.regions)
     # To another mesh and solved from there, it takes few factorisations.

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from scipy import sparse
 
@@ -214,17 +215,42 @@ def _expand(
 
     And of `own` unknowns with nothing but their diagonal.
     """
-    u_plate, p_plate = (sparse.csr_array(np.repeat(beside[:, None], 6, axis=1)) for beside in by_plate)
+    n, m = len(motion.indptr) - 1, len(compression.indptr) - 1
+    u_plate, p_plate = (6 * beside for beside in by_plate)
+    # Rows of the second and third component leave out what is left of the diagonal, which comes first.
+    u = (3 * np.diff(motion.indptr) + np.diff(coupling.indptr) + u_plate)[:, None] - np.arange(3)
+    counts = np.concatenate(
+        [[0], u.ravel(), np.diff(compression.indptr) + p_plate, np.ones(own, int), np.arange(6, 0, -1)]
+    )
+    indptr = np.cumsum(counts).astype(np.int32)
+    indices = np.empty(indptr[-1], np.int32)
+    plate, size = 3 * n + m + own + np.arange(6), len(indptr) - 1
+    _fill(indices, indptr, motion.indptr, motion.indices, coupling.indptr, coupling.indices, u_plate, plate)
+    for row, beside in enumerate(p_plate, 3 * n):
+        first = indptr[row]
+        along = compression.indices[compression.indptr[row - 3 * n] : compression.indptr[row - 3 * n + 1]]
+        indices[first : first + len(along)] = 3 * n + along
+        if beside:
+            indices[first + len(along) : indptr[row + 1]] = plate
+    indices[indptr[3 * n + m] : indptr[3 * n + m + own]] = 3 * n + m + np.arange(own)
+    indices[indptr[size - 6] :] = np.concatenate([plate[k:] for k in range(6)])
+    return indptr, indices
 
-    def threefold(blocks, columns: int):
-        return sparse.kron(sparse.coo_array(blocks), np.ones((3, columns), np.int8))
 
-    rows = [
-        [sparse.triu(threefold(motion, 3)), threefold(coupling, 1), None, threefold(u_plate, 1)],
-        [None, compression, None, p_plate],
-        [None, None, sparse.csr_array(np.eye(own, dtype=np.int8)), None],
-        [None, None, None, sparse.triu(np.ones((6, 6), np.int8))],
-    ]
-    whole = sparse.csr_array(sparse.block_array(rows))
-    whole.sort_indices()
-    return whole.indptr.astype(np.int32), whole.indices.astype(np.int32)
+@numba.njit(cache=True, nogil=True)
+def _fill(indices, indptr, motion_start, motion, coupling_start, coupling, beside, plate):
+    """The columns of the rows of u: blocks of u, then π, then the plate where it is beside."""
+    n = len(motion_start) - 1
+    for node in range(n):
+        for component in range(3):
+            at = indptr[3 * node + component]
+            for k in range(motion_start[node], motion_start[node + 1]):
+                for other in range(component if motion[k] == node else 0, 3):
+                    indices[at] = 3 * motion[k] + other
+                    at += 1
+            for k in range(coupling_start[node], coupling_start[node + 1]):
+                indices[at] = 3 * n + coupling[k]
+                at += 1
+            if beside[node]:
+                for k in range(6):
+                    indices[at + k] = plate[k]
