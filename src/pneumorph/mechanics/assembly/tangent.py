@@ -61,7 +61,7 @@ EXACT = 1e-10
 FEW = 6
 """Most products for a solution near a factorised state; a factorisation costs about as much as twice as many."""
 
-LANCZOS, SAFE = 3, 0.3
+LANCZOS, SAFE = 2, 0.15
 """Steps of Lanczos' method, and how far from 1 the eigenvalues of M⁻¹K may be where no motion has become unstable."""
 
 MOST_KEPT = 3

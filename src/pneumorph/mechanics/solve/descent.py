@@ -31,7 +31,7 @@ from pneumorph.mechanics.solve.secants import Secants
 
 MOST_STEPS, MOST_WITH_CONTACT = 200, 400
 
-WORTH = 12
+WORTH = 10
 """Steps that cost as much as a factorisation: a new one is made where more of them would be needed with the old."""
 
 LEAST_SHIFT = 1e-3
@@ -43,7 +43,7 @@ MOST_PRODUCTS = 12
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
-SMOOTH, NEAR, ROUGH = 0.02, 0.1, 1.0
+SMOOTH, NEAR, ROUGH = 0.02, 0.2, 1.0
 """Relative residuals: of a state without rough detail; of one whose factorisation serves for the answer too; and above
 which the tangent is often indefinite for the stress of rough volume ratios."""
 
@@ -93,7 +93,7 @@ def minimise(
                 secants = secants.after(moved.vector - here.vector, here.residual, moved.residual)
                 here = moved
                 # The answer needs a factorisation nearby in any case: the sooner it is made, the fewer steps are left.
-                due = made > NEAR and here.size <= SMOOTH * scale and here.size > tolerance * scale
+                due = made > NEAR and SMOOTH**2 * scale < here.size <= SMOOTH * scale
                 if due or secants.expected(tolerance * scale) > WORTH:
                     secants = None
                 continue
