@@ -72,11 +72,14 @@ def tangent_map(energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loa
 
 
 def pullback(
-    energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, several: bool
+    energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
 ) -> Callable[[Forces], Pulled]:
-    """A function of w: derivatives of the product (forces·w). `several` says whether more than one w is to come."""
+    """A function of w: derivatives of the product (forces·w). `several` says whether more than one w is to come.
+
+    Those by u and by w's own u are left out, or zero, without `on_forces`.
+    """
     if isinstance(energy, Solid):
-        pull, none = solid.pullback(energy, seen, at, several), jax.tree.map(np.zeros_like, loads)
+        pull, none = solid.pullback(energy, seen, at, several, on_forces), jax.tree.map(np.zeros_like, loads)
         return lambda w: Pulled(*pull(w.u, w.hydrostatic), none)
 
     def pull_by_jax(w: Forces) -> Pulled:

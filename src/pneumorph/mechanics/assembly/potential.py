@@ -167,17 +167,24 @@ def pullback(
     u = _displacement(tip, state.u, ride.displacement())
     by_X, by_u, by_w = np.zeros((3, len(ws), *X.shape))
     acting = [_none(loads) for _ in ws]
-    for seen, energies in potential.groups:
-        at = seen.local(X, u, state)
-        pulls = [derivatives.pullback(energy, seen, at, loads, len(ws) > 1) for energy in energies]
-        for k, w in enumerate(ws):
-            field = _displacement(tip, w.u, ride.along(w.plate))
-            along = seen.local(X, field, w)
-            for pull in pulls:
-                found = pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
-                for part, out in ((found.X, by_X[k]), (found.u, by_u[k]), (found.w, by_w[k])):
-                    add_rows(part, seen.nodes, out)
-                acting[k] = jax.tree.map(np.add, acting[k], found.loads)
+
+    def parts(groups: Iterable[Group], on_forces: bool):
+        """For every energy of the groups and every w: its number, the connectivity, and what is pulled back."""
+        for seen, energies in groups:
+            at = seen.local(X, u, state)
+            pulls = [derivatives.pullback(energy, seen, at, loads, len(ws) > 1, on_forces) for energy in energies]
+            for k, w in enumerate(ws):
+                along = seen.local(X, _displacement(tip, w.u, ride.along(w.plate)), w)
+                for pull in pulls:
+                    yield k, seen, pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
+
+    for k, seen, found in parts(potential.groups, False):
+        add_rows(found.X, seen.nodes, by_X[k])
+        acting[k] = jax.tree.map(np.add, acting[k], found.loads)
+    # Only those of the tip's nodes are used.
+    for k, seen, found in parts(potential.near_tip if len(nodes) else (), True):
+        add_rows(found.u, seen.nodes, by_u[k])
+        add_rows(found.w, seen.nodes, by_w[k])
     for touch, number, free in potential.touches(X + u, state, loads):
         for k, w in enumerate(ws):
             moving = STILL if free is None else w.objects[free]

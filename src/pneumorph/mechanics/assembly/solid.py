@@ -109,16 +109,17 @@ def tangent_map(
 Pull = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
-def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull:
+def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool, on_forces: bool) -> Pull:
     """A function of w = (u (E, 10, 3), π (E, c)): derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, u, and w's own u.
 
-    What does not depend on w is computed once; with `several` w to come, the moduli at the points too.
+    The last two are zero without `on_forces`. What does not depend on w is computed once; with `several` w to come, the
+    moduli at the points too.
     """
 
     prepared = each(lambda chunk: _linearised(solid, seen, at, chunk, several), seen.chunks())
 
     def pull(w: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        X, u, own = (np.empty(at.u.shape) for _ in range(3))
+        X, u, own = np.empty(at.u.shape), np.zeros(at.u.shape), np.zeros(at.u.shape)
 
         def work(part: Linearised) -> None:
             (chunk, here, along), (slope, dA, growth) = part, _room(seen)
@@ -127,8 +128,9 @@ def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool) -> Pull
             stress, dilation, dstress, _ = along(slope, dhydrostatic)
             integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
             points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
-            points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
-            points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
+            if on_forces:
+                points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
+                points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
 
         each(work, prepared)
         return X, u, own
