@@ -40,7 +40,10 @@ from pneumorph.problem.symmetry import Part, turns_of
 Starts = Mapping[str, State] | Mapping[str, Guess]
 
 DESIGN_TOLERANCE = 1e-6
-"""Relative residual of the equilibria in the design loop: J and its gradient then have about five correct digits."""
+"""Relative residual of the equilibria in the design loop: J then has about five correct digits."""
+
+DESIGN_ACCURACY = 1e-5
+"""Relative accuracy of its adjoints, and so of the gradient."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.analysis.analyse import DESIGN_ACCURACY, Analysis, Discretisation
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Tangent
+from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.objective import StrainShare
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import find_margin, gradient, margin_slope, residual_jacobian
@@ -32,7 +33,9 @@ class Slopes:
 
 
 def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> Slopes:
-    """Derivatives of an analysed design, exact for the discrete problem, by one adjoint for each task or residual.
+    """Derivatives of an analysed design as the loop needs them, by one adjoint for each task or residual.
+
+    Those of the discrete problem, to `DESIGN_ACCURACY`.
 
     Raises
     ------
@@ -42,7 +45,7 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
     rest, squares, factors = np.zeros(space.n), np.zeros(space.n), [np.zeros((0, space.n))]
     for task in problem.task:
         if disc.objectives[task.name].residuals is None:
-            rest += task.weight * _task_gradient(space, disc, analysis, task.name)
+            rest += task.weight * _task_gradient(space, disc, analysis, task.name, DESIGN_ACCURACY)
             continue
         residuals, jacobian = _task_jacobian(space, disc, analysis, task.name)
         squares += 2.0 * task.weight * residuals @ jacobian
@@ -51,10 +54,9 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
 
 
 def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> np.ndarray:
-    """dJ/dΦ (n,) of an analysed design, by one adjoint for each task; raises as `design_slopes` does."""
-    return sum(
-        (task.weight * _task_gradient(space, disc, analysis, task.name) for task in problem.task), np.zeros(space.n)
-    )
+    """dJ/dΦ (n,) of an analysed design, exact, by one adjoint for each task; raises as `design_slopes` does."""
+    parts = [task.weight * _task_gradient(space, disc, analysis, task.name, EXACT) for task in problem.task]
+    return sum(parts, np.zeros(space.n))
 
 
 def strain_shares(disc: Discretisation, analysis: Analysis) -> dict[str, float]:
@@ -69,7 +71,7 @@ def strain_slopes(space: DesignSpace, disc: Discretisation, analysis: Analysis) 
     """The same for all tasks (k,), and the derivatives (k, n) with respect to Φ, by one adjoint each."""
     values, rows = [], []
     for name, at in analysis.configurations.items():
-        found = gradient(at, disc.tangents[name], analysis.equilibria[name], StrainShare())
+        found = gradient(at, disc.tangents[name], analysis.equilibria[name], StrainShare(), DESIGN_ACCURACY)
         values.append(found.value)
         rows.append(space.pullback(disc.morph.pullback(found.X), {name: found.pressure}, found.laid))
     return np.array(values), np.array(rows)
@@ -95,9 +97,11 @@ def margin_slopes(
     return np.array(values), np.array(rows)
 
 
-def _task_gradient(space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str) -> np.ndarray:
+def _task_gradient(
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, accuracy: float
+) -> np.ndarray:
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
-    found = gradient(at, disc.tangents[name], equilibrium, disc.objectives[name])
+    found = gradient(at, disc.tangents[name], equilibrium, disc.objectives[name], accuracy)
     if not np.isfinite(found.X).all():
         raise ComputationError(
             f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"

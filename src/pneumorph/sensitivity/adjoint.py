@@ -69,15 +69,16 @@ class NodalJacobian:
     laid: np.ndarray
 
 
-def gradient(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Sloped) -> NodalGradient:
+def gradient(
+    at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Sloped, accuracy: float = EXACT
+) -> NodalGradient:
     """Gradient of an objective, or another function of the state, by every node and load: one adjoint solve.
 
-    `tangent` is factorised at the equilibrium if its last factorisation is of another state (see `Tangent.solve_at`).
+    `tangent` is factorised at the equilibrium if its last factorisation is not of a state near it; else the adjoint has
+    the relative `accuracy` (see `Tangent.solve_at`).
     """
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
-    # More accurate than the state is would be wasted.
-    accuracy = max(EXACT, equilibrium.residual)
     w = model.state(tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed)), accuracy))
     ((shape, acting),) = kernels.pullback(model.potential, at.X, state, at.loads, [w])
     return NodalGradient(

@@ -43,7 +43,7 @@ MOST_PRODUCTS = 12
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
-SMOOTH, NEAR, ROUGH = 0.02, 0.2, 1.0
+SMOOTH, NEAR, ROUGH = 0.02, 0.05, 1.0
 """Relative residuals: of a state without rough detail; of one whose factorisation serves for the answer too; and above
 which the tangent is often indefinite for the stress of rough volume ratios."""
 
