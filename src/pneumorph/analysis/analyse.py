@@ -42,7 +42,7 @@ Starts = Mapping[str, State] | Mapping[str, Guess]
 DESIGN_TOLERANCE = 1e-6
 """Relative residual of the equilibria in the design loop: J then has about five correct digits."""
 
-DESIGN_ACCURACY = 1e-5
+DESIGN_ACCURACY = 1e-6
 """Relative accuracy of its adjoints, and so of the gradient."""
 
 
