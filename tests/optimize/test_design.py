@@ -77,7 +77,8 @@ def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
     assert [event.iteration for event in again] == [event.iteration for event in designs[2:]]
     for one, other in zip(again, designs[2:], strict=True):
         assert one.entry.objective == pytest.approx(other.entry.objective, rel=1e-6)
-        assert np.abs(one.body.control_points() - other.body.control_points()).max() < 1e-6
+        # In mm; adjoints in the loop have six digits, and other factorisations are at hand.
+        assert np.abs(one.body.control_points() - other.body.control_points()).max() < 2e-5
 
 
 def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch):

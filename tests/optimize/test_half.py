@@ -67,7 +67,7 @@ def test_a_stopped_run_goes_on(problem, events):
     assert again.iteration == 2
     assert again.entry.objective == pytest.approx(designs[2].entry.objective, rel=1e-6)
     # Adjoints in the loop have six digits, and other factorisations are at hand.
-    assert np.abs(again.body.control_points() - designs[2].body.control_points()).max() < 1e-4
+    assert np.abs(again.body.control_points() - designs[2].body.control_points()).max() < 2e-5
 
 
 def test_states_are_carried_to_new_meshes(problem):
