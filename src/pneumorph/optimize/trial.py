@@ -17,10 +17,10 @@ from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
 
-MOST_FACTORISATIONS, MOST_NEARBY = 40, 10
+MOST_FACTORISATIONS, MOST_ELSEWHERE, MOST_NEARBY = 40, 20, 10
 """A step is taken back if the equilibrium of a task takes more factorisations than this: that of a smaller step is
-usually found in a tenth of them. The second number is for states near the last, on the very same mesh, without contact
-and hydrostatic unknowns: in the ten examples none that was found took more than 7."""
+usually found in a tenth of them. The last number is for states near the last on the very same mesh, the second for those
+on another one, both without contact and hydrostatic unknowns: few that are found take more than half of it."""
 
 BEARABLE = 0.002
 """A mesh is kept if no new one can be made and its worst element is better than this."""
@@ -88,8 +88,9 @@ def analyse_trial(
     before = now.value
     with clock.phase("equilibrium"):
         same = None if poor is not None else now
-        easy = disc is given and disc.model.contact is None and not disc.model.mixed
-        most = MOST_NEARBY if easy else MOST_FACTORISATIONS
+        most = MOST_FACTORISATIONS
+        if disc.model.contact is None and not disc.model.mixed:
+            most = MOST_NEARBY if disc is given else MOST_ELSEWHERE
         found = analyse(problem, space, disc, phi, starts, most=most, near=same)
         if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
             before = _before(problem, space, disc, now, found)
