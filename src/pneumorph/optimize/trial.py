@@ -19,8 +19,8 @@ from pneumorph.problem import Problem
 
 MOST_FACTORISATIONS, MOST_ELSEWHERE, MOST_NEARBY = 40, 20, 10
 """A step is taken back if the equilibrium of a task takes more factorisations than this: that of a smaller step is
-usually found in a tenth of them. The last number is for states near the last on the very same mesh, the second for those
-on another one, both without contact and hydrostatic unknowns: few that are found take more than half of it."""
+usually found in a tenth of them. The last number is for states near the last on the very same mesh, the second for
+those on another one, both without contact and hydrostatic unknowns: few that are found take more than half of it."""
 
 BEARABLE = 0.002
 """A mesh is kept if no new one can be made and its worst element is better than this."""
