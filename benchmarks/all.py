@@ -40,7 +40,7 @@ that the state is stable and with which the adjoint is solved, and some twenty b
   1e-4). Prediction of second order makes the start worse, not better: its term is as long as the first, and the
   residual grows from 6.9 to 23 times the applied force. A factor of single precision takes 0.48 s in place of 0.80
   and a back-solve 31 ms in place of 43, but needs a symbolic analysis of its own of 0.7 s for every mesh, of which
-  there is one for about five designs. PARDISO's own Krylov mode gives up after two iterations and factorises. PARDISO
+  there is one for about five designs. PARDISO's own Krylov mode took as long as a factorisation. PARDISO
   for positive definite matrices is a tenth faster, but does not give the inertia. Its scheduling in two levels makes
   no difference.
 - **Corrections near the factorised state**: two products for the stability and about four for the adjoint. With two

@@ -188,8 +188,15 @@ def analyse(
 
 
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
-    """Whether the state of each task is stable; of part of a body, against all motions of the whole."""
-    found = {name: equilibrium.stable for name, equilibrium in analysis.equilibria.items()}
+    """Whether the state of each task is stable, by a factorisation at that very state (see `Tangent.pivots_at`).
+
+    Of part of a body, against all motions of the whole.
+    """
+    found = {}
+    for name, equilibrium in analysis.equilibria.items():
+        tangent = disc.tangents[name]
+        tangent.move_to(analysis.configurations[name], equilibrium.state)
+        found[name] = tangent.negative_pivots == 0
     if not disc.model.part:
         return found
     whole = whole_of(disc.model, disc.morph.mesh)
