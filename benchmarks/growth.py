@@ -40,7 +40,8 @@ def main(path: str, sizes: list[float]) -> None:
         clock = Clock()
         finer = discretise(problem, body)
         mesh = clock.lap()
-        starts = carry_over(disc, X, {name: each.state for name, each in found.equilibria.items()}, finer)
+        states = {name: each.state for name, each in found.equilibria.items()}
+        starts = carry_over(disc, X, states, finer, finer.morph.mesh.points)
         disc, found = finer, None  # the coarser factor is not needed any more
         transfer = clock.lap()
         found = solved(analyse(problem, space, disc, space.start, starts))

@@ -57,7 +57,7 @@ def main() -> None:
         except MeshError as error:
             print(f"{size:7.2f} {error}")
             continue
-        starts = carry_over(*coarser, disc)
+        starts = carry_over(*coarser, disc, disc.morph.mesh.points)
         found = analyse(problem, space, disc, space.start, starts)
         if isinstance(found, NoEquilibrium):
             print(f"{size:7.2f} {disc.model.elements:9d} {disc.model.size:7d}  {found.reason}")

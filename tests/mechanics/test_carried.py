@@ -10,11 +10,22 @@ from tiny import tiny
 from pneumorph.analysis import analyse, build_discretisation, carry_over, discretise, predict_states
 from pneumorph.analysis.analyse import mesh_of
 from pneumorph.geometry import build_design_space, starting_body
-from pneumorph.mechanics import Guess, State, build_loads, build_model, mirrors_of, volume_ratios
+from pneumorph.mechanics import (
+    Guess,
+    State,
+    build_loads,
+    build_model,
+    configure,
+    deformation_gradients,
+    displacement,
+    gradients_after,
+    mirrors_of,
+)
 from pneumorph.mechanics.assembly.element import tet_energies
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.material.energies import determinant, neo_hookean, ogden
 from pneumorph.mechanics.material.rubber import Rubber
+from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.problem import loads
 from pneumorph.verify.solids import tube
 
@@ -53,31 +64,60 @@ def test_other_ratios_change_the_volumetric_stress_alone(isochoric, parameters):
     assert np.abs(np.asarray(flat)).max() > 1e-3
 
 
-def test_volume_ratios_of_a_homogeneous_strain():
-    assert volume_ratios(MESH.tets, MESH.points, MESH.points @ STRAIN.T) == pytest.approx(
-        np.full((4, len(MESH.tets)), RATIO)
+def test_what_turns_is_not_stretched():
+    """Gradients after a turn to first order: by 0.3 rad they turn, but their stretches stay."""
+    u, turn = MESH.points @ STRAIN.T, 0.3 * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    du = (MESH.points + u) @ turn.T
+    F = gradients_after(MESH.tets, MESH.points, u, np.zeros_like(u), du)
+    before = np.eye(3) + STRAIN
+    rotation = np.array([[np.cos(0.3), -np.sin(0.3), 0.0], [np.sin(0.3), np.cos(0.3), 0.0], [0.0, 0.0, 1.0]])
+    assert np.abs(F - (rotation @ before)[:, :, None, None]).max() < 1e-4
+    assert np.abs(np.linalg.det(before + turn @ before) - RATIO) > 0.05
+
+
+def test_gradients_follow_nodes_that_move():
+    """Nodes that move within a body under a given deformation do not change its gradients where these are uniform."""
+    u, dX = MESH.points @ STRAIN.T, 0.05 * np.random.default_rng(0).standard_normal(MESH.points.shape)
+    F = gradients_after(MESH.tets, MESH.points, u, dX, dX @ STRAIN.T)
+    assert np.abs(F - (np.eye(3) + STRAIN)[:, :, None, None]).max() < 1e-9
+
+
+def test_displacements_are_fitted_to_gradients():
+    """Noise on the nodes goes, also where it turned elements inside out, and the plate goes back to its place."""
+    model = build_model(MESH, Rubber(neo_hookean, (0.5, KAPPA), 1e-9), weight=False)
+    at, state = configure(model, MESH.points, build_loads(model, {})), State(np.zeros(MESH.points.shape), np.zeros(6))
+    exact = np.zeros(MESH.points.shape)
+    exact[:, 2] = 0.002 * MESH.points[:, 2] ** 2
+    F, noise = (
+        deformation_gradients(MESH.tets, MESH.points, exact),
+        np.random.default_rng(0).standard_normal(exact.shape),
     )
+    rough = model.state(np.where(at.constrained, 0.0, model.vector(state._replace(u=exact + 0.5 * noise))))
+    rough = rough._replace(plate=np.array([0.3, 0.0, 0.0, 0.0, 0.02, 0.0]))
+    u = displacement(model.tip, MESH.points, fitted(at, rough, F))
+    # The plate keeps its face flat, which the exact displacements do as well.
+    assert np.abs(u - exact).max() < 0.1 * np.abs(displacement(model.tip, MESH.points, rough) - exact).max()
 
 
 @pytest.mark.parametrize("element", ["quadratic", "mixed"])
 def test_a_carried_state_is_found_with_few_factorisations(element):
-    """One with the volume ratios of the other mesh or with π, one on the way, and one at the answer."""
+    """Since its displacements are fitted to the deformation gradients of the other mesh."""
     asked = loads(tiny(size=f'"4 mm"\nelement = "{element}"', pressure='{ A = "200 kPa" }'))
     body = starting_body(asked.body)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     found = analyse(asked, space, disc, space.start)
     finer = build_discretisation(asked, mesh_of(asked, body, mirrors_of(asked), 2.5), disc.built_at)
     states = {name: each.state for name, each in found.equilibria.items()}
-    starts = carry_over(disc, found.X, states, finer)
+    starts = carry_over(disc, found.X, states, finer, finer.morph.mesh.points)
     (start,) = starts.values()
-    assert (start.ratios is not None) == (element == "quadratic")
+    assert start.gradients.shape == (3, 3, 4, finer.model.elements)
     moved = analyse(asked, space, finer, space.start, starts)
     assert moved.value == pytest.approx(found.value, rel=0.1)
     assert moved.equilibria["extend"].factorisations <= 3
 
 
 def test_a_predicted_state_of_a_nearly_incompressible_rubber_is_found_with_few_factorisations():
-    """Without the volume ratios, the volumetric stress of the predicted displacements makes the tangent indefinite."""
+    """Unless fitted, the volumetric stress of the predicted displacements makes the tangent indefinite."""
     text = tiny(size='"5 mm"\nelement = "quadratic"', pressure='{ A = "20 kPa" }')
     asked = loads(text.replace("Hei-Cast 8400", "Dragon Skin 10"))
     body = starting_body(asked.body)

@@ -199,6 +199,6 @@ def test_states_are_carried_over_and_stored(factor):
     # To another mesh and solved from there, it takes few factorisations.
     finer = build_discretisation(asked, mesh_of(asked, body, mirrors_of(asked), 3.5), disc.built_at)
     states = {name: each.state for name, each in found.equilibria.items()}
-    moved = analyse(asked, space, finer, space.start, carry_over(disc, found.X, states, finer))
+    moved = analyse(asked, space, finer, space.start, carry_over(disc, found.X, states, finer, finer.morph.mesh.points))
     assert moved.value == pytest.approx(found.value, rel=0.02)
     assert moved.equilibria["one"].factorisations <= 8

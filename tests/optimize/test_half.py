@@ -80,7 +80,7 @@ def test_states_are_carried_to_new_meshes(problem):
         old = build_discretisation(problem, mesh_body(body, 4.0, mirrors), body.control_points())
         there = solved(problem, space, old, phi)
         states = {"bend": there.equilibria["bend"].state}
-        again = solved(problem, space, new, phi, carry_over(old, there.X, states, new))
+        again = solved(problem, space, new, phi, carry_over(old, there.X, states, new, new.morph.mesh.points))
         assert again.value == pytest.approx(fresh.value, rel=1e-7, abs=1e-9)
         assert again.equilibria["bend"].factorisations < fresh.equilibria["bend"].factorisations
 

@@ -20,19 +20,20 @@ from pneumorph.mechanics import (
     State,
     Tangent,
     configure,
+    deformation_gradients,
     diagnose,
     displacement,
+    gradients_after,
     guided_of,
     loads_of,
     model_of,
     part_of,
     predict,
     solve,
-    volume_ratios,
     whole_of,
 )
 from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
-from pneumorph.mesh.transfer import linear, nearest_elements, transfer
+from pneumorph.mesh.transfer import at_places, between_points, linear, locate, quadrature_points, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
 from pneumorph.problem.symmetry import Part, turns_of
@@ -150,14 +151,16 @@ def analyse(
     explain: bool = False,
     most: float = math.inf,
     near: Analysis | None = None,
+    roughest: float = math.inf,
 ) -> Analysis | NoEquilibrium:
     """Find the equilibrium of every task on the mesh moved to the design, from the given states or from rest.
 
     Tasks are solved one after another, each with all cores: solving them in parallel threads took 0.9 to 1.3 times as
     long (two cores, two and three tasks). With `explain`, the reason for a missing equilibrium includes the limit
     pressure; the path following that finds it takes much longer. For each task the search ends after `most`
-    factorisations. With contact it goes on, where a given state leads nowhere, in steps from `near`, an analysed design
-    on the same mesh: its nodes move to the new design, and what touches stays apart on the way.
+    factorisations, and does not begin at a given state that is too rough, see `solve`. With contact it goes on, where a
+    given state leads nowhere, in steps from `near`, an analysed design on the same mesh: its nodes move to the new
+    design, and what touches stays apart on the way.
 
     Raises
     ------
@@ -174,7 +177,7 @@ def analyse(
         since = None
         if near is not None and disc.model.contact is not None:
             since = near.configurations[task.name], near.equilibria[task.name].state
-        found = solve(at, disc.tangents[task.name], start, tolerance, since, most)
+        found = solve(at, disc.tangents[task.name], start, tolerance, since, most, roughest)
         if explain and isinstance(found, NoEquilibrium):
             found = diagnose(at, disc.tangents[task.name], found)
         if isinstance(found, NoEquilibrium):
@@ -217,54 +220,55 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     for name, at in analysis.configurations.items():
         pressure = np.array([pressures[name][chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, laid=laid)
-        state = analysis.equilibria[name].state
-        predicted = predict(at, disc.tangents[name], state, dX, loads)
-        guesses[name] = Guess(predicted, _ratios(disc, at.X, state))
+        guesses[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
     return guesses
 
 
 def carry_over(
-    old: Discretisation, X_old: np.ndarray, states: Mapping[str, State | Guess], new: Discretisation
+    old: Discretisation,
+    X_old: np.ndarray,
+    states: Mapping[str, State],
+    new: Discretisation,
+    X_new: np.ndarray,
+    ahead: tuple[np.ndarray, Mapping[str, Guess]] | None = None,
 ) -> dict[str, Guess]:
-    """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body.
+    """Interpolate states from one mesh, with nodes at X_old (N, 3) mm, to another mesh of the same body, at X_new.
 
     The cuts of sectors are not in the same places on both, so the state of all sectors is interpolated.
+
+    Parameters
+    ----------
+    ahead : what is carried over instead: the places (N, 3) of the old nodes in another design, where their mesh may be
+        folded, and the states that were predicted there from the given ones.
     """
     model, mesh, carried = new.model, old.morph.mesh.at(X_old), {}
     image = unfold(mesh, keep=new.morph.mesh.mirrors)
-    nearest = nearest_elements(image.mesh, new.morph.mesh)
-    for name, given in states.items():
-        guess = given if isinstance(given, Guess) else Guess(given, _ratios(old, X_old, given))
-        state = guess.state
-        # The nodes of the tip move with the plate: their rows in the state are unused.
+    nodes = locate(image.mesh, X_new)
+    points = locate(image.mesh, quadrature_points(new.morph.mesh.tets, X_new))
+    for name, state in states.items():
         u = image.vectors(displacement(old.model.tip, X_old, state))
-        moved = State(transfer(image.mesh, u, new.morph.mesh.points), state.plate, objects=state.objects)
-        if model.mixed:
-            carried[name] = Guess(moved._replace(hydrostatic=_hydrostatic(old.model, image, state, new)))
+        if ahead is None:
+            F = deformation_gradients(image.mesh.tets, image.mesh.points, u)
         else:
-            # Over an element they are accurate in the mean, not at every point, and the same in all its images.
-            ratios = None
-            if guess.ratios is not None:
-                ratios = np.tile(np.tile(guess.ratios.mean(axis=0), image.copies)[nearest], (4, 1))
-            carried[name] = Guess(moved, ratios)
+            there, state = ahead[0], ahead[1][name].state
+            before, u = u, image.vectors(displacement(old.model.tip, there, state))
+            F = gradients_after(image.mesh.tets, image.mesh.points, before, image.vectors(there - X_old), u - before)
+        # The nodes of the tip move with the plate: their rows in the state are unused.
+        moved = State(at_places(image.mesh, u, nodes), state.plate, objects=state.objects)
+        if model.mixed:
+            moved = moved._replace(hydrostatic=_hydrostatic(old.model, image, state, new, X_new))
+        carried[name] = Guess(moved, between_points(F, points).reshape(3, 3, 4, -1))
     return carried
 
 
-def _ratios(disc: Discretisation, X: np.ndarray, state: State) -> np.ndarray | None:
-    """The volume ratios (4, E) at a state; None with mixed elements."""
-    if disc.model.mixed:
-        return None
-    return volume_ratios(disc.morph.mesh.tets, X, displacement(disc.model.tip, X, state))
-
-
-def _hydrostatic(old: Model, image: Unfolded, state: State, new: Discretisation) -> np.ndarray:
+def _hydrostatic(old: Model, image: Unfolded, state: State, new: Discretisation, X_new: np.ndarray) -> np.ndarray:
     """π on a new mesh: it jumps between regions, so that of each is carried over within it."""
-    points, found = new.morph.mesh.points, np.zeros((len(new.model.rubbers), new.model.nodes))
+    found = np.zeros((len(new.model.rubbers), new.model.nodes))
     values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)[:, old.source[image.source]]
     mesh = image.mesh
     for number, region in enumerate(old.regions):
         own = mesh.regions.get(region, np.arange(len(mesh.tets)))
         within = replace(mesh, tets=mesh.tets[own], regions={})
         nodes = np.unique(new.morph.mesh.tets[new.model.regions[region]])
-        found[number, nodes] = transfer(within, linear(within, values[number])[:, None], points[nodes])[:, 0]
+        found[number, nodes] = transfer(within, linear(within, values[number])[:, None], X_new[nodes])[:, 0]
     return found.ravel()

@@ -169,7 +169,7 @@ def _coarser(at: AnalysedBody) -> AnalysedBody:
     if disc.model.elements >= old.model.elements:
         return at
     states = {task: found.state for task, found in at.analysis.equilibria.items()}
-    starts = carry_over(old, at.analysis.X, states, disc)
+    starts = carry_over(old, at.analysis.X, states, disc, disc.morph.mesh.points)
     found = analyse(problem, at.space, disc, at.space.start, starts, TOLERANCE)
     return at if isinstance(found, NoEquilibrium) else AnalysedBody(problem, body, at.space, disc, found)
 

@@ -1,7 +1,7 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
-from pneumorph.mechanics.assembly.kinematics import Guess, State, volume_ratios
+from pneumorph.mechanics.assembly.kinematics import Guess, State, deformation_gradients, gradients_after
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.potential import displacement
@@ -48,10 +48,12 @@ __all__ = [
     "build_model",
     "configure",
     "contact_forces",
+    "deformation_gradients",
     "diagnose",
     "displacement",
     "extrapolated",
     "follow",
+    "gradients_after",
     "guided_of",
     "loads_of",
     "mirrors_of",
@@ -68,6 +70,5 @@ __all__ = [
     "solve",
     "sweep",
     "sweep_with_friction",
-    "volume_ratios",
     "whole_of",
 ]

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 from scipy.spatial import KDTree
 
-from pneumorph.mesh.tets import TET_EDGES, TetMesh, tet_shape
+from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TetMesh, tet_shape
 
 _NEAREST = 24  # elements, nearest by their centroids, that may contain a point
 _TRIES = 4  # the most likely of these, for which the curved map is inverted
@@ -33,14 +33,29 @@ def transfer(mesh: TetMesh, field: np.ndarray, points: np.ndarray) -> np.ndarray
     -------
     (n, m) float
     """
-    element, xi = locate(mesh, points)
+    return at_places(mesh, field, locate(mesh, points))
+
+
+def at_places(mesh: TetMesh, field: np.ndarray, places: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Evaluate a field (N, m) given at the nodes of a mesh at places in its elements, see `locate`; (n, m)."""
+    element, xi = places
     return np.einsum("pa,pam->pm", tet_shape(xi), field[mesh.tets[element]])
 
 
-def nearest_elements(mesh: TetMesh, other: TetMesh) -> np.ndarray:
-    """The element of a mesh (E,) whose centroid is nearest to that of each element of another."""
-    here, there = (each.points[each.tets[:, :4]].mean(axis=1) for each in (mesh, other))
-    return np.asarray(KDTree(here).query(there)[1])
+def between_points(values: np.ndarray, places: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Evaluate values (…, 4, E) at the quadrature points of elements, linear within each, at places; (…, n)."""
+    element, xi = places
+    return np.einsum("...qp,pq->...p", values[..., element], _barycentric(xi) @ np.linalg.inv(_barycentric(TET_RULE)))
+
+
+def quadrature_points(tets: np.ndarray, X: np.ndarray) -> np.ndarray:
+    """Places (4 E, 3) of the quadrature points of tetrahedra (E, 10) with nodes X (N, 3), the first of each first."""
+    return np.einsum("qa,eai->qei", tet_shape(TET_RULE), X[tets]).reshape(-1, 3)
+
+
+def _barycentric(xi: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates (n, 4) of local ones (n, 3)."""
+    return np.column_stack([1.0 - xi.sum(axis=1), xi])
 
 
 def linear(mesh: TetMesh, values: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,17 +10,24 @@ import numpy as np
 from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, discretise, predict_states
 from pneumorph.errors import MeshError
 from pneumorph.geometry import DesignSpace
-from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
 
-MOST_FACTORISATIONS, MOST_ELSEWHERE, MOST_NEARBY = 40, 20, 10
-"""A step is taken back if the equilibrium of a task takes more factorisations than this: that of a smaller step is
-usually found in a tenth of them. The last number is for states near the last on the very same mesh, the second for
-those on another one, both without contact and hydrostatic unknowns: few that are found take more than half of it."""
+MOST_FACTORISATIONS, ENOUGH = 40, 8
+"""A search is given up if the equilibrium of a task takes more factorisations than this. The second is for elements
+without hydrostatic unknowns and without contact; what they do not find at once, they find on the way in shorter ones.
+"""
+
+ROUGHEST = 5.0
+"""Residual of a predicted state, over κ/μ and the applied forces, above which these do not even begin: they hardly ever
+end."""
+
+SHORTEST = 1 / 4
+"""Least part of a step that is gone at a time."""
 
 BEARABLE = 0.002
 """A mesh is kept if no new one can be made and its worst element is better than this."""
@@ -81,17 +88,22 @@ def analyse_trial(
                     return Trial(disc, None, str(error), now.value, True, 0)
                 yield MeshKept(number, str(error), quality)
             else:
-                starts = carry_over(disc, disc.morph.positions(points), starts, new)
+                ahead = disc.morph.positions(points), starts
+                starts = _carried(disc, now, new, ahead)
                 disc, count = new, 0
     if poor is not None:
         yield Remeshed(number, poor, disc.model.elements, _quality(disc, points), disc.model.part)
-    before = now.value
     with clock.phase("equilibrium"):
-        same = None if poor is not None else now
-        most = MOST_FACTORISATIONS
-        if disc.model.contact is None and not disc.model.mixed:
-            most = MOST_NEARBY if disc is given else MOST_ELSEWHERE
-        found = analyse(problem, space, disc, phi, starts, most=most, near=same)
+        if disc.model.contact is not None or disc.model.mixed:
+            near = now if poor is None else None
+            found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS, near=near)
+        else:
+            found = analyse(problem, space, disc, phi, starts, most=ENOUGH, roughest=ROUGHEST)
+            if isinstance(found, NoEquilibrium):
+                begin = given if poor is None else disc
+                near = now if poor is None else _on(problem, space, disc, given, now)
+                found = near if isinstance(near, NoEquilibrium) else _by_parts(problem, space, begin, near, disc, phi)
+        before = now.value
         if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
             before = _before(problem, space, disc, now, found)
     spent = disc.factorisations - count
@@ -100,11 +112,48 @@ def analyse_trial(
     return Trial(disc, found, "", before, poor is not None, spent)
 
 
+def _carried(
+    old: Discretisation, now: Analysis, new: Discretisation, ahead: tuple[np.ndarray, Mapping[str, Guess]] | None = None
+) -> dict[str, Guess]:
+    """The states of an analysed design, or those predicted from it, on a new mesh."""
+    states = {name: found.state for name, found in now.equilibria.items()}
+    return carry_over(old, now.X, states, new, new.morph.positions(now.points), ahead)
+
+
 def _before(problem: Problem, space: DesignSpace, disc: Discretisation, now: Analysis, trial: Analysis) -> float:
     """The objective before a step, on the mesh after it: another mesh changes it by as much as a small step gains."""
     starts = predict_states(space, disc, trial, now.phi)
     again = analyse(problem, space, disc, now.phi, starts, most=MOST_FACTORISATIONS)
     return now.value if isinstance(again, NoEquilibrium) else again.value
+
+
+def _on(
+    problem: Problem, space: DesignSpace, disc: Discretisation, given: Discretisation, now: Analysis
+) -> Analysis | NoEquilibrium:
+    """A design that was analysed on a given mesh, on another one."""
+    return analyse(problem, space, disc, now.phi, _carried(given, now, disc), most=ENOUGH)
+
+
+def _by_parts(
+    problem: Problem, space: DesignSpace, begin: Discretisation, near: Analysis, end: Discretisation, phi: np.ndarray
+) -> Analysis | NoEquilibrium:
+    """The design Φ (n,) by way of others between it and one near it; nodes inside go along."""
+    found, reached, part = near, 0.0, 0.5
+    while reached < 1.0:
+        share = min(reached + part, 1.0)
+        shift = begin.morph.shift + share * (end.morph.shift - begin.morph.shift)
+        disc, there = replace(end, morph=replace(end.morph, shift=shift)), near.phi + share * (phi - near.phi)
+        if _quality(disc, space.control_points(there)) < BEARABLE:
+            return NoEquilibrium("the mesh folds on the way", 0.0, None)
+        starts = predict_states(space, disc, found, there)
+        tried = analyse(problem, space, disc, there, starts, most=ENOUGH, roughest=ROUGHEST)
+        if not isinstance(tried, NoEquilibrium):
+            found, reached = tried, share
+        elif part > SHORTEST:
+            part /= 2
+        else:
+            return tried
+    return found
 
 
 def _quality(disc: Discretisation, points: np.ndarray) -> float:

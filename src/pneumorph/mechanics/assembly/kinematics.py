@@ -8,8 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumorph.mechanics.assembly.element import TET_DN, TET_WEIGHT
-from pneumorph.mechanics.assembly.points import strain
+from pneumorph.mechanics.assembly.points import strain, straining
 from pneumorph.mechanics.material.energies import determinant
+
+SQUARINGS = 3
+"""Of (I − ½A)⁻¹ (I + ½A), which is exp A for small A; it turns by what is antisymmetric in A without stretching."""
 
 
 class State(NamedTuple):
@@ -34,13 +37,13 @@ class Guess:
     ----------
     state : State
         Its displacements are rough in detail.
-    ratios : (4, E) float, optional
-        Volume ratios at the quadrature points of all elements: those of the equilibrium that the guess is made from,
-        which are nearer to what is sought than those of the displacements. None for mixed elements, which have π.
+    gradients : (3, 3, 4, E) float, optional
+        Deformation gradients at the quadrature points of all elements, made from those of an equilibrium: they are
+        nearer to what is sought than those of the displacements.
     """
 
     state: State
-    ratios: np.ndarray | None = None
+    gradients: np.ndarray | None = None
 
 
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -50,14 +53,25 @@ def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.
     return F
 
 
+def gradients_after(tets: np.ndarray, X: np.ndarray, u: np.ndarray, dX: np.ndarray, du: np.ndarray) -> np.ndarray:
+    """F (3, 3, 4, M) after nodes X (N, 3) displaced by u move by dX and displacements change by du.
+
+    exp(δF F⁻¹) F, where δF is the change to first order: what turns is not stretched by that, as it is by F + δF.
+    """
+    F, A, dF = (np.empty((3, 3, 4, len(tets))) for _ in range(3))
+    strain(X[tets], u[tets], TET_DN, TET_WEIGHT, F, A, np.empty(F.shape[2:]))
+    straining(dX[tets], du[tets], TET_DN, F, A, dF, np.empty(F.shape), np.empty(F.shape[2:]))
+    F, dF = (np.moveaxis(each, (0, 1), (-2, -1)) for each in (F, dF))
+    rate = dF @ np.linalg.inv(F) / (2.0 * 2**SQUARINGS)
+    turned = np.linalg.solve(np.eye(3) - rate, np.eye(3) + rate)
+    for _ in range(SQUARINGS):
+        turned = turned @ turned
+    return np.ascontiguousarray(np.moveaxis(turned @ F, (-2, -1), (0, 1)))
+
+
 def volume_ratio(F: Any) -> np.ndarray:
     """J = det F of deformation gradients (3, 3, …)."""
     return np.asarray(determinant(F))
-
-
-def volume_ratios(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """The volume ratios (4, M) at the quadrature points of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
-    return volume_ratio(deformation_gradients(tets, X, u))
 
 
 def largest_stretch(F: np.ndarray) -> np.ndarray:

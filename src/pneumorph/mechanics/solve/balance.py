@@ -87,6 +87,17 @@ def applied_force(at: Configuration, state: State) -> float:
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
 
+def compressive(at: Configuration) -> float:
+    """κ/μ, the largest of all rubbers: residuals of equally rough displacements grow with it."""
+    return max(rubber.bulk_modulus / rubber.shear_modulus for rubber in at.model.rubbers.values())
+
+
+def relative_residual(at: Configuration, state: State) -> float:
+    """Norm of the residual over that of the applied forces."""
+    vector = supported(at, at.model.vector(state))
+    return float(np.linalg.norm(residual_at(at, vector))) / applied_force(at, at.model.state(vector))
+
+
 def pressure_force(at: Configuration, state: State, change: np.ndarray) -> np.ndarray:
     """−(∂R/∂p)·change (n,): the nodal forces of a change of chamber pressures (C,) in MPa, those on supports too."""
     still = jax.tree.map(np.zeros_like, at.loads)

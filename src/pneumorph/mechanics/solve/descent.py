@@ -19,13 +19,13 @@ from pneumorph.mechanics.solve.balance import (
     RUNAWAY_STRETCH,
     apart,
     applied_force,
+    compressive,
     evaluate,
     free_share,
     largest_stretch,
     smallest_ratio,
     stepped_ratios,
     supported,
-    unloaded,
 )
 from pneumorph.mechanics.solve.secants import Secants
 
@@ -47,13 +47,16 @@ SMOOTH, NEAR, ROUGH = 0.02, 0.05, 1.0
 """Relative residuals: of a state without rough detail; of one whose factorisation serves for the answer too; and above
 which the tangent is often indefinite for the stress of rough volume ratios."""
 
+ROUGHER = 0.5
+"""Relative residual over κ/μ above which it is indefinite with other volume ratios too, since shapes are as rough."""
+
 
 def minimise(
     at: Configuration, tangent: Tangent, start: State, tolerance: float, ratios: np.ndarray | None = None
 ) -> tuple[State, float] | str:
     """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed.
 
-    `ratios` (4, E) are volume ratios nearer to those of the equilibrium than the start's own, see `Guess`.
+    `ratios` (4, E) are volume ratios nearer to those of the equilibrium than the start's own.
     """
     model = at.model
     vector = supported(at, model.vector(start))
@@ -63,14 +66,11 @@ def minimise(
     if not np.isfinite(energy) or not np.isfinite(residual).all():
         return "the starting state is not finite"
     scale = applied_force(at, model.state(vector))
-    begin = here = Place(vector, energy, supported(at, residual))
-    # Steps over which Π may rise are not for surfaces that touch.
-    known = ratios if model.contact is None and begin.size > SMOOTH * scale else None
+    here = Place(vector, energy, supported(at, residual))
     raised, most = 0.0, MOST_STEPS if model.contact is None else MOST_WITH_CONTACT
     try:
-        if not tangent.ready and known is None and begin.size > SMOOTH * scale and np.any(vector):
-            # Steps with the tangent at rest smooth the rough detail of a state, where its own is often indefinite.
-            tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
+        if ratios is not None and ROUGH < here.size / scale <= ROUGHER * compressive(at):
+            here = _smoothed(at, tangent, here, ratios, scale)
         secants, made = Secants() if tangent.ready else None, np.inf
         for _ in range(most):
             size = here.size / scale
@@ -82,9 +82,6 @@ def minimise(
                 return model.state(here.vector), size
             if size > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
                 return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
-            if known is not None and size > ROUGH:
-                here, known, secants = _smoothed(at, tangent, begin, known, scale), None, None
-                continue
             if secants is not None:
                 moved = _line_search(at, here, supported(at, secants.direction(tangent.precondition, here.residual)))
                 if moved is None:
@@ -97,12 +94,8 @@ def minimise(
                 if due or secants.expected(tolerance * scale) > WORTH:
                     secants = None
                 continue
-            found = _factorised(at, tangent, here, raised, known is None)
-            if found is None:
-                assert known is not None, "the diagonal is raised until the tangent is stable"
-                here, known = _smoothed(at, tangent, begin, known, scale), None
-                continue
-            (direction, raised), made = found, size
+            direction, raised = _factorised(at, tangent, here, raised)
+            made = size
             moved = _line_search(at, here, direction)
             if moved is None:
                 return "the line search found no lower potential"
@@ -128,24 +121,22 @@ class Place:
 
 
 def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarray, scale: float) -> Place:
-    """A place without the rough detail of a predicted or interpolated state, for which the tangent is indefinite.
+    """A place with less rough detail than a predicted or interpolated state has, for which the tangent is indefinite.
 
     Where κ is large, the volumetric stress of rough displacements is nowhere near the equilibrium's. That of `ratios`
     takes its place in the tangent; after a step they are the linearised ones, as where stresses are unknowns of their
     own (Magisano, Leonetti and Garcea 2017, Computer Methods in Applied Mechanics and Engineering 313, 986-1005).
     """
-    best = here
     for _ in range(MOST_WITH_RATIOS):
         tangent.factorise_with(at, at.model.state(here.vector), ratios)
         direction = supported(at, tangent.precondition(-here.residual))
         moved = _sound(at, here, direction)
-        if moved is None:
+        if moved is None or moved.size > here.size:
             break
         ratios, here = stepped_ratios(at, ratios, here.vector, direction, moved.vector), moved
         if here.size <= ROUGH * scale:
-            return here
-        best = min(best, here, key=lambda place: place.size)
-    return best
+            break
+    return here
 
 
 def _sound(at: Configuration, here: Place, direction: np.ndarray) -> Place | None:
@@ -160,16 +151,12 @@ def _sound(at: Configuration, here: Place, direction: np.ndarray) -> Place | Non
     return None
 
 
-def _factorised(at: Configuration, tangent: Tangent, here: Place, raised: float, raising: bool):
+def _factorised(at: Configuration, tangent: Tangent, here: Place, raised: float) -> tuple[np.ndarray, float]:
     """Newton's direction by a new factorisation, and by what fraction its diagonal is raised.
 
-    Where the tangent is indefinite, conjugate gradients follow its negative curvature; None where its diagonal is not
-    to be raised.
+    Where the tangent is indefinite, conjugate gradients follow its negative curvature.
     """
     state, residual = at.model.state(here.vector), here.residual
-    if not raising:
-        tangent.factorise(at, state)
-        return (supported(at, tangent.precondition(-residual)), 0.0) if tangent.negative_pivots <= 0 else None
     # Where the last tangent was unstable, this one is likely to be so by about as much.
     first = raised / 4 if raised / 4 >= LEAST_SHIFT else 0.0
     raised = tangent.factorise_convex(at, state, LEAST_SHIFT, first)

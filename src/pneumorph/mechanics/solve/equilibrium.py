@@ -16,7 +16,7 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import Guess, State
+from pneumorph.mechanics.assembly.kinematics import Guess, State, volume_ratio
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.pose import pose_of
@@ -25,8 +25,18 @@ from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
-from pneumorph.mechanics.solve.balance import applied_force, evaluate, free_share, free_way, largest_stretches, unloaded
-from pneumorph.mechanics.solve.descent import minimise
+from pneumorph.mechanics.solve.balance import (
+    applied_force,
+    compressive,
+    evaluate,
+    free_share,
+    free_way,
+    largest_stretches,
+    relative_residual,
+    unloaded,
+)
+from pneumorph.mechanics.solve.descent import SMOOTH, minimise
+from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
@@ -151,6 +161,7 @@ def solve(
     tolerance: float = TOLERANCE,
     since: tuple[Loads | Configuration, State] | None = None,
     most: float = math.inf,
+    roughest: float = math.inf,
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
@@ -158,12 +169,13 @@ def solve(
     adaptive steps: from `since`, the loads and equilibrium of another load case on the same nodes, or else from rest,
     weights and plate loads first, then pressures. `since` may also be a configuration with other places of the same
     nodes, which are then moved in the same steps. A state has converged when its residual is `tolerance` times the
-    norm of the applied forces. The search ends after `most` factorisations.
+    norm of the applied forces. The search ends after `most` factorisations, and does not begin where the start's own
+    residual is more than `roughest` κ/μ times the applied forces: from so far away it would hardly lead anywhere.
     """
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most
     try:
-        found = _searched(at, tangent, start, tolerance, since, before)
+        found = _searched(at, tangent, start, tolerance, since, before, roughest)
         if isinstance(found, Equilibrium) and (loose := unheld(at, tangent, found.state)) is not None:
             return NoEquilibrium(loose, 1.0, None)
         return found
@@ -178,12 +190,15 @@ def solve(
 
 
 def _searched(
-    at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before
+    at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before, roughest: float
 ) -> Equilibrium | NoEquilibrium:
     """The search of `solve`."""
     if start is not None:
         with suppress(Unheld):
-            found = _find(at, tangent, start, tolerance)
+            begin = _begun(at, start)
+            if roughest < math.inf and not relative_residual(at, begin) <= roughest * compressive(at):
+                return NoEquilibrium("no equilibrium near the predicted state", 0.0, None)
+            found = _search(at, tangent, begin, tolerance, start)
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
     if since is not None:
@@ -195,11 +210,29 @@ def _searched(
 
 def _find(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    guess = start if isinstance(start, Guess) else Guess(start)
-    begin = landed(at, guess.state)
+    return _search(at, tangent, _begun(at, start), tolerance, start)
+
+
+def _begun(at: Configuration, start: State | Guess) -> State:
+    """Where a search begins."""
+    if not isinstance(start, Guess):
+        return landed(at, start)
+    begin = landed(at, start.state)
+    # What is fitted might go through a surface.
+    if start.gradients is None or at.model.contact is not None or relative_residual(at, begin) <= SMOOTH:
+        return begin
+    return fitted(at, begin, start.gradients)
+
+
+def _search(
+    at: Configuration, tangent: Tangent, begin: State, tolerance: float, start: State | Guess
+) -> tuple[State, float] | str:
+    """A stable state near `begin`, which was made from `start`."""
     if at.model.mixed:
         return find_stable(at, tangent, begin, tolerance)
-    return minimise(at, tangent, begin, tolerance, guess.ratios)
+    known = start.gradients if isinstance(start, Guess) else None
+    ratios = None if known is None else volume_ratio(known)
+    return minimise(at, tangent, begin, tolerance, ratios)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:

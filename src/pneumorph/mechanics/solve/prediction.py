@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.assembly.kinematics import Guess, State, gradients_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.solve.balance import apart, free_share, supported
@@ -17,7 +17,7 @@ ENOUGH = 1e-2
 """Relative accuracy of a prediction, which is of first order only."""
 
 
-def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, loads: Loads) -> State:
+def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, loads: Loads) -> Guess:
     """The state after nodes move by dX (N, 3) mm and loads become others: K du = −∂R/∂X dX − ∂R/∂loads dloads.
 
     K is the tangent at `state` in the configuration `at`; it is factorised again if something else was.
@@ -30,7 +30,9 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
     vector, step = model.vector(state), tangent.solve_at(at, state, supported(at, push), ENOUGH)
     moved = replace(at, X=at.X + dX)
     # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
-    return model.state(vector + (free_share(moved, vector, step) if apart(moved, vector) else 1.0) * step)
+    found = model.state(vector + (free_share(moved, vector, step) if apart(moved, vector) else 1.0) * step)
+    u, there = kernels.displacement(model.tip, at.X, state), kernels.displacement(model.tip, moved.X, found)
+    return Guess(found, gradients_after(model.tets.nodes[: model.elements], at.X, u, dX, there - u))
 
 
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:
