@@ -17,9 +17,10 @@ from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
 
-MOST_FACTORISATIONS, ENOUGH = 40, 8
-"""A search is given up if the equilibrium of a task takes more factorisations than this. The second is for elements
-without hydrostatic unknowns and without contact; what they do not find at once, they find on the way in shorter ones.
+MOST_FACTORISATIONS, ELSEWHERE, ENOUGH = 40, 20, 8
+"""A search is given up if the equilibrium of a task takes more factorisations than this. The others are for elements
+without hydrostatic unknowns and without contact, the last on the mesh that the search comes from: what they do not find
+there at once, they find on the way in shorter ones.
 """
 
 ROUGHEST = 5.0
@@ -98,7 +99,8 @@ def analyse_trial(
             near = now if poor is None else None
             found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS, near=near)
         else:
-            found = analyse(problem, space, disc, phi, starts, most=ENOUGH, roughest=ROUGHEST)
+            most = ENOUGH if poor is None else ELSEWHERE
+            found = analyse(problem, space, disc, phi, starts, most=most, roughest=ROUGHEST)
             if isinstance(found, NoEquilibrium):
                 begin = given if poor is None else disc
                 near = now if poor is None else _on(problem, space, disc, given, now)
@@ -131,7 +133,7 @@ def _on(
     problem: Problem, space: DesignSpace, disc: Discretisation, given: Discretisation, now: Analysis
 ) -> Analysis | NoEquilibrium:
     """A design that was analysed on a given mesh, on another one."""
-    return analyse(problem, space, disc, now.phi, _carried(given, now, disc), most=ENOUGH)
+    return analyse(problem, space, disc, now.phi, _carried(given, now, disc), most=ELSEWHERE)
 
 
 def _by_parts(
