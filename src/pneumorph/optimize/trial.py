@@ -89,21 +89,19 @@ def analyse_trial(
                     return Trial(disc, None, str(error), now.value, True, 0)
                 yield MeshKept(number, str(error), quality)
             else:
-                ahead = disc.morph.positions(points), starts
-                starts = _carried(disc, now, new, ahead)
+                starts = _carried(disc, now, new, (disc.morph.positions(points), starts))
                 disc, count = new, 0
     if poor is not None:
         yield Remeshed(number, poor, disc.model.elements, _quality(disc, points), disc.model.part)
     with clock.phase("equilibrium"):
         if disc.model.contact is not None or disc.model.mixed:
-            near = now if poor is None else None
-            found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS, near=near)
+            same = now if poor is None else None
+            found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS, near=same)
         else:
-            most = ENOUGH if poor is None else ELSEWHERE
+            most, begin, near = (ENOUGH, given, now) if poor is None else (ELSEWHERE, disc, None)
             found = analyse(problem, space, disc, phi, starts, most=most, roughest=ROUGHEST)
             if isinstance(found, NoEquilibrium):
-                begin = given if poor is None else disc
-                near = now if poor is None else _on(problem, space, disc, given, now)
+                near = near or _on(problem, space, disc, given, now)
                 found = near if isinstance(near, NoEquilibrium) else _by_parts(problem, space, begin, near, disc, phi)
         before = now.value
         if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:

@@ -26,6 +26,7 @@ from pneumorph.mechanics.solve.balance import (
     smallest_ratio,
     stepped_ratios,
     supported,
+    unloaded,
 )
 from pneumorph.mechanics.solve.secants import Secants
 
@@ -56,7 +57,8 @@ def minimise(
 ) -> tuple[State, float] | str:
     """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed.
 
-    `ratios` (4, E) are volume ratios nearer to those of the equilibrium than the start's own.
+    `ratios` (4, E) are volume ratios nearer to those of the equilibrium than the start's own, to whose gradients it was
+    fitted. With them Π may rise at first, which is not for surfaces that touch.
     """
     model = at.model
     vector = supported(at, model.vector(start))
@@ -69,6 +71,9 @@ def minimise(
     here = Place(vector, energy, supported(at, residual))
     raised, most = 0.0, MOST_STEPS if model.contact is None else MOST_WITH_CONTACT
     try:
+        if ratios is None and not tangent.ready and here.size > SMOOTH * scale and np.any(vector):
+            # Steps with the tangent at rest smooth the rough detail of a state, where its own is often indefinite.
+            tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
         if ratios is not None and ROUGH < here.size / scale <= ROUGHER * compressive(at):
             here = _smoothed(at, tangent, here, ratios, scale)
         secants, made = Secants() if tangent.ready else None, np.inf

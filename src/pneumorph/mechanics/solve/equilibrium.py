@@ -196,9 +196,9 @@ def _searched(
     if start is not None:
         with suppress(Unheld):
             begin = _begun(at, start)
-            if roughest < math.inf and not relative_residual(at, begin) <= roughest * compressive(at):
-                return NoEquilibrium("no equilibrium near the predicted state", 0.0, None)
-            found = _search(at, tangent, begin, tolerance, start)
+            if roughest < math.inf and not relative_residual(at, begin.state) <= roughest * compressive(at):
+                return NoEquilibrium("there is no equilibrium near the predicted state", 0.0, None)
+            found = _found(at, tangent, begin, tolerance)
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
     if since is not None:
@@ -208,31 +208,27 @@ def _searched(
     return _step_up(at, tangent, before, tolerance)
 
 
-def _find(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
+def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    return _search(at, tangent, _begun(at, start), tolerance, start)
+    return _found(at, tangent, _begun(at, start), tolerance)
 
 
-def _begun(at: Configuration, start: State | Guess) -> State:
-    """Where a search begins."""
-    if not isinstance(start, Guess):
-        return landed(at, start)
-    begin = landed(at, start.state)
+def _begun(at: Configuration, start: State | Guess) -> Guess:
+    """Where a search begins: free obstacles are let down, and displacements fitted to the gradients that are known."""
+    guess = start if isinstance(start, Guess) else Guess(start)
+    begin, F = landed(at, guess.state), guess.gradients
     # What is fitted might go through a surface.
-    if start.gradients is None or at.model.contact is not None or relative_residual(at, begin) <= SMOOTH:
-        return begin
-    return fitted(at, begin, start.gradients)
+    if F is None or at.model.contact is not None:
+        return Guess(begin)
+    return Guess(fitted(at, begin, F) if relative_residual(at, begin) > SMOOTH else begin, F)
 
 
-def _search(
-    at: Configuration, tangent: Tangent, begin: State, tolerance: float, start: State | Guess
-) -> tuple[State, float] | str:
-    """A stable state near `begin`, which was made from `start`."""
+def _found(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
+    """The same from where a search begins."""
     if at.model.mixed:
-        return find_stable(at, tangent, begin, tolerance)
-    known = start.gradients if isinstance(start, Guess) else None
-    ratios = None if known is None else volume_ratio(known)
-    return minimise(at, tangent, begin, tolerance, ratios)
+        return find_stable(at, tangent, begin.state, tolerance)
+    ratios = None if begin.gradients is None else volume_ratio(begin.gradients)
+    return minimise(at, tangent, begin.state, tolerance, ratios)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:

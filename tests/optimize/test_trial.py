@@ -1,0 +1,78 @@
+"""A step whose state is not found at once is gone in parts, on the mesh before it and on a new one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tiny import tiny
+
+from pneumorph.analysis import analyse, discretise
+from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.optimize import trial
+from pneumorph.optimize.history import Clock
+from pneumorph.problem import loads
+
+
+@pytest.fixture(scope="module")
+def start():
+    problem = loads(tiny(size='"5 mm"\nelement = "quadratic"', pressure='{ A = "60 kPa" }'))
+    body = starting_body(problem.body)
+    space, disc = build_design_space(problem, body), discretise(problem, body)
+    return problem, space, disc, analyse(problem, space, disc, space.start)
+
+
+def tried(start, phi):
+    problem, space, disc, now = start
+    steps = trial.analyse_trial(problem, space, 1, disc, now, phi, Clock())
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+@pytest.mark.parametrize("new", [False, True])
+def test_a_step_in_parts_ends_where_the_whole_one_does(start, new, monkeypatch):
+    _, space, _, now = start
+    phi = space.start + 0.2 * np.random.default_rng(0).normal(size=space.n)
+    if new:
+        monkeypatch.setattr(trial, "needs_remesh", lambda *given: "asked for")
+    whole, asked = tried(start, phi), []
+
+    def not_at_once(problem, space, disc, phi, *rest, **options):
+        asked.append(phi)
+        refused = NoEquilibrium("not at once", 0.0, None)
+        return refused if len(asked) == 1 else analyse(problem, space, disc, phi, *rest, **options)
+
+    monkeypatch.setattr(trial, "analyse", not_at_once)
+    parts = tried(start, phi)
+    assert parts.remeshed == whole.remeshed == new
+    assert parts.analysis.value == pytest.approx(whole.analysis.value, rel=1e-5)
+    # The first part is half of the step; on a new mesh the design before it comes first.
+    assert asked[1 + new] == pytest.approx(0.5 * (now.phi + phi))
+    assert asked[2 + new] == pytest.approx(phi)
+
+
+def test_a_step_without_any_state_is_given_up_with_the_reason(start, monkeypatch):
+    space = start[1]
+    monkeypatch.setattr(trial, "analyse", lambda *given, **options: NoEquilibrium("it balloons", 0.0, None))
+    found = tried(start, space.start + 0.01)
+    assert found.analysis is None
+    assert found.reason == "it balloons"
+
+
+def test_nodes_inside_go_along(start, monkeypatch):
+    """Half way, they are half way between their places on both meshes."""
+    problem, space, disc, now = start
+    phi, moved = space.start + 0.05, np.zeros_like(now.X)
+    moved[-1] = 0.2
+    end, seen = replace(disc, morph=replace(disc.morph, shift=moved)), []
+
+    def watched(problem, space, disc, phi, *rest, **options):
+        seen.append(disc.morph.positions(space.control_points(phi)))
+        return analyse(problem, space, disc, phi, *rest, **options)
+
+    monkeypatch.setattr(trial, "analyse", watched)
+    trial._by_parts(problem, space, disc, now, end, phi)
+    assert seen[0] == pytest.approx(0.5 * (now.X + seen[1]), abs=1e-12)
