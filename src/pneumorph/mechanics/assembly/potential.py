@@ -236,6 +236,21 @@ def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> 
     return _displacement(tip, change.u, Ride(tip, X, state.plate).along(change.plate))
 
 
+def displacement_maps(
+    tip: Tip, X: np.ndarray, state: State
+) -> tuple[Callable[[State], np.ndarray], Callable[[np.ndarray], State]]:
+    """The derivative of all displacements (N, 3) along a change of state, for many of them, and its transpose."""
+    ride = Ride(tip, X, state.plate)
+
+    def along(change: State) -> np.ndarray:
+        return _displacement(tip, change.u, ride.along(change.plate))
+
+    def pulled(by_u: np.ndarray) -> State:
+        return _on_unknowns(ride, _nothing(X, state)._replace(u=by_u.copy()))
+
+    return along, pulled
+
+
 def contact_tangent(
     potential: Potential, X: np.ndarray, state: State, loads: Loads
 ) -> tuple[sparse.csr_array, np.ndarray]:

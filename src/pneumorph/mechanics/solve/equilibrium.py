@@ -35,7 +35,7 @@ from pneumorph.mechanics.solve.balance import (
     relative_residual,
     unloaded,
 )
-from pneumorph.mechanics.solve.descent import SMOOTH, minimise
+from pneumorph.mechanics.solve.descent import ROUGH, minimise
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import predict_change
@@ -220,7 +220,7 @@ def _begun(at: Configuration, start: State | Guess) -> Guess:
     # What is fitted might go through a surface.
     if F is None or at.model.contact is not None:
         return Guess(begin)
-    return Guess(fitted(at, begin, F) if relative_residual(at, begin) > SMOOTH else begin, F)
+    return Guess(fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin, F)
 
 
 def _found(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:

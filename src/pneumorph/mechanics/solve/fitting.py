@@ -15,7 +15,6 @@ from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.element import TET_DN, TET_WEIGHT
 from pneumorph.mechanics.assembly.kinematics import State, deformation_gradients
 from pneumorph.mechanics.assembly.tangent import Configuration
-from pneumorph.mechanics.solve.balance import supported
 
 ACCURACY, MOST_STEPS = 1e-3, 100
 """Relative residual, and most steps of conjugate gradients: what they leave is smooth."""
@@ -35,13 +34,13 @@ def fitted(at: Configuration, state: State, F: np.ndarray) -> State:
     pull = np.einsum("qm,mqaj,ijqm->mai", measure, slopes, missing, optimize=True)
     by_node = np.stack([np.bincount(tets.ravel(), each.ravel(), model.nodes) for each in np.moveaxis(pull, -1, 0)], -1)
 
+    along, pulled = kernels.displacement_maps(model.tip, at.X, state)
+
     def on_unknowns(forces: np.ndarray) -> np.ndarray:
-        pulled = kernels.pulled_to_unknowns(model.tip, at.X, state, forces)[0]
-        return np.where(still, 0.0, supported(at, model.vector(pulled)))
+        return np.where(still, 0.0, model.vector(pulled(forces)))
 
     def product(change: np.ndarray) -> np.ndarray:
-        along = kernels.displacement_along(model.tip, at.X, state, model.state(change))
-        return on_unknowns(laplacian @ along) + np.where(still, change, 0.0)
+        return on_unknowns(laplacian @ along(model.state(change))) + np.where(still, change, 0.0)
 
     still = at.constrained.copy()
     still[model.hydrostatic_unknowns] = still[model.object_unknowns] = True
