@@ -101,7 +101,7 @@ def analyse_trial(
             most, begin, near = (ENOUGH, given, now) if poor is None else (ELSEWHERE, disc, None)
             found = analyse(problem, space, disc, phi, starts, most=most, roughest=ROUGHEST)
             if isinstance(found, NoEquilibrium):
-                near = near or _on(problem, space, disc, given, now)
+                near = near or _on_mesh(problem, space, disc, given, now)
                 found = near if isinstance(near, NoEquilibrium) else _by_parts(problem, space, begin, near, disc, phi)
         before = now.value
         if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
@@ -127,7 +127,7 @@ def _before(problem: Problem, space: DesignSpace, disc: Discretisation, now: Ana
     return now.value if isinstance(again, NoEquilibrium) else again.value
 
 
-def _on(
+def _on_mesh(
     problem: Problem, space: DesignSpace, disc: Discretisation, given: Discretisation, now: Analysis
 ) -> Analysis | NoEquilibrium:
     """A design that was analysed on a given mesh, on another one."""

@@ -233,13 +233,13 @@ def displacement(tip: Tip, X: np.ndarray, state: State) -> np.ndarray:
 
 def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> np.ndarray:
     """Derivative (N, 3) of the displacements along a change of state."""
-    return _displacement(tip, change.u, Ride(tip, X, state.plate).along(change.plate))
+    return displacement_maps(tip, X, state)[0](change)
 
 
 def displacement_maps(
     tip: Tip, X: np.ndarray, state: State
 ) -> tuple[Callable[[State], np.ndarray], Callable[[np.ndarray], State]]:
-    """The derivative of all displacements (N, 3) along a change of state, for many of them, and its transpose."""
+    """The derivative of all displacements (N, 3), as a function of a change of state, and its transpose."""
     ride = Ride(tip, X, state.plate)
 
     def along(change: State) -> np.ndarray:

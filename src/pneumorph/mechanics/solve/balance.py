@@ -87,7 +87,7 @@ def applied_force(at: Configuration, state: State) -> float:
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
 
-def compressive(at: Configuration) -> float:
+def bulk_over_shear(at: Configuration) -> float:
     """κ/μ, the largest of all rubbers: residuals of equally rough displacements grow with it."""
     return max(rubber.bulk_modulus / rubber.shear_modulus for rubber in at.model.rubbers.values())
 

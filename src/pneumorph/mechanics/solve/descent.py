@@ -19,7 +19,7 @@ from pneumorph.mechanics.solve.balance import (
     RUNAWAY_STRETCH,
     apart,
     applied_force,
-    compressive,
+    bulk_over_shear,
     evaluate,
     free_share,
     largest_stretch,
@@ -74,7 +74,7 @@ def minimise(
         if ratios is None and not tangent.ready and here.size > SMOOTH * scale and np.any(vector):
             # Steps with the tangent at rest smooth the rough detail of a state, where its own is often indefinite.
             tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
-        if ratios is not None and ROUGH < here.size / scale <= ROUGHER * compressive(at):
+        if ratios is not None and ROUGH < here.size / scale <= ROUGHER * bulk_over_shear(at):
             here = _smoothed(at, tangent, here, ratios, scale)
         secants, made = Secants() if tangent.ready else None, np.inf
         for _ in range(most):

@@ -27,7 +27,7 @@ from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.solve.balance import (
     applied_force,
-    compressive,
+    bulk_over_shear,
     evaluate,
     free_share,
     free_way,
@@ -195,10 +195,10 @@ def _searched(
     """The search of `solve`."""
     if start is not None:
         with suppress(Unheld):
-            begin = _begun(at, start)
-            if roughest < math.inf and not relative_residual(at, begin.state) <= roughest * compressive(at):
+            begin = _begin(at, start)
+            if roughest < math.inf and not relative_residual(at, begin.state) <= roughest * bulk_over_shear(at):
                 return NoEquilibrium("there is no equilibrium near the predicted state", 0.0, None)
-            found = _found(at, tangent, begin, tolerance)
+            found = _search(at, tangent, begin, tolerance)
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
     if since is not None:
@@ -210,10 +210,10 @@ def _searched(
 
 def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
-    return _found(at, tangent, _begun(at, start), tolerance)
+    return _search(at, tangent, _begin(at, start), tolerance)
 
 
-def _begun(at: Configuration, start: State | Guess) -> Guess:
+def _begin(at: Configuration, start: State | Guess) -> Guess:
     """Where a search begins: free obstacles are let down, and displacements fitted to the gradients that are known."""
     guess = start if isinstance(start, Guess) else Guess(start)
     begin, F = landed(at, guess.state), guess.gradients
@@ -223,8 +223,8 @@ def _begun(at: Configuration, start: State | Guess) -> Guess:
     return Guess(fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin, F)
 
 
-def _found(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
-    """The same from where a search begins."""
+def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
+    """`_find`, from where a search begins."""
     if at.model.mixed:
         return find_stable(at, tangent, begin.state, tolerance)
     ratios = None if begin.gradients is None else volume_ratio(begin.gradients)

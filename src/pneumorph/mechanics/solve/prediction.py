@@ -22,26 +22,24 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
 
     K is the tangent at `state` in the configuration `at`; it is factorised again if something else was.
     """
-    model = at.model
-    push = -model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, dX))
-    change = _difference(loads, at.loads)
-    if any(map(np.any, change)):
-        push = push - model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
-    vector, step = model.vector(state), tangent.solve_at(at, state, supported(at, push), ENOUGH)
-    moved = replace(at, X=at.X + dX)
-    # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
-    found = model.state(vector + (free_share(moved, vector, step) if apart(moved, vector) else 1.0) * step)
-    u, there = kernels.displacement(model.tip, at.X, state), kernels.displacement(model.tip, moved.X, found)
+    model, moved = at.model, replace(at, X=at.X + dX)
+    found, vector = predict_change(at, tangent, state, replace(moved, loads=loads)), at.model.vector(state)
+    if apart(moved, vector):
+        # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
+        step = model.vector(found) - vector
+        found = model.state(vector + free_share(moved, vector, step) * step)
+    u, there = (kernels.displacement(model.tip, each.X, one) for each, one in ((at, state), (moved, found)))
     return Guess(found, gradients_after(model.tets.nodes[: model.elements], at.X, u, dX, there - u))
 
 
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:
     """The state after loads and nodes become those of `there`, to first order. Surfaces may meet in it."""
-    model = at.model
+    model, push = at.model, np.zeros(at.model.size)
     change = _difference(there.loads, at.loads)
-    push = -model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
+    if any(map(np.any, change)):
+        push -= model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
     if there.X is not at.X:
-        push = push - model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
+        push -= model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
     return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push), ENOUGH))
 
 
