@@ -136,11 +136,11 @@ def test_it_ends_at_once_with_a_command_that_is_interrupted():
     code = """
 from pneumorph.interrupts import install
 from pneumorph.mesh import netgen_process
-from tests.mesh.test_netgen_process import filled
+from tests.mesh.test_netgen_process import FACES, filled
 install()
-filled()
+points, tets = filled()
 print("process", netgen_process._process().pid, flush=True)
-filled(0.01)
+netgen_process.call("optimise", points, tets, FACES, 1.0, "m", 10**9)  # would take most of an hour
 """
     command = start(["-c", code], env=os.environ | FOLDERS)
     child = int(heard(command, "process").split()[1])
