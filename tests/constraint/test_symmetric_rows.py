@@ -1,11 +1,13 @@
-"""Limits of symmetric bodies have rows for one of the samples that are images of each other, and none is left out."""
+"""Of samples and knot spans that are images of each other in symmetric bodies, one has rows and certificates."""
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from pneumorph.constraint.report import certify
 from pneumorph.constraint.rows import linearised
 from pneumorph.constraint.sampled import KINDS, sample_limits
+from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.problem import loads
 from pneumorph.problem.symmetry import operations
@@ -43,10 +45,34 @@ CASES = {
 }
 
 
+def problem_with(symmetry, chambers):
+    pressure = ", ".join(f'{name} = "1 kPa"' for name in ("AB" if chambers is PAIR else "A"))
+    return loads(FILE.format(symmetry=symmetry, chambers=chambers, pressure=pressure))
+
+
+@pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES.values(), ids=CASES)
+def test_one_knot_span_is_certified_for_its_images(symmetry, chambers, order):
+    problem = problem_with(symmetry, chambers)
+    start = starting_body(problem.body)
+    own = sample_limits(start, problem.limits, operations(problem.body.symmetry)).own_spans
+    assert 1 / order <= np.concatenate(own).mean() < 1 / order + 0.08
+    space = build_design_space(problem, start)
+    for seed, most in ((0, 0.05), (1, 0.2), (2, 0.4)):
+        body = space.body(space.start + most * np.random.default_rng(seed).normal(size=space.n))
+        whole, part = certify(body, problem.limits), certify(body, problem.limits, own=own)
+        assert [reading.limit for reading in part.violated()] == [reading.limit for reading in whole.violated()]
+        for one, other in zip(whole.readings, part.readings, strict=True):
+            # Each is as bad as all points that the other has seen.
+            sign = -1.0 if BY_NAME[one.limit].at_least else 1.0
+            assert sign * one.value >= sign * other.seen - 1e-9, one.limit
+            assert sign * other.value >= sign * one.seen - 1e-9, one.limit
+        assert part.places.count() <= whole.places.count()
+        assert bool(part.places.count()) == bool(whole.places.count())
+
+
 @pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES.values(), ids=CASES)
 def test_one_row_stands_for_its_images(symmetry, chambers, order):
-    pressure = ", ".join(f'{name} = "1 kPa"' for name in ("AB" if chambers is PAIR else "A"))
-    problem = loads(FILE.format(symmetry=symmetry, chambers=chambers, pressure=pressure))
+    problem = problem_with(symmetry, chambers)
     group = operations(problem.body.symmetry)
     assert len(group) == order
     start = starting_body(problem.body)

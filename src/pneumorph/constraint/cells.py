@@ -19,6 +19,7 @@ from pneumorph.geometry import Basis, TubeSurface
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
 
 _ROUNDS = 9  # of halving cells
 _MAX_CELLS = 300  # cells per knot span in all rounds
@@ -34,11 +35,14 @@ class KnotSpans(NamedTuple):
         Coefficients of v^i u^j, mm.
     q, r : (n, 2) arrays
         Start and width. The direction of r is reversed in spans at a tip's pole, so that poles are always at v = 0.
+    own : (n,) array of bool
+        Which are bounded; in a symmetric body the others are images of these.
     """
 
     x: Floats
     q: Floats
     r: Floats
+    own: Mask
 
 
 class Cells(NamedTuple):
@@ -73,7 +77,7 @@ class Bounds(NamedTuple):
 
 
 class SpanBounds(NamedTuple):
-    """Bounds of one quantity on every knot span: certified and attained value, and q and r of the latter, each (n,)."""
+    """Bounds of one quantity on knot spans: certified and attained value, and q and r of the latter, each (n,)."""
 
     upper: Floats
     seen: Floats
@@ -121,8 +125,8 @@ def power(basis: Basis) -> Floats:
     return _shift(np.full(1, -0.5), np.ones(1)) @ about
 
 
-def knot_spans(surface: TubeSurface) -> KnotSpans:
-    """The knot spans of a surface, row by row."""
+def knot_spans(surface: TubeSurface, own: Mask | None = None) -> KnotSpans:
+    """The knot spans of a surface, row by row; those to bound (n,) are all of them by default."""
     along, around = power(surface.basis_r), power(surface.basis_q)
     rows, columns = len(along), len(around)
     x = np.einsum("aij,jkc,bmk->abcim", along, surface.net, around, optimize=True)
@@ -131,7 +135,8 @@ def knot_spans(surface: TubeSurface) -> KnotSpans:
     if surface.ends == "pole":
         x[-1] = np.einsum("ij,bcjm->bcim", BACKWARDS, x[-1])
         r[-1] = 1.0, -1.0 / rows
-    return KnotSpans(x.reshape(-1, 3, 4, 4), np.tile(q, (rows, 1)), np.repeat(r, columns, axis=0))
+    own = np.ones(rows * columns, dtype=bool) if own is None else own
+    return KnotSpans(x.reshape(-1, 3, 4, 4), np.tile(q, (rows, 1)), np.repeat(r, columns, axis=0), own)
 
 
 def recentred(coefficients: Floats, cells: Cells) -> Floats:
@@ -232,9 +237,10 @@ def whole(count: int) -> Cells:
 
 
 def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) -> SpanBounds:
-    """The bounds (n,) of one quantity on every knot span, with places (n, 2) given in u and v."""
+    """The bounds of one quantity on the knot spans to bound, of those (n,) on all, with places (n, 2) in u and v."""
     q = (spans.q[:, 0] + place[:, 0] * spans.q[:, 1]) % 1.0
-    return SpanBounds(upper, seen, q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
+    found = SpanBounds(upper, seen, q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
+    return SpanBounds(*(part[spans.own] for part in found))
 
 
 @numba.njit(cache=True, nogil=True)

@@ -98,7 +98,7 @@ def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
 def enclosed(
     surface: TubeSurface, spans: KnotSpans, form: Form, accuracies: list[Accuracy], worst: list[float]
 ) -> dict[str, SpanBounds]:
-    """Bounds of the four limited quantities on every knot span; the area element with its sign changed.
+    """Bounds of the four limited quantities on the knot spans to bound; the area element with its sign changed.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def enclosed(
         each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
         return found
 
-    upper, seen, place = refine(evaluate, whole(len(spans.x)), accuracies, worst, len(spans.x))
+    upper, seen, place = refine(evaluate, whole(len(spans.x)).select(spans.own), accuracies, worst, len(spans.x))
     return {name: span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
 
 

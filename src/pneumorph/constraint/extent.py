@@ -63,6 +63,7 @@ def rims(
         height[:, :, 0, 0] -= surface.net[-1 if tip else 0, 0, 2]
         height = -height if tip else height
         start, width = np.arange(rows) / rows, 1.0 / rows
+        own = spans.own.reshape(rows, -1)[:: -1 if tip else 1].ravel()
         share = np.zeros_like(height)
         share[:, :, 0, 0], share[:, :, 1, 0] = start[:, None], width
         share *= surface.size[1] / neighbourhood
@@ -82,11 +83,10 @@ def rims(
             np.stack([np.full(count, 0.5), 0.5 * (upper - lower)], axis=1),
         )
         r = np.repeat(np.stack([1.0 - start if tip else start, np.full(rows, -width if tip else width)], 1), columns, 0)
-        both = KnotSpans(np.zeros((0, 3, 4, 4)), np.tile(spans.q, (2, 1)), np.tile(r, (2, 1)))
+        some = (upper > lower) & np.tile(own, 2)
+        both = KnotSpans(np.zeros((0, 3, 4, 4)), np.tile(spans.q, (2, 1)), np.tile(r, (2, 1)), some)
         polynomials = np.concatenate([near, away]).reshape(count, 2, 4, 4)
-        some = upper > lower
-        answer = _bounded(polynomials, lambda net: -net[:, 0] / net[:, 1], both, accuracy, worst, cells.select(some))
-        found.append(SpanBounds(*(part[some] for part in answer)))
+        found.append(_bounded(polynomials, lambda net: -net[:, 0] / net[:, 1], both, accuracy, worst, cells))
         worst = max(worst, float(found[-1].seen.max()))
     return found
 
@@ -97,9 +97,10 @@ def _bounded(
     spans: KnotSpans,
     accuracy: Accuracy,
     worst: float,
-    start: Cells | None = None,
+    cells: Cells | None = None,
 ) -> SpanBounds:
-    """Bounds of a quantity that is a function of the nets (n, f, 4, 4) of polynomials on the knot spans."""
+    """Bounds of a quantity that is a function of the nets (n, f, 4, 4) of polynomials on the knot spans, or on cells of
+    these (n)."""
 
     def evaluate(cells: Cells) -> Bounds:
         net = _FROM_CENTRE @ recentred(coefficients[cells.span], cells) @ _FROM_CENTRE.T
@@ -115,5 +116,6 @@ def _bounded(
         )
 
     count = len(coefficients)
-    upper, seen, place = refine(evaluate, whole(count) if start is None else start, [accuracy], [worst], count)
+    start = (whole(count) if cells is None else cells).select(spans.own)
+    upper, seen, place = refine(evaluate, start, [accuracy], [worst], count)
     return span_bounds(spans, upper[:, 0], seen[:, 0], place[:, 0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +37,8 @@ class Patches:
         Start and width in q, start and width in r, and the four coefficients of S(v).
     disc : (n,) array of bool
         Whether a patch is part of a disc, where r is that of the rim and v is s.
+    own : (n,) array of bool
+        Whether its knot span, or the one at its rim, is bounded; see `KnotSpans`.
     centres, radii : (n, 3) and (n,) arrays
         Balls that contain the patches.
     size : (2,) array
@@ -46,6 +48,7 @@ class Patches:
     nets: Floats
     boxes: Floats
     disc: NDArray[np.bool_]
+    own: NDArray[np.bool_]
     centres: Floats
     radii: Floats
     size: Floats
@@ -81,7 +84,7 @@ def patches(surface: TubeSurface, spans: KnotSpans) -> Patches:
         # Undo the reversed direction of r in the last row, so that S and all nets have the same direction.
         nets[-columns:] = nets[-columns:, ::-1]
         boxes[-columns:, 2:4] = 1.0 - 1.0 / surface.basis_r.spans, 1.0 / surface.basis_r.spans
-    disc, tube = np.zeros(len(nets), dtype=bool), nets
+    disc, own, tube = np.zeros(len(nets), dtype=bool), spans.own, nets
     if surface.cavity and surface.ends == "flat":
         for tip, part in ((False, slice(0, columns)), (True, slice(-columns, None))):
             rim = tube[part][:, -1 if tip else 0]
@@ -91,24 +94,28 @@ def patches(surface: TubeSurface, spans: KnotSpans) -> Patches:
             ring = np.concatenate([spans.q[:columns], np.tile([float(tip), 0.0, 1.0, 0.0, 0.0, 0.0], (columns, 1))], 1)
             boxes = np.concatenate([boxes, ring])
             disc = np.concatenate([disc, np.ones(columns, dtype=bool)])
+            own = np.concatenate([own, spans.own[part]])
     nets = np.ascontiguousarray(nets)
     centres, radii = spheres(nets)
-    return Patches(nets, np.ascontiguousarray(boxes), disc, centres, radii, np.array(surface.size))
+    return Patches(nets, np.ascontiguousarray(boxes), disc, own, centres, radii, np.array(surface.size))
 
 
 def without_discs(surface: Patches) -> Patches:
     """The patches of the tube alone."""
     some = ~surface.disc
-    nets, boxes = surface.nets[some], surface.boxes[some]
-    return Patches(nets, boxes, surface.disc[some], surface.centres[some], surface.radii[some], surface.size)
+    names = ("nets", "boxes", "disc", "own", "centres", "radii")
+    return replace(surface, **{name: getattr(surface, name)[some] for name in names})
 
 
 def nearest(first: Patches, second: Patches, neighbourhood: float) -> Gaps:
     """Near points of two surfaces, or of one, without lower bounds: from the patches with the nearest centres."""
-    partner, away = nearest_centres(first.centres, second.centres, first.boxes, second.boxes, first.size, neighbourhood)
+    own = np.flatnonzero(first.own)
+    partner, away = nearest_centres(
+        first.centres[own], second.centres, first.boxes[own], second.boxes, first.size, neighbourhood
+    )
     some = np.argsort(away, kind="stable")[:_STARTS]
     some = some[np.isfinite(away[some])]
-    pairs = np.stack([some, partner[some]], axis=1)
+    pairs = np.stack([own[some], partner[some]], axis=1)
     seen, at = approach(pairs, first.nets, second.nets, first.boxes, second.boxes, first.size, neighbourhood)
     return _found(first, second, pairs, np.full(len(pairs), np.inf), seen, at)
 
@@ -140,6 +147,9 @@ def gaps(
     """
     asked = _asked(known.seen, accuracy, worst)
     pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, first is second)
+    # One of every set of images is kept: on other surfaces either of its patches may be the one that is bounded.
+    own = first.own[pairs[:, 0]] | second.own[pairs[:, 1]]
+    pairs, away = pairs[own], away[own]
     beyond = asked
     most = _MAX_PAIRS * (len(first.nets) + len(second.nets))
     if len(pairs) > most:

@@ -6,7 +6,7 @@ A value is the safe end of an enclosure, and `seen` is what some point attains. 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
 
 # Allowed difference of certified and attained values far from a limit, relative to the distance from it. Far from its
 # limit a fold's nearest points are mostly on the edge of the neighbourhood, where accuracy has no use.
@@ -195,7 +196,7 @@ class LimitReport:
         return not self.violated(slack)
 
 
-def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
+def certify(body: Body, spec: Limits, slack: float = 1.0, own: Sequence[Mask] | None = None) -> LimitReport:
     """Certify a body against a problem's limits.
 
     Parameters
@@ -204,8 +205,13 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
     spec : problem.Limits
     slack : float
         The report's `places` are those where a limit is not certified within `slack` times its tolerance.
+    own : sequence of (n,) bool
+        For a symmetric body the knot spans of each surface that are not images of others; the report is that of all,
+        with places in these alone. See `LimitSamples`.
     """
-    parts = [knot_spans(surface) for surface in body.surfaces]
+    masks = [None] * len(body.surfaces) if own is None else own
+    parts = [knot_spans(surface, mask) for surface, mask in zip(body.surfaces, masks, strict=True)]
+    some = [number for number, part in enumerate(parts) if part.own.any()]
     length = float(body.exterior.net[-1, 0, 2])
     tallies = {limit.name: _Tally(limit, bound, slack) for limit in OF_SHAPE if (bound := limit.read(spec)) is not None}
 
@@ -215,25 +221,28 @@ def certify(body: Body, spec: Limits, slack: float = 1.0) -> LimitReport:
         tally = tallies["envelope"]
         tally.points(0, extent.radius(parts[0], tally.accuracy, tally.worst))
     tally = tallies["planes"]
-    for number in range(1, len(parts)):
+    for number in some[1:]:
         tally.points(number, extent.beyond(parts[number], length, tally.accuracy, tally.worst))
     tally = tallies["rim"]
-    for number, (surface, part) in enumerate(zip(body.surfaces, parts, strict=True)):
+    for number in some:
+        surface, part = body.surfaces[number], parts[number]
         if surface.ends == "flat":
             for found in extent.rims(surface, part, spec.fold.neighbourhood, tally.accuracy, tally.worst):
                 tally.points(number, found)
 
     shapes = [tallies[name] for name in NAMES]
-    for number, (surface, part) in enumerate(zip(body.surfaces, parts, strict=True)):
+    for number in some:
         accuracies, worst = [tally.accuracy for tally in shapes], [tally.worst for tally in shapes]
-        for name, found in enclosed(surface, part, spec.stretch.form, accuracies, worst).items():
+        bounds = enclosed(body.surfaces[number], parts[number], spec.stretch.form, accuracies, worst)
+        for name, found in bounds.items():
             tallies[name].points(number, found)
 
     sides = [patches(surface, part) for surface, part in zip(body.surfaces, parts, strict=True)]
     wall, fold = tallies["wall"], tallies["fold"]
     tubes = [without_discs(side) for side in sides]
-    couples = {(a, b): (sides[a], sides[b], 0.0) for a, b in combinations(range(len(sides)), 2)}
-    single = {(a, a): (tube, tube, spec.fold.neighbourhood) for a, tube in enumerate(tubes)}
+    pairs = combinations(range(len(sides)), 2)
+    couples = {(a, b): (sides[a], sides[b], 0.0) for a, b in pairs if a in some or b in some}
+    single = {(a, a): (tubes[a], tubes[a], spec.fold.neighbourhood) for a in some}
     for tally, other, measured in ((wall, "planes", couples), (fold, "rim", single)):
         known = {number: nearest(*parts) for number, parts in measured.items()}
         least = min([-tallies[other].worst, *(found.seen.min(initial=np.inf) for found in known.values())])

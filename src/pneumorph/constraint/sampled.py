@@ -68,6 +68,8 @@ class LimitSamples:
         Knot spans of each surface in q and in r.
     own_fine, own_coarse : tuples of (rows, columns) bool
         Of samples that are images of each other in a symmetric body, the first: no other has a row.
+    own_spans : tuple of (n,) bool
+        Of its knot spans that are images of each other, the first: no other is certified.
     """
 
     spec: Limits
@@ -77,6 +79,7 @@ class LimitSamples:
     spans: tuple[tuple[int, int], ...]
     own_fine: tuple[Mask, ...]
     own_coarse: tuple[Mask, ...]
+    own_spans: tuple[Mask, ...]
 
     @property
     def first(self) -> Ints:
@@ -91,25 +94,29 @@ def sample_limits(body: Body, spec: Limits, group: Sequence[Floats] = ()) -> Lim
     """
     fine = tuple(grid(surface, FINE) for surface in body.surfaces)
     coarse = tuple(grid(surface, COARSE) for surface in body.surfaces)
+    spans = tuple((surface.basis_q.spans, surface.basis_r.spans) for surface in body.surfaces)
+    middles = [tuple((np.arange(count) + 0.5) / count for count in counts) for counts in spans]
     return LimitSamples(
         spec=spec,
         length=float(body.exterior.net[-1, 0, 2]),
         fine=fine,
         coarse=coarse,
-        spans=tuple((surface.basis_q.spans, surface.basis_r.spans) for surface in body.surfaces),
-        own_fine=_own(body, fine, group),
-        own_coarse=_own(body, coarse, group),
+        spans=spans,
+        own_fine=_own(body, [(each.q, each.r) for each in fine], group),
+        own_coarse=_own(body, [(each.q, each.r) for each in coarse], group),
+        own_spans=tuple(mask.ravel() for mask in _own(body, middles, group)),
     )
 
 
-def _own(body: Body, samples: Sequence[Grid], group: Sequence[Floats]) -> tuple[Mask, ...]:
-    """Of samples that the operations carry to each other, the first: a mask (rows, columns) for each surface."""
-    shapes = [(len(each.r), len(each.q)) for each in samples]
+def _own(body: Body, samples: Sequence[tuple[Floats, ...]], group: Sequence[Floats]) -> tuple[Mask, ...]:
+    """Of samples that the operations carry to each other, the first: a mask (rows, columns) for each surface, whose
+    samples are given by their q (columns,) and r (rows,)."""
+    shapes = [(len(r), len(q)) for q, r in samples]
     places = []
-    for surface, each in zip(body.surfaces, samples, strict=True):
+    for surface, (q, along) in zip(body.surfaces, samples, strict=True):
         # All samples of a pole are one point, so the places are those beside it.
-        r = np.clip(each.r, BESIDE, 1.0 - BESIDE)
-        numbers, weights = point_weights(surface, np.tile(each.q, len(r)), np.repeat(r, len(each.q)))
+        r = np.clip(along, BESIDE, 1.0 - BESIDE)
+        numbers, weights = point_weights(surface, np.tile(q, len(r)), np.repeat(r, len(q)))
         places.append(np.einsum("mk,mkc->mc", weights, surface.net.reshape(-1, 3)[numbers]))
     x = np.concatenate(places)
     centre, tree, first = np.array([0.0, 0.0, body.exterior.net[-1, 0, 2] / 2.0]), KDTree(x), np.arange(len(x))

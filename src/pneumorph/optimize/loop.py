@@ -70,8 +70,8 @@ LARGEST, SMALLEST = 3.0, 1 / 32
 """Bounds of the trust region, in reference steps."""
 
 AFRESH = 0.5
-"""Smallest trust region, in reference steps, that a new design starts with: what made the last one small, such as a
-limit that could not be kept, may not matter for the next."""
+"""Smallest trust region, in reference steps, that limits which could not be kept leave for the next design: there they
+may not matter. What the analysis of a trial design has made smaller stays so, for the next is mostly like it."""
 
 OPTIMAL = 0.02
 """The loop stops when the limits leave no more than this fraction of the gradient."""
@@ -207,7 +207,7 @@ def _touches(problem: Problem, disc: Discretisation, analysis: Analysis) -> None
 def _start(loop: _Loop) -> tuple[Within, BroughtWithin | None]:
     """The starting design, moved to keep the limits if it breaks any."""
     asked = loop.space.start
-    before = certify(loop.space.body(asked), loop.problem.limits)
+    before = certify(loop.space.body(asked), loop.problem.limits, own=loop.limits.own_spans)
     if before.satisfied():
         return Within(asked, before), None
     start = loop.within(asked)
@@ -229,7 +229,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         int(state["iteration"]),
         analysis,
         disc,
-        certify(loop.space.body(analysis.phi), loop.problem.limits),
+        certify(loop.space.body(analysis.phi), loop.problem.limits, own=loop.limits.own_spans),
         Clock(),
         loop.stepper.unpack(state),
         unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
@@ -265,7 +265,7 @@ def _standing(
 def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str]:
     """The next accepted design, or the reason why there is none."""
     reference = loop.problem.optimizer.step
-    clock, radius, spent = Clock(), max(now.radius, AFRESH), 0
+    clock, radius, spent = Clock(), now.radius, 0
     longest = LARGEST
     memory = now.memory.seen(now.analysis.phi, now.slopes.rest)
     mending, bend = now.states.broken, now.bend
@@ -325,6 +325,8 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             radius *= SHRINK
         elif ratio > GOOD and kept > KEPT and filled and not retried:
             radius *= GROW
+        if ratio >= FAIR and not retried:
+            radius = max(radius, min(now.radius, AFRESH))
         following = _standing(
             loop,
             now.iteration + 1,
@@ -334,7 +336,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             clock,
             now.stepper.after(step),
             memory,
-            min(radius, LARGEST),
+            min(max(radius, SMALLEST), LARGEST),
             now.values,
             now.states.curvature(worst, change),
         )

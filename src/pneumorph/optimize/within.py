@@ -66,7 +66,7 @@ def within(
     margins, broken = MARGIN.copy(), None
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
     phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, None, None)
-    found = certify(space.body(phi), limits.spec)
+    found = certify(space.body(phi), limits.spec, own=limits.own_spans)
     for _ in range(1, CERTIFICATES):
         if found.satisfied() or max(reading.excess() for reading in found.violated()) > HOPELESS:
             break
@@ -80,7 +80,7 @@ def within(
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, places, broken)
-        found = certify(space.body(phi), limits.spec)
+        found = certify(space.body(phi), limits.spec, own=limits.own_spans)
     return Within(phi, found) if found.satisfied() else found
 
 
