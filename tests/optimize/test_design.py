@@ -144,21 +144,34 @@ def test_a_target_far_away_takes_longer_steps_at_first():
     assert steps[1] > 0.05
 
 
+def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):
+    """The trust regions after each design, where the first trials are said to have no equilibrium."""
+    left = [trials_in_vain]
+
+    def tried(problem, space, number, disc, now, phi, clock):
+        found = yield from analyse_trial(problem, space, number, disc, now, phi, clock)
+        if left[0]:
+            left[0] -= 1
+            return replace(found, analysis=None, reason="it is said to have no equilibrium", reached=reached)
+        return found
+
+    monkeypatch.setattr("pneumorph.optimize.loop.analyse_trial", tried)
+    text = tiny().replace("iterations = 2", f"iterations = {iterations}")
+    return [event.state["radius"] for event in accepted(list(design(loads(text))))]
+
+
 def test_a_region_that_was_too_large_does_not_grow_at_once(monkeypatch):
     """Else every design would begin with the same trial in vain."""
+    assert radii(monkeypatch, 0)[-1] == 2.0
+    assert radii(monkeypatch, 1)[-1] == 0.5
 
-    def radius_after(trials_in_vain):
-        left = [trials_in_vain]
 
-        def tried(problem, space, number, disc, now, phi, clock):
-            found = yield from analyse_trial(problem, space, number, disc, now, phi, clock)
-            if left[0]:
-                left[0] -= 1
-                return replace(found, analysis=None, reason="it is said to have no equilibrium")
-            return found
+def test_a_region_that_was_much_too_large_is_remembered(monkeypatch):
+    """Each design that begins in it and keeps what was promised may double it."""
+    assert radii(monkeypatch, 4, iterations=3)[1:] == [0.0625, 0.125, 0.25]
 
-        monkeypatch.setattr("pneumorph.optimize.loop.analyse_trial", tried)
-        return accepted(list(design(loads(tiny().replace("iterations = 2", "iterations = 1")))))[-1].state["radius"]
 
-    assert radius_after(0) == 2.0
-    assert radius_after(1) == 0.5
+def test_a_step_without_any_state_is_followed_by_a_much_shorter_one(monkeypatch):
+    assert radii(monkeypatch, 1, reached=0.0)[-1] == 0.25
+    assert radii(monkeypatch, 1, reached=0.3)[-1] == 0.3
+    assert radii(monkeypatch, 1, reached=0.75)[-1] == 0.5

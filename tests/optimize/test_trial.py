@@ -59,7 +59,7 @@ def test_a_step_without_any_state_is_given_up_with_the_reason(start, monkeypatch
     monkeypatch.setattr(trial, "analyse", lambda *given, **options: NoEquilibrium("it balloons", 0.0, None))
     found = tried(start, space.start + 0.01)
     assert found.analysis is None
-    assert found.reason == "it balloons"
+    assert (found.reason, found.reached) == ("it balloons", 0.0)
 
 
 def test_nodes_inside_go_along(start, monkeypatch):
@@ -74,5 +74,6 @@ def test_nodes_inside_go_along(start, monkeypatch):
         return analyse(problem, space, disc, phi, *rest, **options)
 
     monkeypatch.setattr(trial, "analyse", watched)
-    trial._by_parts(problem, space, disc, now, end, phi)
+    _, reached = trial._by_parts(problem, space, disc, now, end, phi)
+    assert reached == 1.0
     assert seen[0] == pytest.approx(0.5 * (now.X + seen[1]), abs=1e-12)

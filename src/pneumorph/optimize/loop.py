@@ -47,7 +47,7 @@ from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.states import TOLERANCE, StateLimits, linear_states, worst_state
 from pneumorph.optimize.step import Step, Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
-from pneumorph.optimize.trial import analyse_trial
+from pneumorph.optimize.trial import SHORTEST, analyse_trial
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import ContactArea, Press, Problem, TargetPose
 from pneumorph.problem.symmetry import operations
@@ -301,7 +301,8 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         )
         spent += trial.factorisations
         if trial.analysis is None:
-            radius *= SHRINK
+            # Where not even the first part of the step had a state, half of the step would not have one.
+            radius *= min(SHRINK, max(trial.reached, SHORTEST))
             yield DesignRejected(now.iteration + 1, trial.reason, radius * reference)
             continue
         worst, name = worst_state(loop.problem, trial.disc, trial.analysis)

@@ -50,6 +50,8 @@ class Trial:
         Objective of the design before, on the mesh of the trial.
     remeshed : bool
     factorisations : int
+    reached : float
+        Where it was gone in parts, how much of the step had states.
     """
 
     disc: Discretisation
@@ -58,6 +60,7 @@ class Trial:
     before: float
     remeshed: bool
     factorisations: int
+    reached: float = 1.0
 
 
 def analyse_trial(
@@ -70,7 +73,7 @@ def analyse_trial(
     clock: Clock,
 ) -> Generator[Event, None, Trial]:
     """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh."""
-    count, points, given = disc.factorisations, space.control_points(phi), disc
+    count, points, given, reached = disc.factorisations, space.control_points(phi), disc, 1.0
     with clock.phase("geometry"):
         poor = needs_remesh(disc.morph, points)
         if poor is not None:
@@ -102,13 +105,16 @@ def analyse_trial(
             found = analyse(problem, space, disc, phi, starts, most=most, roughest=ROUGHEST)
             if isinstance(found, NoEquilibrium):
                 near = near or _on_mesh(problem, space, disc, given, now)
-                found = near if isinstance(near, NoEquilibrium) else _by_parts(problem, space, begin, near, disc, phi)
+                if isinstance(near, NoEquilibrium):
+                    found = near
+                else:
+                    found, reached = _by_parts(problem, space, begin, near, disc, phi)
         before = now.value
         if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
             before = _before(problem, space, disc, now, found)
     spent = disc.factorisations - count
     if isinstance(found, NoEquilibrium):
-        return Trial(disc, None, found.reason, before, poor is not None, spent)
+        return Trial(disc, None, found.reason, before, poor is not None, spent, reached)
     return Trial(disc, found, "", before, poor is not None, spent)
 
 
@@ -136,15 +142,18 @@ def _on_mesh(
 
 def _by_parts(
     problem: Problem, space: DesignSpace, begin: Discretisation, near: Analysis, end: Discretisation, phi: np.ndarray
-) -> Analysis | NoEquilibrium:
-    """The design Φ (n,) by way of others between it and one near it; nodes inside go along."""
+) -> tuple[Analysis | NoEquilibrium, float]:
+    """The design Φ (n,) by way of others between it and one near it, and how much of the way had states.
+
+    Nodes inside go along.
+    """
     found, reached, part = near, 0.0, 0.5
     while reached < 1.0:
         share = min(reached + part, 1.0)
         shift = begin.morph.shift + share * (end.morph.shift - begin.morph.shift)
         disc, there = replace(end, morph=replace(end.morph, shift=shift)), near.phi + share * (phi - near.phi)
         if _quality(disc, space.control_points(there)) < BEARABLE:
-            return NoEquilibrium("the mesh folds on the way", 0.0, None)
+            return NoEquilibrium("the mesh folds on the way", 0.0, None), reached
         starts = predict_states(space, disc, found, there)
         tried = analyse(problem, space, disc, there, starts, most=ENOUGH, roughest=ROUGHEST)
         if not isinstance(tried, NoEquilibrium):
@@ -152,8 +161,8 @@ def _by_parts(
         elif part > SHORTEST:
             part /= 2
         else:
-            return tried
-    return found
+            return tried, reached
+    return found, reached
 
 
 def _quality(disc: Discretisation, points: np.ndarray) -> float:
