@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.analysis.stored import floats, indices
-from pneumorph.mechanics import Equilibrium, Rubber, Tangent, configure, guided_of, loads_of, solve
+from pneumorph.mechanics import (
+    Configuration,
+    Equilibrium,
+    Rubber,
+    State,
+    Tangent,
+    configure,
+    guided_of,
+    loads_of,
+    predict,
+    solve,
+)
 from pneumorph.mechanics.assembly.kinematics import deformation_gradients, largest_stretch, volume_ratio
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
@@ -17,8 +28,12 @@ from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, chambers_of, is_cut
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS, MOST_TURNS, onwards, turns_of
 
-MAX_FACTORISATIONS = 20
-"""Most factorisations for a partly inflated state; these states are only shown, so a missing one does no harm."""
+AT_ONCE, IN_ALL = 8, 40
+"""Most factorisations for one step to a partly inflated state, and after which no other step of a task begins: these
+states are only shown, so a missing one does no harm."""
+
+SHORTEST = 1 / 48
+"""Least step, as a fraction of the pressures."""
 
 PARTS = tuple(part / 6 for part in range(1, 6))
 """Fractions of the pressures of a task at which the last design is stored, to show how it inflates."""
@@ -223,28 +238,42 @@ def compute_inflation(problem: Problem, disc: Discretisation, analysis: Analysis
     """Find the surfaces of a design at the fractions `PARTS` of every task's pressures, if it has any.
 
     The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
-    reported, also where the body has several. If the path is lost, the states found so far are kept.
+    reported, also where the body has several. Where the path is lost, or takes too long, the states found so far are
+    kept.
     """
     mesh = disc.morph.mesh.at(analysis.X)
     skin = _skin(mesh)
-    # A solver of its own, as for the sag.
-    tangent, found = Tangent(disc.model), {}
+    found = {}
     for task, pressures in analysis.pressures.items():
-        at, state = analysis.configurations[task], analysis.equilibria[task].state
-        states: list[tuple[float, np.ndarray, np.ndarray]] = []
-        for part in reversed(PARTS) if any(pressures.values()) else ():
-            since = at.loads, state
-            loads = analysis.configurations[task].loads
-            at = configure(disc.model, analysis.X, loads._replace(pressure=part * loads.pressure), guided_of(problem))
-            answer = solve(at, tangent, state, DESIGN_TOLERANCE, since, MAX_FACTORISATIONS)
-            if not isinstance(answer, Equilibrium):
-                break
-            state = answer.state
-            states.append((part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]))
+        if not any(pressures.values()):
+            continue
+        # A solver of its own, as for the sag.
+        way = _lowered(analysis.configurations[task], analysis.equilibria[task].state, Tangent(disc.model))
+        states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
         if states:
             parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
             found[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
     return found
+
+
+def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
+    """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
+    full, here, step, answer = at.loads, 1.0, 1.0, None
+    for part in reversed(PARTS):
+        while here > part:
+            if step < SHORTEST or tangent.factorisations >= IN_ALL:
+                return
+            step = min(step, here - part)
+            there = part if step == here - part else here - step
+            to = replace(at, loads=full._replace(pressure=there * full.pressure))
+            start = predict(at, tangent, state, np.zeros_like(at.X), to.loads)
+            answer = solve(to, tangent, start, DESIGN_TOLERANCE, (at.loads, state), AT_ONCE)
+            if isinstance(answer, Equilibrium):
+                at, state, here, step = to, answer.state, there, 2.0 * step
+            else:
+                step /= 2.0
+        assert isinstance(answer, Equilibrium)
+        yield part, answer
 
 
 def _skin(mesh: TetMesh) -> np.ndarray:
