@@ -1,8 +1,9 @@
-"""Run the benchmarks and write docs/performance.md: python benchmarks/all.py --quick|--full RUNS [--out FILE].
+"""Run the benchmarks and write docs/performance.md: python benchmarks/all.py --quick|--full RUNS [--out FILE] [--only …].
 
 RUNS is a folder with finished runs of the examples, by the name of their files (linear, arm_planar, …); those that are
 not there are left out of the tables. Every section is the output of one benchmark of this folder, run by itself; one
-that fails leaves its last line. `--quick` takes about a quarter of an hour on two cores, `--full` some hours.
+that fails leaves its last line. `--quick` takes about a quarter of an hour on two cores, `--full` some hours. With
+`--only` and the beginnings of titles, those sections alone are measured, and the rest of the page stays as it is.
 """
 
 import argparse
@@ -232,14 +233,28 @@ def main() -> None:
     size.add_argument("--full", dest="size", action="store_const", const="full")
     parser.add_argument("runs", type=Path)
     parser.add_argument("--out", type=Path, default=PLACE, help="the page")
+    parser.add_argument("--only", nargs="+", metavar="TITLE", help="beginnings of the titles of sections to measure")
     asked = parser.parse_args()
     page = HEAD.format(size=asked.size, machine=machine())
     with tempfile.TemporaryDirectory() as folder:
         for section in sections(asked.runs, Path(folder)):
             command = section.quick if asked.size == "quick" else section.full
-            if command is not None:
-                page += measured(section, command).replace(f"{asked.runs}{os.sep}", "")
-                asked.out.write_text(page + FOOT)
+            if command is None or asked.only and not section.title.startswith(tuple(asked.only)):
+                continue
+            part = measured(section, command).replace(f"{asked.runs}{os.sep}", "")
+            if asked.only:
+                asked.out.write_text(replaced(asked.out.read_text(), section.title, part))
+                continue
+            page += part
+            asked.out.write_text(page + FOOT)
+
+
+def replaced(page: str, title: str, part: str) -> str:
+    """A page with another text for one of its sections; a new one comes before the last."""
+    begin = page.find(f"\n## {title}\n")
+    begin = page.rindex("\n## ") if begin < 0 else begin
+    end = page.find("\n## ", begin + 1) if page.startswith(f"\n## {title}\n", begin) else begin
+    return page[:begin] + part + page[end:]
 
 
 if __name__ == "__main__":
