@@ -1,4 +1,4 @@
-"""Run the benchmarks and write docs/performance.md: python benchmarks/all.py --quick|--full RUNS [--out FILE] [--only …].
+"""Run the benchmarks and write docs/performance.md: python benchmarks/all.py --quick|--full RUNS [--only TITLE …].
 
 RUNS is a folder with finished runs of the examples, by the name of their files (linear, arm_planar, …); those that are
 not there are left out of the tables. Every section is the output of one benchmark of this folder, run by itself; one
@@ -233,16 +233,16 @@ def main() -> None:
     size.add_argument("--full", dest="size", action="store_const", const="full")
     parser.add_argument("runs", type=Path)
     parser.add_argument("--out", type=Path, default=PLACE, help="the page")
-    parser.add_argument("--only", nargs="+", metavar="TITLE", help="beginnings of the titles of sections to measure")
+    parser.add_argument("--only", nargs="+", default=[""], metavar="TITLE", help="of the sections to measure")
     asked = parser.parse_args()
     page = HEAD.format(size=asked.size, machine=machine())
     with tempfile.TemporaryDirectory() as folder:
         for section in sections(asked.runs, Path(folder)):
             command = section.quick if asked.size == "quick" else section.full
-            if command is None or asked.only and not section.title.startswith(tuple(asked.only)):
+            if command is None or not section.title.startswith(tuple(asked.only)):
                 continue
             part = measured(section, command).replace(f"{asked.runs}{os.sep}", "")
-            if asked.only:
+            if asked.only != [""]:
                 asked.out.write_text(replaced(asked.out.read_text(), section.title, part))
                 continue
             page += part
