@@ -71,7 +71,8 @@ LARGEST, SMALLEST = 3.0, 1 / 32
 
 AFRESH = 0.5
 """Smallest trust region, in reference steps, that limits which could not be kept leave for the next design: there they
-may not matter. What the analysis of a trial design has made smaller stays so, for the next is mostly like it."""
+may not matter. What the analysis of a trial design has made smaller grows back to this from design to design, for the
+next is mostly like it."""
 
 OPTIMAL = 0.02
 """The loop stops when the limits leave no more than this fraction of the gradient."""
@@ -327,7 +328,8 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         elif ratio > GOOD and kept > KEPT and filled and not retried:
             radius *= GROW
         if ratio >= FAIR and not retried:
-            radius = max(radius, min(now.radius, AFRESH))
+            # Limits do not keep a region small either that analyses once made so.
+            radius = max(radius, min(GROW * now.radius, AFRESH))
         following = _standing(
             loop,
             now.iteration + 1,
