@@ -250,7 +250,9 @@ def test_a_hopeless_design_is_given_up_at_once(stage, monkeypatch):
     problem, body, space, smooth = stage
     tight = problem.limits.model_copy(update={"curvature": 1e-5})
     certificates = []
-    monkeypatch.setattr(module, "certify", lambda *given: certificates.append(certify(*given)) or certificates[-1])
+    monkeypatch.setattr(
+        module, "certify", lambda *given, **own: certificates.append(certify(*given, **own)) or certificates[-1]
+    )
     found = within(space, smooth, sample_limits(body, tight), space.start)
     assert not isinstance(found, Within)
     assert len(certificates) == 1
