@@ -40,8 +40,9 @@ def test_stored_fields_are_not_computed_again(start, monkeypatch):
     disc = discretise(problem, start.body)
     stored = collect_fields(disc, analyse(problem, space, disc, space.start))
     again = pm.Design(problem, start.body, start.pressures, stored=stored)
+    computed = start.fields.u["extend"]  # now, for no other test of this process may have asked for them
     monkeypatch.setattr(module, "discretise", None)
-    np.testing.assert_allclose(again.fields.u["extend"], start.fields.u["extend"], atol=1e-6)
+    np.testing.assert_allclose(again.fields.u["extend"], computed, atol=1e-6)
     assert again.mesh.n_cells == 2 * len(stored.mesh.tets)
 
 
