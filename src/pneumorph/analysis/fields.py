@@ -234,7 +234,7 @@ def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> n
     return found.u if isinstance(found, Equilibrium) else None
 
 
-def compute_inflation(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
+def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
     """Find the surfaces of a design at the fractions `PARTS` of every task's pressures, if it has any.
 
     The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
@@ -243,12 +243,12 @@ def compute_inflation(problem: Problem, disc: Discretisation, analysis: Analysis
     """
     mesh = disc.morph.mesh.at(analysis.X)
     skin = _skin(mesh)
-    found = {}
+    # A solver of its own, as for the sag.
+    tangent, found = Tangent(disc.model), {}
     for task, pressures in analysis.pressures.items():
         if not any(pressures.values()):
             continue
-        # A solver of its own, as for the sag.
-        way = _lowered(analysis.configurations[task], analysis.equilibria[task].state, Tangent(disc.model))
+        way = _lowered(analysis.configurations[task], analysis.equilibria[task].state, tangent)
         states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
         if states:
             parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
@@ -259,9 +259,10 @@ def compute_inflation(problem: Problem, disc: Discretisation, analysis: Analysis
 def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
     """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
     full, here, step, answer = at.loads, 1.0, 1.0, None
+    most = tangent.factorisations + IN_ALL
     for part in reversed(PARTS):
         while here > part:
-            if step < SHORTEST or tangent.factorisations >= IN_ALL:
+            if step < SHORTEST or tangent.factorisations >= most:
                 return
             step = min(step, here - part)
             there = part if step == here - part else here - step

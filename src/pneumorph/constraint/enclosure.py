@@ -110,15 +110,15 @@ def enclosed(
     """
     made, aspect = polynomials(surface, spans), surface.size[1] / surface.size[0]
     # In one order, for which the kernels are compiled once.
-    parts = np.ascontiguousarray(made.parts)
+    parts, broken = np.ascontiguousarray(made.parts), made.broken if made.poles else None
 
     def evaluate(cells: Cells) -> Bounds:
         n = len(cells.span)
         found = Bounds(np.empty((n, 4)), np.empty((n, 4)), np.zeros((n, 4, 2)), np.zeros((n, 2)))
 
         def work(some: slice) -> None:
-            given = (parts, made.scale, made.broken, aspect, form == "per_mm", *cells.select(some))
-            (_enclose_polar if made.poles else _enclose_flat)(*given, *(part[some] for part in found))
+            into = (part[some] for part in found)
+            _enclose(parts, made.scale, broken, aspect, form == "per_mm", *cells.select(some), *into)
 
         each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
         return found
@@ -127,32 +127,24 @@ def enclosed(
     return {name: span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
 
 
-# Two kernels, for either takes seconds to compile.
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _enclose_flat(parts, scale, broken, aspect, per_mm, span, centre, half, upper, seen, place, vary):
-    """The bounds of some cells, see `Bounds`, into the last four arguments; `vary` is that of the tangents."""
+def _enclose(parts, scale, broken, aspect, per_mm, span, centre, half, upper, seen, place, vary):
+    """The bounds of some cells, see `Bounds`, into the last four arguments; `vary` is that of the tangents.
+
+    `broken` is None without poles: then what is for them is not compiled.
+    """
     local, slope = np.empty(parts.shape[1:]), np.zeros((4, 4))
     for n in range(len(span)):
-        by_q, by_r = _placed(parts, scale, span[n], centre[n], half[n], local)
-        _bound(_flat_forms(local, slope, by_q, by_r, vary[n]), aspect, per_mm, upper[n], seen[n], place[n])
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _enclose_polar(parts, scale, broken, aspect, per_mm, span, centre, half, upper, seen, place, vary):
-    """The same on a surface with poles; no curvature is bounded beside one without a tangent plane."""
-    local, slope = np.empty(parts.shape[1:]), np.zeros((4, 4))
-    for n in range(len(span)):
-        by_q, by_r = _placed(parts, scale, span[n], centre[n], half[n], local)
-        _bound(_polar_forms(local, slope, by_q, by_r, vary[n]), aspect, per_mm, upper[n], seen[n], place[n])
-        if broken[span[n]]:
+        k = span[n]
+        recentre(parts[k], centre[n], half[n], local)
+        by_q, by_r = scale[k, 0] / half[n, 0], scale[k, 1] / half[n, 1]
+        if broken is None:
+            f = _flat_forms(local, slope, by_q, by_r, vary[n])
+        else:
+            f = _polar_forms(local, slope, by_q, by_r, vary[n])
+        _bound(f, aspect, per_mm, upper[n], seen[n], place[n])
+        if broken is not None and broken[k]:
             upper[n, 0], seen[n, 0] = np.inf, np.inf
-
-
-@_compiled
-def _placed(parts, scale, span, centre, half, local):
-    """The polynomials on a cell of a knot span, into `local`, and the factors of their derivatives there."""
-    recentre(parts[span], centre, half, local)
-    return scale[span, 0] / half[0], scale[span, 1] / half[1]
 
 
 @_compiled

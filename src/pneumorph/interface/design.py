@@ -119,7 +119,7 @@ class Design:
 
     def _computed(self, inflated: bool = False) -> Fields:
         disc, found = self._analysed
-        ways = compute_inflation(self.problem, disc, found) if inflated else None
+        ways = compute_inflation(disc, found) if inflated else None
         return collect_fields(disc, found, compute_sag(self.problem, disc, found), ways)
 
     @property

@@ -173,7 +173,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only against symmetric motions: the body buckles to a side"
     # For the report: how the last design sags and inflates.
-    sag, inflation = compute_sag(problem, now.disc, now.analysis), compute_inflation(problem, now.disc, now.analysis)
+    sag, inflation = compute_sag(problem, now.disc, now.analysis), compute_inflation(now.disc, now.analysis)
     fields = collect_fields(now.disc, now.analysis, sag, inflation)
     yield Finished(now.iteration, reason, now.report.satisfied() and not now.states.broken, is_stable, fields)
 
