@@ -309,9 +309,7 @@ def test_the_pattern_of_the_tangent_grows_with_contact():
     model = ring()
     tangent = Tangent(model)
     apart = found(loaded(model, -0.002, pull=2e4), tangent)
-    touching = solve(
-        loaded(model, -0.01, pull=2e4), tangent, since=(loaded(model, -0.002, pull=2e4).loads, apart.state)
-    )
+    touching = solve(loaded(model, -0.01, pull=2e4), tangent, since=(loaded(model, -0.002, pull=2e4), apart.state))
     assert isinstance(touching, Equilibrium)
     fresh = Tangent(model)
     rhs = np.where(loaded(model, -0.01).constrained, 0.0, np.random.default_rng(0).standard_normal(model.size))

@@ -75,7 +75,7 @@ def test_a_step_that_fails_goes_on_from_the_equilibrium_before():
     solver = Tangent(built)
     before = solve(low, solver)
     wild = built.state(np.where(built.fixed, 0.0, 30 * np.random.default_rng(0).standard_normal(built.size)))
-    found = solve(high, solver, wild, since=(low.loads, before.state))
+    found = solve(high, solver, wild, since=(low, before.state))
     assert np.abs(found.u - solve(high, Tangent(built)).u).max() < 1e-7
     # From where it was, two thirds of the way, it takes no more than the few steps from rest and the one that failed.
     assert found.factorisations <= solve(high, Tangent(built), wild).factorisations + 1

@@ -190,7 +190,7 @@ def test_the_surface_of_a_sector_touches_its_images():
         at = configure(part, mesh.points, build_loads(part, {"A": -pressure}), np.array([1, 1, 0, 1, 1, 0], bool))
         found = solve(at, tangent, since=since, tolerance=1e-11)
         assert not isinstance(found, NoEquilibrium), found
-        since = at.loads, found.state
+        since = at, found.state
     there, state = whole.configuration(at), whole.state(found.state)
     touching = contact_forces(at, found.state).own
     assert touching > 1.0

@@ -22,11 +22,11 @@ from pneumorph.mechanics import (
     Tangent,
     Whole,
     configure,
-    extrapolated,
     guided_of,
     loads_of,
     mirrors_of,
     model_of,
+    on_secant,
     part_of,
     rest,
     restored,
@@ -162,7 +162,7 @@ class Explorer:
             self._meshes[part] = _Meshed(mesh, model, _Stoppable(model), whole, known)
         return self._meshes[part]
 
-    def _known(self, model: Model, stored: Fields) -> list[tuple[Loads, State]]:
+    def _known(self, model: Model, stored: Fields) -> list[tuple[Configuration, State]]:
         """The equilibria that are stored: of every task, and without pressure."""
         X, still = stored.mesh.points, np.zeros(6)
         known, poses = [], {task.name: task.poses for task in self.problem.task}
@@ -170,10 +170,10 @@ class Explorer:
             plate = np.array([*found.translation, *found.rotation]) if model.plate else still
             loads = loads_of(self.problem, model, dict(found.pressures), poses[task])
             state = restored(model, X, stored.u[task], plate, _objects(model, loads, found))
-            known.append((loads, state))
+            known.append((configure(model, X, loads, guided_of(self.problem)), state))
         nothing = loads_of(self.problem, model, {})
         if not (np.any(nothing.acceleration) or np.any(nothing.wrench)):
-            known.append((nothing, rest(model)))
+            known.append((configure(model, X, nothing, guided_of(self.problem)), rest(model)))
         return known
 
 
@@ -204,7 +204,7 @@ class _Meshed:
     model: Model
     tangent: _Stoppable
     whole: Whole | None
-    known: list[tuple[Loads, State]]
+    known: list[tuple[Configuration, State]]
 
     def search(
         self, at: Configuration, way: Sequence[Configuration], stop: Callable[[], bool]
@@ -216,30 +216,30 @@ class _Meshed:
             if isinstance(found, Equilibrium) or stop():
                 return found
         # From rest, whatever is known: from there nothing was found.
-        walked: list[tuple[Loads, State]] = []
+        walked: list[tuple[Configuration, State]] = []
         for step in way:
             found = self._from(walked[-2:], step)
             if isinstance(found, NoEquilibrium) or stop():
                 return found
-            walked.append((step.loads, found.state))
+            walked.append((step, found.state))
         return self._from(walked[-2:], at)
 
-    def _from(self, near: list[tuple[Loads, State]], at: Configuration) -> Equilibrium | NoEquilibrium:
+    def _from(self, near: list[tuple[Configuration, State]], at: Configuration) -> Equilibrium | NoEquilibrium:
         """The equilibrium from one or two known states, from rest without any."""
-        start, since = (extrapolated(near, at.loads), near[-1]) if near else (None, None)
+        start, since = on_secant(near, at), near[-1] if near else None
         found = solve(at, self.tangent, start, since=since, most=MOST_FACTORISATIONS)
         if isinstance(found, Equilibrium):
-            self.known.append((at.loads, found.state))
+            self.known.append((at, found.state))
         return found
 
-    def _near(self, loads: Loads) -> list[tuple[Loads, State]]:
+    def _near(self, loads: Loads) -> list[tuple[Configuration, State]]:
         """The nearest known state last; before it, for a secant, the next nearest that is not too close to it."""
         if not self.known:
             return []
-        last = min(self.known, key=lambda each: _distance(each[0], loads))
-        least = 0.5 * _distance(last[0], loads)
-        others = [each for each in self.known if each is not last and _distance(each[0], last[0]) >= least]
-        return [*sorted(others, key=lambda each: _distance(each[0], loads))[:1], last]
+        last = min(self.known, key=lambda each: _distance(each[0].loads, loads))
+        least = 0.5 * _distance(last[0].loads, loads)
+        others = [each for each in self.known if each is not last and _distance(each[0].loads, last[0].loads) >= least]
+        return [*sorted(others, key=lambda each: _distance(each[0].loads, loads))[:1], last]
 
 
 def _distance(one: Loads, other: Loads) -> float:

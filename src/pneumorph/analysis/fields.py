@@ -12,13 +12,13 @@ from pneumorph.analysis.stored import floats, indices
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
+    NoEquilibrium,
     Rubber,
     State,
     Tangent,
     configure,
     guided_of,
     loads_of,
-    predict,
     solve,
 )
 from pneumorph.mechanics.assembly.kinematics import deformation_gradients, largest_stretch, volume_ratio
@@ -28,12 +28,8 @@ from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, chambers_of, is_cut
 from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import MIRRORS, MOST_TURNS, onwards, turns_of
 
-AT_ONCE, IN_ALL = 8, 40
-"""Most factorisations for one step to a partly inflated state, and after which no other step of a task begins: these
-states are only shown, so a missing one does no harm."""
-
-SHORTEST = 1 / 48
-"""Least step, as a fraction of the pressures."""
+MOST_FACTORISATIONS = 40
+"""Most for the partly inflated states of a task: they are only shown, so a missing one does no harm."""
 
 PARTS = tuple(part / 6 for part in range(1, 6))
 """Fractions of the pressures of a task at which the last design is stored, to show how it inflates."""
@@ -258,22 +254,13 @@ def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inf
 
 def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
     """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
-    full, here, step, answer = at.loads, 1.0, 1.0, None
-    most = tangent.factorisations + IN_ALL
+    full, left = at.loads, MOST_FACTORISATIONS
     for part in reversed(PARTS):
-        while here > part:
-            if step < SHORTEST or tangent.factorisations >= most:
-                return
-            step = min(step, here - part)
-            there = part if step == here - part else here - step
-            to = replace(at, loads=full._replace(pressure=there * full.pressure))
-            start = predict(at, tangent, state, np.zeros_like(at.X), to.loads)
-            answer = solve(to, tangent, start, DESIGN_TOLERANCE, (at.loads, state), AT_ONCE)
-            if isinstance(answer, Equilibrium):
-                at, state, here, step = to, answer.state, there, 2.0 * step
-            else:
-                step /= 2.0
-        assert isinstance(answer, Equilibrium)
+        to = replace(at, loads=full._replace(pressure=part * full.pressure))
+        answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left)
+        if isinstance(answer, NoEquilibrium):
+            return
+        at, state, left = to, answer.state, left - answer.factorisations
         yield part, answer
 
 

@@ -25,7 +25,7 @@ from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.restore import restored
-from pneumorph.mechanics.solve.sweep import extrapolated, sweep
+from pneumorph.mechanics.solve.sweep import on_secant, sweep
 from pneumorph.mechanics.solve.whole import Whole, whole_of
 
 __all__ = [
@@ -51,7 +51,6 @@ __all__ = [
     "deformation_gradients",
     "diagnose",
     "displacement",
-    "extrapolated",
     "follow",
     "gradients_after",
     "guided_of",
@@ -59,6 +58,7 @@ __all__ = [
     "mirrors_of",
     "model_of",
     "neo_hookean_rubber",
+    "on_secant",
     "part_of",
     "predict",
     "rest",

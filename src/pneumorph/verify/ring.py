@@ -112,10 +112,11 @@ def pressed(mesh: TetMesh, activation: float, closed: Sequence[float]) -> tuple[
     motions = []
     for distance in closed:
         loads = build_loads(held.model, {}, spring=spring, wrench=-spring * distance)
-        found = solve(replace(held, loads=loads), tangent, since=since)
+        at = replace(held, loads=loads)
+        found = solve(at, tangent, since=since)
         if isinstance(found, NoEquilibrium):
             raise ComputationError(found.reason)
-        since = loads, found.state
+        since = at, found.state
         motions.append(found.plate[1])
     moved = np.array(motions)
     return moved, -HOLD * (np.array(closed) + moved)

@@ -87,6 +87,12 @@ def applied_force(at: Configuration, state: State) -> float:
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
 
+def energy_rounding(at: Configuration) -> float:
+    """Rounding error of Π in N·mm under however small a load: energy densities are differences of numbers like μ."""
+    modulus = max(rubber.shear_modulus for rubber in at.model.rubbers.values())
+    return 4.0 * np.finfo(float).eps * modulus * float(np.prod(np.ptp(at.X, axis=0)))
+
+
 def bulk_over_shear(at: Configuration) -> float:
     """κ/μ, the largest of all rubbers: residuals of equally rough displacements grow with it."""
     return max(rubber.bulk_modulus / rubber.shear_modulus for rubber in at.model.rubbers.values())

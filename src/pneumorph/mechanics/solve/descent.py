@@ -20,6 +20,7 @@ from pneumorph.mechanics.solve.balance import (
     apart,
     applied_force,
     bulk_over_shear,
+    energy_rounding,
     evaluate,
     free_share,
     largest_stretch,
@@ -176,7 +177,7 @@ def _line_search(at: Configuration, here: Place, direction: np.ndarray) -> Place
     if not slope < 0:
         return None
     # Near the minimum Π changes by less than its rounding error; there the residual decides.
-    rounding = 1e-12 * (abs(here.energy) + abs(slope))
+    rounding = 1e-12 * (abs(here.energy) + abs(slope)) + energy_rounding(at)
     step = free_share(at, here.vector, direction)
     for _ in range(12):
         trial = here.vector + step * direction

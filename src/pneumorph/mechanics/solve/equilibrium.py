@@ -38,7 +38,7 @@ from pneumorph.mechanics.solve.balance import (
 from pneumorph.mechanics.solve.descent import ROUGH, minimise
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
-from pneumorph.mechanics.solve.prediction import predict_change
+from pneumorph.mechanics.solve.prediction import guess_after, predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
 TOLERANCE = 1e-9
@@ -48,15 +48,11 @@ TOLERANCE = 1e-9
 SMALLEST_FRACTION = 1 / 20
 """Fraction of the load that is still halved once when the load is stepped up."""
 
-FIRST_RESHAPED = 1 / 2
-"""The first step where nodes move from one design to another."""
+FIRST_RESHAPED, FIRST_MOVED = 1 / 2, 1 / 8
+"""Fractions of the way in the first step: where nodes move from one design to another, and where obstacles move."""
 
 SMALLEST_MOVE = 1e-4
-"""The same where obstacles move, which may have to be less than the gap to what they press on."""
-
-
-FIRST_WITH_CONTACT = 1 / 8
-"""Fraction of the load in the first step where surfaces may touch: from far away they would meet in rough detail."""
+"""`SMALLEST_FRACTION` where obstacles move, which may have to be less than the gap to what they press on."""
 
 
 @dataclass(frozen=True)
@@ -159,16 +155,16 @@ def solve(
     tangent: Tangent,
     start: State | Guess | None = None,
     tolerance: float = TOLERANCE,
-    since: tuple[Loads | Configuration, State] | None = None,
+    since: tuple[Configuration, State] | None = None,
     most: float = math.inf,
     roughest: float = math.inf,
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
     Newton's method goes to the full load at once from `start`. Without a start, or if that fails, the load is raised in
-    adaptive steps: from `since`, the loads and equilibrium of another load case on the same nodes, or else from rest,
-    weights and plate loads first, then pressures. `since` may also be a configuration with other places of the same
-    nodes, which are then moved in the same steps. A state has converged when its residual is `tolerance` times the
+    adaptive steps: from `since`, another configuration of the same model with its equilibrium, or else from rest,
+    weights and plate loads first, then pressures. Where the nodes of `since` are in other places, they are moved in
+    the same steps. A state has converged when its residual is `tolerance` times the
     norm of the applied forces. The search ends after `most` factorisations, and does not begin where the start's own
     residual is more than `roughest` κ/μ times the applied forces: from so far away it would hardly lead anywhere.
     """
@@ -202,13 +198,11 @@ def _searched(
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
     if since is not None:
-        earlier, state = since
-        begin = earlier if isinstance(earlier, Configuration) else replace(at, loads=earlier)
-        return _raise(at, begin, state, tangent, before, tolerance)
+        return _raise(at, *since, tangent, before, tolerance)
     return _step_up(at, tangent, before, tolerance)
 
 
-def _find(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+def _find(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
     return _search(at, tangent, _begin(at, start), tolerance)
 
@@ -253,44 +247,37 @@ def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> E
 def _raise(
     whole: Configuration, begin: Configuration, state: State, tangent: Tangent, before, tolerance: float
 ) -> Equilibrium | NoEquilibrium:
-    """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too."""
-    residual, reached, step = 0.0, 0.0, 1.0 if whole.model.contact is None else FIRST_WITH_CONTACT
-    last, at = None, None
-    reason = ""
+    """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
+
+    Every step begins where the state before it is predicted to lead.
+    """
+    at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
     reshaped = not np.array_equal(whole.X, begin.X)
     moving = reshaped or not np.array_equal(whole.loads.shift, begin.loads.shift)
-    step = FIRST_RESHAPED if reshaped else step
+    step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
     smallest = SMALLEST_MOVE if moving else SMALLEST_FRACTION
-    while at is None or reached < 1.0:
+    while reached < 1.0:
         fraction = min(1.0, reached + step)
         # At the full load use the caller's own configuration, so that its factorisation is recognised.
         part = _part(begin, whole, fraction)
-        if moving:
+        ahead = predict_change(at, tangent, state, whole) if ahead is None else ahead
+        start = _between(state, ahead, (fraction - reached) / (1.0 - reached))
+        if moving and whole.model.contact is not None and (free := free_way(at, state, part, start)) < 1.0:
             # What an obstacle presses on goes along with it.
-            here = at or begin
-            start = predict_change(here, tangent, state, part)
-            if (free := free_way(here, state, part, start)) < 1.0:
-                fraction, start = reached + free * (fraction - reached), _between(state, start, free)
-                part = _part(begin, whole, fraction)
-        else:
-            start = state if last is None else _between(last[1], state, (fraction - last[0]) / (reached - last[0]))
-            start = _without_meeting(part, state, start)
-        # From far away, `find_stable` needs fewer factorisations than descent, and fails sooner where nothing is found.
-        # A barrier bends so sharply that Newton's method alone hardly finds a step that leads nearer.
-        search = find_stable if part.model.contact is None else _find
-        found = search(part, tangent, start, tolerance)
-        if isinstance(found, str) and last is not None and not moving:
-            found = search(part, tangent, state, tolerance)
-        if isinstance(found, str) and step < smallest and not part.model.mixed:
+            fraction, start = reached + free * (fraction - reached), _between(state, start, free)
+            part = _part(begin, whole, fraction)
+        start = _without_meeting(part, state, start)
+        found = _find(part, tangent, guess_after(at, state, part, start), tolerance)
+        if isinstance(found, str) and (step < smallest or (whole.model.contact is not None and not moving)):
+            # Near a limit load, and where surfaces come near, a prediction may lead farther away.
             found = _find(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, min(step, fraction - reached) / 2
             if step < smallest / 2:
-                nearest = None if at is None else read_off(at, tangent, state, 0.0, before)
+                nearest = None if at is begin else read_off(at, tangent, state, 0.0, before)
                 return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, nearest)
             continue
-        last = (reached, state)
-        (state, residual), reached, at = found, fraction, part
+        (state, residual), reached, at, ahead = found, fraction, part, None
         step *= 1.5
     return read_off(at, tangent, state, residual, before)
 

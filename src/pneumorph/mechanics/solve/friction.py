@@ -20,10 +20,10 @@ from pneumorph.mechanics.assembly.model import Model, with_more
 from pneumorph.mechanics.assembly.obstacles import Obstacle, away_from, distances, pressure, sample_places
 from pneumorph.mechanics.assembly.potential import displacement, poses
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Term
+from pneumorph.mechanics.assembly.terms import Connectivity, Term
 from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
-from pneumorph.mechanics.solve.sweep import extrapolated
+from pneumorph.mechanics.solve.sweep import on_secant
 
 REACH = 1 / 20
 """ε as a fraction of the activation distance."""
@@ -43,7 +43,7 @@ def sweep_with_friction(
     Yields each configuration with the friction that acts there. Parameters are those of `sweep.sweep`, and the
     coefficient of friction.
     """
-    walked: list[tuple[Loads, State]] = []
+    walked: list[tuple[Configuration, State]] = []
     held: Holds | None = None
     stopped: NoEquilibrium | None = None
     for at in path:
@@ -55,7 +55,7 @@ def sweep_with_friction(
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
-            walked = [*walked[-1:], (at.loads, found.state)]
+            walked = [*walked[-1:], (here, found.state)]
         yield here, found
 
 
@@ -71,18 +71,19 @@ def with_friction(model: Model, coefficient: float, held: Holds) -> Model:
 
 
 def _step(
-    at: Configuration, tangent: Tangent, coefficient: float, held: Holds, walked: list[tuple[Loads, State]]
+    at: Configuration, tangent: Tangent, coefficient: float, held: Holds, walked: list[tuple[Configuration, State]]
 ) -> tuple[Configuration, Found, Holds]:
     """One step: its configuration with friction, what was found, and what the next one begins with."""
-    start, since = extrapolated(walked, at.loads), walked[-1] if walked else None
+    start, since = on_secant(walked, at), walked[-1] if walked else None
     for _ in range(MOST_LAGS):
         here = replace(at, model=with_friction(at.model, coefficient, held))
-        found = solve(here, tangent, start, since=since)
+        # Where a step must be divided, friction is that of now along all of it.
+        found = solve(here, tangent, start, since=since and (replace(since[0], model=here.model), since[1]))
         if isinstance(found, NoEquilibrium):
             return here, found, held
         again = _lagged(at, found.state, held)
         settled = _settled(at, found.state, held, again)
-        held, start, since = again, found.state, (at.loads, found.state)
+        held, start, since = again, found.state, (here, found.state)
         if settled:
             return here, found, _drawn(at, found.state, held)
     reason = f"friction did not settle in {MOST_LAGS} solutions; use smaller steps"

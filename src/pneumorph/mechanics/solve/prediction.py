@@ -28,8 +28,14 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
         # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
         step = model.vector(found) - vector
         found = model.state(vector + free_share(moved, vector, step) * step)
-    u, there = (kernels.displacement(model.tip, each.X, one) for each, one in ((at, state), (moved, found)))
-    return Guess(found, gradients_after(model.tets.nodes[: model.elements], at.X, u, dX, there - u))
+    return guess_after(at, state, moved, found)
+
+
+def guess_after(at: Configuration, state: State, there: Configuration, found: State) -> Guess:
+    """A predicted state, with deformation gradients that turn with the body; nodes may have moved as well."""
+    model = at.model
+    u, after = (kernels.displacement(model.tip, each.X, one) for each, one in ((at, state), (there, found)))
+    return Guess(found, gradients_after(model.tets.nodes[: model.elements], at.X, u, there.X - at.X, after - u))
 
 
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:

@@ -26,28 +26,33 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
     path : configurations, in order.
     tangent : the linear solver of their model.
     """
-    walked: list[tuple[Loads, State]] = []
+    walked: list[tuple[Configuration, State]] = []
     stopped: NoEquilibrium | None = None
     for at in path:
         if stopped is not None:
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
-        found = solve(at, tangent, extrapolated(walked, at.loads), since=walked[-1] if walked else None)
+        found = solve(at, tangent, on_secant(walked, at), since=walked[-1] if walked else None)
         if isinstance(found, NoEquilibrium):
             found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
-            walked = [*walked[-1:], (at.loads, found.state)]
+            walked = [*walked[-1:], (at, found.state)]
         yield found
 
 
-def extrapolated(walked: list[tuple[Loads, State]], loads: Loads) -> State | None:
-    """The last state, extrapolated along the secant through the last two; None without any."""
+def on_secant(walked: list[tuple[Configuration, State]], at: Configuration) -> State | None:
+    """Where surfaces may touch: the last state, extrapolated along the secant through the last two.
+
+    None without any, and without contact, where `solve` itself begins from a prediction that is better.
+    """
+    if not walked or at.model.contact is None:
+        return None
     if len(walked) < 2:
-        return walked[-1][1] if walked else None
+        return walked[-1][1]
     (before, earlier), (now, state) = walked
-    done, ahead = _change(before, now), _change(now, loads)
+    done, ahead = _change(before.loads, now.loads), _change(now.loads, at.loads)
     length = float(np.sum(done * done))
     if length == 0.0:
         return state
