@@ -198,7 +198,8 @@ def _searched(
             if not isinstance(found, str):
                 return read_off(at, tangent, *found, before)
     if since is not None:
-        return _raise(at, *since, tangent, before, tolerance)
+        begin, state = since
+        return _raise(at, begin, state, tangent, before, tolerance)
     return _step_up(at, tangent, before, tolerance)
 
 
