@@ -18,14 +18,13 @@ from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
 
 MOST_FACTORISATIONS, ELSEWHERE, ENOUGH = 40, 20, 8
-"""A search is given up if the equilibrium of a task takes more factorisations than this. The others are for elements
-without hydrostatic unknowns and without contact, the last on the mesh that the search comes from: what they do not find
-there at once, they find on the way in shorter ones.
+"""A search is given up if the equilibrium of a task takes more factorisations than this. The others are without contact,
+the last on the mesh that the search comes from: what is not found there at once is found on the way in shorter steps.
 """
 
 ROUGHEST = 5.0
-"""Residual of a predicted state, over κ/μ and the applied forces, above which these do not even begin: they hardly ever
-end."""
+"""Residual of a predicted state, over κ/μ and the applied forces, above which a search without contact does not even
+begin: it hardly ever ends."""
 
 SHORTEST = 1 / 4
 """Least part of a step that is gone at a time."""
@@ -97,7 +96,7 @@ def analyse_trial(
     if poor is not None:
         yield Remeshed(number, poor, disc.model.elements, _quality(disc, points), disc.model.part)
     with clock.phase("equilibrium"):
-        if disc.model.contact is not None or disc.model.mixed:
+        if disc.model.contact is not None:
             same = now if poor is None else None
             found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS, near=same)
         else:
