@@ -18,9 +18,8 @@ from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
 
 MOST_FACTORISATIONS, ELSEWHERE, ENOUGH = 40, 20, 8
-"""A search is given up if the equilibrium of a task takes more factorisations than this. The others are without contact,
-the last on the mesh that the search comes from: what is not found there at once is found on the way in shorter steps.
-"""
+"""A search is given up if the equilibrium of a task takes more factorisations than this. The others are without
+contact, the last on the mesh that the search comes from: what is not found there at once is found in shorter steps."""
 
 ROUGHEST = 5.0
 """Residual of a predicted state, over κ/μ and the applied forces, above which a search without contact does not even
