@@ -49,6 +49,8 @@ that the state is stable and with which the adjoint is solved, and some twenty b
   was tried: volume ratios in every search (where displacements are rough, twenty factorisations find nothing), a
   factorisation at once in place of steps with the one of the design before (the same), forty steps of conjugate
   gradients for the fit in place of a hundred (one to three factorisations more).
+- **Mixed elements** take three to four factorisations a design where plain ones take one or two: the last is always of
+  the answer itself, for its stability and its adjoint, since conjugate gradients do not apply to a saddle point.
 - **Corrections near the factorised state**: two products for the stability and about four for the adjoint. With two
   threads they take nearly as long as a factorisation at the answer would, for a back-solve is limited by memory.
 - **The sub-problem**: 5 programs of 6 updates of the prices and up to 20 iterations each. What was tried: two updates
