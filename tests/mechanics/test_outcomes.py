@@ -81,6 +81,19 @@ def test_a_step_that_fails_goes_on_from_the_equilibrium_before():
     assert found.factorisations <= solve(high, Tangent(built), wild).factorisations + 1
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("mixed", [False, True])
+def test_a_start_so_far_away_that_its_energy_is_not_finite_is_told_without_a_warning(mixed):
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = build_model(mesh, RUBBER, mixed=mixed)
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.05}))
+    for far in (1e60, 1e120, 1e200):
+        random = np.random.default_rng(0).standard_normal(built.size)
+        wild = built.state(np.where(built.fixed, 0.0, far * random))
+        found = solve(at, Tangent(built), wild)
+        assert isinstance(found, Equilibrium) and found.stable
+
+
 def test_the_answer_is_factorised_once():
     """A load so small that the tangent at rest leads there: one factorisation at rest, one at the answer."""
     mesh = tube(4, 8, 20, (1, 8, 4))

@@ -54,9 +54,11 @@ def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarr
         here = strained(seen, at, chunk)
         psi, stress, slope = map(np.array, _stress(solid, here.F, here.hydrostatic))
         points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
-        if seen.hydrostatics.shape[1]:
-            hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
-        return float(np.sum(here.measure * psi))
+        # Searches look at states so far away that their energy is not finite, and see it by the result.
+        with np.errstate(over="ignore", invalid="ignore"):
+            if seen.hydrostatics.shape[1]:
+                hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
+            return float(np.sum(here.measure * psi))
 
     return sum(each(work, seen.chunks())), u, hydrostatic
 

@@ -45,6 +45,8 @@ def _factors(square: float) -> np.ndarray:
         # The differences below cancel near 0; the series are exact to 1e-17.
         orders = np.stack([np.ones(len(_TERMS)), 2.0 * _TERMS, 4.0 * _TERMS * (_TERMS - 1)])
         return _SERIES @ (orders * square ** np.maximum(_TERMS - np.arange(3)[:, None], 0)).T
+    if not math.isfinite(square):
+        return np.full((2, 3), np.nan)
     angle = math.sqrt(square)
     sine, cosine = math.sin(angle) / angle, (1.0 - math.cos(angle)) / square
     by_sine, by_cosine = (math.cos(angle) - sine) / square, (sine - 2.0 * cosine) / square

@@ -171,7 +171,9 @@ def solve(
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most
     try:
-        found = _searched(at, tangent, start, tolerance, since, before, roughest)
+        # Starts may be anywhere: what is not finite is seen by its value.
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = _searched(at, tangent, start, tolerance, since, before, roughest)
         if isinstance(found, Equilibrium) and (loose := unheld(at, tangent, found.state)) is not None:
             return NoEquilibrium(loose, 1.0, None)
         return found
