@@ -14,9 +14,9 @@ from pneumorph.optimize.history import Clock
 from pneumorph.problem import loads
 
 
-@pytest.fixture(scope="module")
-def start():
-    problem = loads(tiny(size='"5 mm"\nelement = "quadratic"', pressure='{ A = "60 kPa" }'))
+@pytest.fixture(scope="module", params=["quadratic", "mixed"])
+def start(request):
+    problem = loads(tiny(size=f'"5 mm"\nelement = "{request.param}"', pressure='{ A = "60 kPa" }'))
     body = starting_body(problem.body)
     space, disc = build_design_space(problem, body), discretise(problem, body)
     return problem, space, disc, analyse(problem, space, disc, space.start)

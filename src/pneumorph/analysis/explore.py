@@ -26,10 +26,10 @@ from pneumorph.mechanics import (
     loads_of,
     mirrors_of,
     model_of,
-    on_secant,
     part_of,
     rest,
     restored,
+    secant_start,
     solve,
     whole_of,
 )
@@ -226,7 +226,7 @@ class _Meshed:
 
     def _from(self, near: list[tuple[Configuration, State]], at: Configuration) -> Equilibrium | NoEquilibrium:
         """The equilibrium from one or two known states, from rest without any."""
-        start, since = on_secant(near, at), near[-1] if near else None
+        start, since = secant_start(near, at), near[-1] if near else None
         found = solve(at, self.tangent, start, since=since, most=MOST_FACTORISATIONS)
         if isinstance(found, Equilibrium):
             self.known.append((at, found.state))

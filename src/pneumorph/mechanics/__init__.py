@@ -25,7 +25,7 @@ from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.restore import restored
-from pneumorph.mechanics.solve.sweep import on_secant, sweep
+from pneumorph.mechanics.solve.sweep import secant_start, sweep
 from pneumorph.mechanics.solve.whole import Whole, whole_of
 
 __all__ = [
@@ -58,7 +58,6 @@ __all__ = [
     "mirrors_of",
     "model_of",
     "neo_hookean_rubber",
-    "on_secant",
     "part_of",
     "predict",
     "rest",
@@ -67,6 +66,7 @@ __all__ = [
     "rotation_vector",
     "rubber_of",
     "rubbers_of",
+    "secant_start",
     "solve",
     "sweep",
     "sweep_with_friction",

@@ -44,7 +44,6 @@ from pneumorph.mechanics.solve.saddle import find_stable
 TOLERANCE = 1e-9
 """Relative residual, over the norm of the applied forces, at which a state counts as an equilibrium."""
 
-
 SMALLEST_FRACTION = 1 / 20
 """Fraction of the load that is still halved once when the load is stepped up."""
 
@@ -163,10 +162,10 @@ def solve(
 
     Newton's method goes to the full load at once from `start`. Without a start, or if that fails, the load is raised in
     adaptive steps: from `since`, another configuration of the same model with its equilibrium, or else from rest,
-    weights and plate loads first, then pressures. Where the nodes of `since` are in other places, they are moved in
-    the same steps. A state has converged when its residual is `tolerance` times the
-    norm of the applied forces. The search ends after `most` factorisations, and does not begin where the start's own
-    residual is more than `roughest` κ/μ times the applied forces: from so far away it would hardly lead anywhere.
+    weights and plate loads first, then pressures. Where the nodes of `since` are in other places, they are moved in the
+    same steps. A state has converged when its residual is `tolerance` times the norm of the applied forces. The search
+    ends after `most` factorisations, and does not begin where the start's own residual is more than `roughest` κ/μ
+    times the applied forces: from so far away it would hardly lead anywhere.
     """
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most

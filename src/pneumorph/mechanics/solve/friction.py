@@ -23,7 +23,7 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Connectivity, Term
 from pneumorph.mechanics.assembly.triangulated import Triangulated
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
-from pneumorph.mechanics.solve.sweep import on_secant
+from pneumorph.mechanics.solve.sweep import secant_start
 
 REACH = 1 / 20
 """ε as a fraction of the activation distance."""
@@ -74,7 +74,7 @@ def _step(
     at: Configuration, tangent: Tangent, coefficient: float, held: Holds, walked: list[tuple[Configuration, State]]
 ) -> tuple[Configuration, Found, Holds]:
     """One step: its configuration with friction, what was found, and what the next one begins with."""
-    start, since = on_secant(walked, at), walked[-1] if walked else None
+    start, since = secant_start(walked, at), walked[-1] if walked else None
     for _ in range(MOST_LAGS):
         here = replace(at, model=with_friction(at.model, coefficient, held))
         # Where a step must be divided, friction is that of now along all of it.

@@ -32,7 +32,7 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
         if stopped is not None:
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
-        found = solve(at, tangent, on_secant(walked, at), since=walked[-1] if walked else None)
+        found = solve(at, tangent, secant_start(walked, at), since=walked[-1] if walked else None)
         if isinstance(found, NoEquilibrium):
             found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
@@ -42,7 +42,7 @@ def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibri
         yield found
 
 
-def on_secant(walked: list[tuple[Configuration, State]], at: Configuration) -> State | None:
+def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -> State | None:
     """Where surfaces may touch: the last state, extrapolated along the secant through the last two.
 
     None without any, and without contact, where `solve` itself begins from a prediction that is better.
