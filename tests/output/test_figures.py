@@ -72,6 +72,11 @@ def assert_nothing_is_cut_off(figure: Figure):
     for part in parts:
         box = part.get_window_extent(renderer)
         assert box.x0 >= -1 and box.y0 >= -1 and box.x1 <= width + 1 and box.y1 <= height + 1, part
+    # Axes have white grounds, which would hide what is below them.
+    for axes in figure.axes:
+        labels = [axis.label.get_window_extent(renderer) for axis in axes._axis_map.values()]
+        for other in figure.axes:
+            assert other is axes or not any(other.bbox.overlaps(box) for box in labels), "a label is hidden"
 
 
 def figures(problem):
@@ -91,6 +96,18 @@ def test_every_diagram_is_a_column_wide_and_nothing_is_cut_off(problem):
     for figure in figures(problem):
         assert figure.get_figwidth() == COLUMN
         assert_nothing_is_cut_off(figure)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.3, 1.0, 2.5])
+@pytest.mark.parametrize("about", [0, 1])
+def test_no_label_of_a_target_is_hidden_however_it_bends(bend, about):
+    """From a body that is straight to one that is as wide as it is high."""
+    asked = loads(tiny(objective=CURVE, pressure='{ A = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }'))
+    heights = np.array([3, 9, 15, 21])
+    places = np.zeros((4, 3))
+    places[:, 2], places[:, about] = heights * np.sinc(bend * heights / 48), -bend * heights**2 / 48
+    found = task_result(errors={"orientation_rad": 0.1}, section_positions=tuple(map(tuple, places)))
+    assert_nothing_is_cut_off(shape_figure(asked.task[0], 24.0, found, found))
 
 
 @pytest.mark.parametrize("count", [1, 3, 5])

@@ -42,6 +42,9 @@ LEAST = 0.3
 SPACE, GAP, EDGE, LINE = 2.0, 0.4, 0.08, 0.14
 """Inches: height of the picture in space, space for labels, margin, and a line of the legend."""
 
+LARGEST, MOST_ZOOMS = 1.15, 6
+"""Largest zoom of the picture in space, and how often it is made smaller."""
+
 
 class CentreLine(NamedTuple):
     """A curve (n, 3) that starts at the centre of the base, and the centres of the sections (S, 3) on it, in mm."""
@@ -101,7 +104,8 @@ def shape_figure(
     def place(at: tuple[float, float], size: tuple[float, float], **options: Any) -> Any:
         return figure.add_axes((at[0] / COLUMN, at[1] / height, size[0] / COLUMN, size[1] / height), **options)
 
-    _in_space(place((0.1, bottom + y + GAP + x + EDGE), (COLUMN - 0.4, SPACE), projection="3d"), lines, limits)
+    space = place((0.1, bottom + y + GAP + x + EDGE), (COLUMN - 0.4, SPACE), projection="3d")
+    _in_space(space, lines, limits)
     # Arranged like the three views of a technical drawing, to one scale.
     for axes, across, up in (
         (place((left, bottom + y + GAP), (z, x)), 2, 0),
@@ -116,6 +120,7 @@ def shape_figure(
     handles = [Line2D([], [], marker="o", label=words[name], **STYLES[name]) for name in words]
     figure.legend(handles=handles, fontsize=SMALL, frameon=False, loc="lower center", labelspacing=0.3, borderpad=0.2)
     figure.suptitle(f"{task.name}: target and achieved", fontsize=TEXT, y=1 - EDGE / height, va="top")
+    _zoomed(space, figure, limits)
     return figure
 
 
@@ -132,13 +137,27 @@ def _in_space(axes: Axes3D, lines: Mapping[str, CentreLine], limits: np.ndarray)
     # First, because choosing the vertical axis rotates the box.
     axes.view_init(elev=22.0, azim=-60.0, vertical_axis="x")
     axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
-    axes.set_box_aspect(np.ptp(limits, axis=1), zoom=1.15)  # pyright: ignore[reportArgumentType]
     _draw(axes, lines, [0, 1, 2])
     for axis, name, wide in zip((axes.xaxis, axes.yaxis, axes.zaxis), AXES, np.ptp(limits, axis=1), strict=True):
         axis.set_label_text(f"{name} / mm", fontsize=SMALL)
-        axis.labelpad = 0.0 if name == "z" else -7.0
+        axis.labelpad = {"x": -4.0, "y": -7.0, "z": 0.0}[name]
         axis.set_major_locator(MaxNLocator(max(2, round(5 * wide / np.ptp(limits, axis=1).max()))))
     axes.tick_params(labelsize=SMALL, pad=-3.0)
+
+
+def _zoomed(axes: Axes3D, figure: Figure, limits: np.ndarray) -> None:
+    """Make the picture in space as large as it may be without its labels leaving its height: other axes hide them."""
+    room, zoom, share = axes.get_position(original=True).transformed(figure.transFigure), LARGEST, 1.0
+    for _ in range(MOST_ZOOMS):
+        zoom *= share
+        axes.set_box_aspect(np.ptp(limits, axis=1), zoom=zoom)  # pyright: ignore[reportArgumentType]
+        # Labels are placed when they are drawn.
+        figure.draw_without_rendering()
+        taken, middle = axes.get_tightbbox(), (room.y0 + room.y1) / 2
+        assert taken is not None
+        share = (room.height / 2) / max(taken.y1 - middle, middle - taken.y0)
+        if share >= 1.0:
+            return
 
 
 def _projected(axes: Axes, lines: Mapping[str, CentreLine], limits: np.ndarray, across: int, up: int) -> None:
