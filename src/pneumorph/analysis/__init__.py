@@ -8,6 +8,8 @@ from pneumorph.analysis.analyse import (
     carry_over,
     check_stability,
     discretise,
+    lateral_stability,
+    lateral_stiffness,
     predict_states,
 )
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
@@ -28,6 +30,7 @@ from pneumorph.analysis.slopes import (
     Slopes,
     design_gradient,
     design_slopes,
+    lateral_slope_of,
     margin_slopes,
     margins,
     strain_shares,
@@ -66,6 +69,9 @@ __all__ = [
     "design_slopes",
     "discretise",
     "from_json",
+    "lateral_slope_of",
+    "lateral_stability",
+    "lateral_stiffness",
     "margin_slopes",
     "margins",
     "nodal_stress",

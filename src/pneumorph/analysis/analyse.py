@@ -17,6 +17,7 @@ from pneumorph.mechanics import (
     Guess,
     Model,
     NoEquilibrium,
+    Softest,
     State,
     Tangent,
     configure,
@@ -25,10 +26,12 @@ from pneumorph.mechanics import (
     displacement,
     gradients_after,
     guided_of,
+    lateral_models,
     loads_of,
     model_of,
     part_of,
     predict,
+    softest,
     solve,
     whole_of,
 )
@@ -51,7 +54,8 @@ DESIGN_ACCURACY = 1e-6
 class Discretisation:
     """A mesh that follows the control points, its mechanical model, and a linear solver and an objective for each task.
 
-    `built_at` (n_points, 3) are the control points, in mm, for which it was meshed.
+    `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. Between mirror planes, `lateral` are
+    the models for motions to a side, which have one solver in common, `across`.
     """
 
     morph: Morph
@@ -59,11 +63,14 @@ class Discretisation:
     model: Model
     tangents: dict[str, Tangent]
     objectives: dict[str, Objective]
+    lateral: tuple[Model, ...] = ()
+    across: Tangent | None = None
 
     @property
     def factorisations(self) -> int:
         """Number of factorisations made so far, for all tasks."""
-        return sum(tangent.factorisations for tangent in self.tangents.values())
+        own = 0 if self.across is None else self.across.factorisations
+        return own + sum(tangent.factorisations for tangent in self.tangents.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +133,9 @@ def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -
     refuse_friction(problem)
     model = model_of(problem, morph.mesh)
     tangents = {task.name: Tangent(model) for task in problem.task}
-    return Discretisation(morph, built_at, model, tangents, build_objectives(problem))
+    lateral = lateral_models(model, morph.mesh)
+    across = Tangent(model) if lateral else None
+    return Discretisation(morph, built_at, model, tangents, build_objectives(problem), lateral, across)
 
 
 def refuse_friction(problem: Problem) -> None:
@@ -202,9 +211,34 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
         found[name] = tangent.negative_pivots == 0
     if not disc.model.part:
         return found
+    if disc.lateral:
+        lateral = lateral_stability(disc, analysis)
+        return {name: found[name] and all(lateral[name]) for name in found}
     whole = whole_of(disc.model, disc.morph.mesh)
     return {
         name: found[name] and whole.negative_pivots(at, analysis.equilibria[name].state) == 0
+        for name, at in analysis.configurations.items()
+    }
+
+
+def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, list[bool]]:
+    """Whether every task is stable against each kind of motion to a side; there are none but between mirror planes."""
+    found: dict[str, list[bool]] = {}
+    for name, at in analysis.configurations.items():
+        found[name] = []
+        for kind in disc.lateral:
+            assert disc.across is not None
+            disc.across.factorise(replace(at, model=kind), analysis.equilibria[name].state)
+            found[name].append(disc.across.negative_pivots == 0)
+    return found
+
+
+def lateral_stiffness(disc: Discretisation, analysis: Analysis) -> dict[str, list[Softest]]:
+    """The softest motions to a side of every task, one of each kind; none but between mirror planes."""
+    if disc.across is None:
+        return {name: [] for name in analysis.configurations}
+    return {
+        name: softest(at, analysis.equilibria[name].state, disc.lateral, disc.across)
         for name, at in analysis.configurations.items()
     }
 

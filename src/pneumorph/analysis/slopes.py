@@ -9,11 +9,11 @@ import numpy as np
 from pneumorph.analysis.analyse import DESIGN_ACCURACY, Analysis, Discretisation
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
-from pneumorph.mechanics import Tangent
+from pneumorph.mechanics import Softest, Tangent
 from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.objective import StrainShare
 from pneumorph.problem import Problem
-from pneumorph.sensitivity import find_margin, gradient, margin_slope, residual_jacobian
+from pneumorph.sensitivity import find_margin, gradient, lateral_slope, margin_slope, residual_jacobian
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +95,15 @@ def margin_slopes(
         values.append(found.load)
         rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid))
     return np.array(values), np.array(rows)
+
+
+def lateral_slope_of(
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, found: Softest
+) -> np.ndarray:
+    """Derivatives (n,) with respect to Φ of the stiffness that a task leaves against a motion to a side."""
+    at, tangent, state = analysis.configurations[name], disc.tangents[name], analysis.equilibria[name].state
+    by_X, by_pressure, by_laid = lateral_slope(at, tangent, state, found, DESIGN_ACCURACY)
+    return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid)
 
 
 def _task_gradient(

@@ -20,6 +20,7 @@ from pneumorph.mechanics.solve.equilibrium import (
 )
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction import sweep_with_friction
+from pneumorph.mechanics.solve.lateral import Softest, lateral_models, softest
 from pneumorph.mechanics.solve.mirror import mirrors_of
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
@@ -41,6 +42,7 @@ __all__ = [
     "Path",
     "PathPoint",
     "Rubber",
+    "Softest",
     "State",
     "Tangent",
     "Whole",
@@ -54,6 +56,7 @@ __all__ = [
     "follow",
     "gradients_after",
     "guided_of",
+    "lateral_models",
     "loads_of",
     "mirrors_of",
     "model_of",
@@ -67,6 +70,7 @@ __all__ = [
     "rubber_of",
     "rubbers_of",
     "secant_start",
+    "softest",
     "solve",
     "sweep",
     "sweep_with_friction",

@@ -6,7 +6,7 @@ Derivatives, sub-problem, new shape within its limits, equilibrium, trust region
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, build_design_space
 from pneumorph.mechanics import NoEquilibrium
+from pneumorph.optimize.buckling import Lateral, buckles, lateral_excess, look
 from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.events import (
@@ -94,6 +95,7 @@ class _Standing:
     analysis: Analysis
     slopes: Slopes
     states: StateLimits
+    lateral: Lateral
     optimality: float
     report: LimitReport
     disc: Discretisation
@@ -236,6 +238,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
         float(state["radius"]),
         values[:-1],
+        closely=bool(state.get("closely", False)),
     )
 
 
@@ -251,16 +254,22 @@ def _standing(
     radius: float,
     values: tuple[float, ...],
     bend: float = 0.0,
+    lateral: Lateral | None = None,
+    closely: bool = False,
 ) -> _Standing:
     """Evaluate the derivatives of an accepted design."""
+    with clock.phase("equilibrium"):
+        lateral = lateral or look(disc, analysis, closely)
     with clock.phase("gradient"):
         slopes = design_slopes(loop.problem, loop.space, disc, analysis)
-        states = linear_states(loop.problem, loop.space, disc, analysis)
+        states = linear_states(loop.problem, loop.space, disc, analysis, lateral)
     with clock.phase("subproblem"):
         left = loop.optimality(analysis.phi, slopes.total, states)
     # Designs are compared by their objective from the first one on that keeps the limits on states.
     values = () if states.broken else (*values, analysis.value)
-    return _Standing(iteration, analysis, slopes, states, left, kept, disc, stepper, memory, radius, values, bend)
+    return _Standing(
+        iteration, analysis, slopes, states, lateral, left, kept, disc, stepper, memory, radius, values, bend
+    )
 
 
 def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str]:
@@ -313,6 +322,15 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             yield DesignRejected(now.iteration + 1, reason, radius * reference)
             bend = now.states.curvature(worst, change)
             continue
+        with clock.phase("equilibrium"):
+            lateral = look(trial.disc, trial.analysis, now.lateral.softest is not None)
+        if buckles(now.lateral, lateral):
+            radius *= SHRINK
+            yield DesignRejected(now.iteration + 1, "it would buckle to a side", radius * reference)
+            if now.lateral.softest is None:
+                now = _closely(loop, now, clock)
+            bend = max(bend, now.states.curvature(lateral_excess(now.lateral, lateral), change))
+            continue
         gain = states.worst() - max(worst, 0.0) if mending else trial.before - trial.analysis.value
         ratio = gain / expected
         if ratio < POOR:
@@ -342,6 +360,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             min(max(radius, SMALLEST), LARGEST),
             now.values,
             now.states.curvature(worst, change),
+            lateral,
         )
         record = StepRecord(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
         yield _accepted(loop, following, clock, record)
@@ -349,6 +368,15 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
     if not gained:
         return "no step within the limits improves the design"
     return "the trust region has shrunk to nothing: no step that was tried improved the design"
+
+
+def _closely(loop: _Loop, now: _Standing, clock: Clock) -> _Standing:
+    """A design with what keeps the next one from buckling to a side."""
+    with clock.phase("equilibrium"):
+        lateral = look(now.disc, now.analysis, closely=True)
+    with clock.phase("gradient"):
+        states = linear_states(loop.problem, loop.space, now.disc, now.analysis, lateral)
+    return replace(now, lateral=lateral, states=states)
 
 
 def _promise(now: _Standing, proxy: Proxy, step: np.ndarray) -> float:
@@ -395,6 +423,7 @@ def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> 
         "iteration": now.iteration,
         "radius": now.radius,
         "values": np.array(now.values),
+        "closely": now.lateral.softest is not None,
         **now.stepper.pack(),
         **now.memory.pack(),
         **checkpoint.pack(now.analysis, now.disc),

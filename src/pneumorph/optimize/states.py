@@ -16,6 +16,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.constraint.table import TABLE, Limit
 from pneumorph.geometry import DesignSpace
+from pneumorph.optimize.buckling import Lateral, lateral_rows
 from pneumorph.problem import Problem
 
 OF_STATES = tuple(limit for limit in TABLE if not limit.of_shape)
@@ -32,7 +33,7 @@ class StateLimits:
     ----------
     value : (k,) c relative to the bound, 0.01 is one per cent beyond it.
     jacobian : (k, n) J, by the design variables.
-    limits : (k,) the limits, and `bounds` theirs.
+    limits : the limits of the first rows, and `bounds` theirs; the other rows keep the body from buckling to a side.
     curved : what c is expected to be beyond its linearisation at the end of the next step.
     """
 
@@ -56,7 +57,7 @@ class StateLimits:
         """The worst value of every limit by its key in the history; None for those that the problem does not have."""
         found: dict[str, float | None] = {limit.key: None for limit in OF_STATES if limit.key}
         for limit, bound in dict(zip(self.limits, self.bounds, strict=True)).items():
-            worst = max(c for c, own in zip(self.value, self.limits, strict=True) if own is limit)
+            worst = max(c for c, own in zip(self.value, self.limits, strict=False) if own is limit)
             found[limit.key or limit.name] = bound * (1.0 + (-worst if limit.at_least else worst))
         return found
 
@@ -71,7 +72,7 @@ class StateLimits:
 
     def curvature(self, worst: float, step: np.ndarray) -> float:
         """The curvature with which a step (n,) led to c = `worst`; 0 without a limit."""
-        if not self.limits:
+        if not len(self.value):
             return 0.0
         return 2.0 * max(worst - self.worst(step), 0.0) / max(float(np.abs(step).max()), 1e-9) ** 2
 
@@ -81,8 +82,13 @@ def no_states(variables: int) -> StateLimits:
     return StateLimits(np.zeros(0), np.zeros((0, variables)), (), ())
 
 
-def linear_states(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> StateLimits:
-    """The limits on the states of an analysed design, linearised by one adjoint for each task."""
+def linear_states(
+    problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis, lateral: Lateral | None = None
+) -> StateLimits:
+    """The limits on the states of an analysed design, linearised by one adjoint for each task.
+
+    And what keeps it from buckling to a side, where that is known.
+    """
     found = no_states(space.n)
     for limit in OF_STATES:
         bound = limit.read(problem.limits)
@@ -99,7 +105,11 @@ def linear_states(problem: Problem, space: DesignSpace, disc: Discretisation, an
             (*found.limits, *[limit] * len(value)),
             (*found.bounds, *[bound] * len(value)),
         )
-    return found
+    if lateral is None:
+        return found
+    value, slope = lateral_rows(space, disc, analysis, lateral)
+    both = np.concatenate([found.value, value]), np.concatenate([found.jacobian, slope])
+    return replace(found, value=both[0], jacobian=both[1])
 
 
 def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> tuple[float, str]:

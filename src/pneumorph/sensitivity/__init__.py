@@ -2,6 +2,7 @@
 
 from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian
 from pneumorph.sensitivity.boundary import boundary_gradient
+from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import Margin, find_margin, margin_slope
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
 
@@ -13,6 +14,7 @@ __all__ = [
     "boundary_gradient",
     "find_margin",
     "gradient",
+    "lateral_slope",
     "margin_slope",
     "residual_jacobian",
     "taylor_test",

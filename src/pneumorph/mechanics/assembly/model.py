@@ -305,6 +305,17 @@ def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
     )
 
 
+def with_fixed(model: Model, fixed: np.ndarray) -> Model:
+    """The model with other unknowns (n,) bool fixed at zero; a `Tangent` of the model serves it too."""
+    return replace(model, fixed=fixed, supported_values=_values_of(model.sparsity, fixed))
+
+
+def _values_of(common: Sparsity, fixed: np.ndarray) -> np.ndarray:
+    """Indices into the tangent's values: the rows and columns of fixed unknowns."""
+    rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
+    return np.flatnonzero(fixed[rows] | fixed[common.indices])
+
+
 def _assembled(
     terms: Iterable[Term],
     tip: Tip,
@@ -324,14 +335,13 @@ def _assembled(
     own = number >= 0
     own[tip.tied.nodes] = False
     fixed = np.concatenate([supports[own].ravel(), np.zeros(len(common.corners), bool), *held, still])
-    rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
     return {
         "terms": terms,
         "potential": Potential(groups, _near_tip(groups, number), tip, contact),
         "sparsity": common,
         "places": tuple(places_of(common, group.connectivity, tip.tied.nodes) for group in groups),
         "fixed": fixed,
-        "supported_values": np.flatnonzero(fixed[rows] | fixed[common.indices]),
+        "supported_values": _values_of(common, fixed),
         "diagonal": common.indptr[:-1],
     }
 

@@ -148,7 +148,8 @@ class Tangent:
     @property
     def negative_pivots(self) -> int:
         # Each hydrostatic unknown adds one to those of the tangent with π eliminated (Haynsworth 1968).
-        return self._factor.negative_pivots - self._model.hydrostatics
+        model = self._model if self.origin is None else self.origin.at.model
+        return self._factor.negative_pivots - np.count_nonzero(~model.fixed[model.hydrostatic_unknowns])
 
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
