@@ -28,13 +28,16 @@ from pneumorph.mechanics import (
     guided_of,
     lateral_models,
     loads_of,
+    masses_of,
     model_of,
     part_of,
     predict,
+    rest,
     softest,
     solve,
     whole_of,
 )
+from pneumorph.mechanics.solve.balance import unloaded
 from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
 from pneumorph.mesh.transfer import at_places, between_points, linear, locate, quadrature_points, transfer
 from pneumorph.objective import Objective, build_objectives
@@ -54,8 +57,8 @@ DESIGN_ACCURACY = 1e-6
 class Discretisation:
     """A mesh that follows the control points, its mechanical model, and a linear solver and an objective for each task.
 
-    `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. Between mirror planes, `lateral` are
-    the models for motions to a side, which have one solver in common, `across`.
+    `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. In parts, `lateral` are
+    the models of motions to a side, each with the linear solver that they share.
     """
 
     morph: Morph
@@ -63,14 +66,13 @@ class Discretisation:
     model: Model
     tangents: dict[str, Tangent]
     objectives: dict[str, Objective]
-    lateral: tuple[Model, ...] = ()
-    across: Tangent | None = None
+    lateral: tuple[tuple[Model, Tangent], ...] = ()
 
     @property
     def factorisations(self) -> int:
         """Number of factorisations made so far, for all tasks."""
-        own = 0 if self.across is None else self.across.factorisations
-        return own + sum(tangent.factorisations for tangent in self.tangents.values())
+        across = [tangent for _, tangent in self.lateral[:1]]
+        return sum(tangent.factorisations for tangent in (*self.tangents.values(), *across))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,9 +135,9 @@ def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -
     refuse_friction(problem)
     model = model_of(problem, morph.mesh)
     tangents = {task.name: Tangent(model) for task in problem.task}
-    lateral = lateral_models(model, morph.mesh)
-    across = Tangent(model) if lateral else None
-    return Discretisation(morph, built_at, model, tangents, build_objectives(problem), lateral, across)
+    kinds = lateral_models(model, morph.mesh)
+    lateral = tuple(zip(kinds, [Tangent(model)] * len(kinds), strict=True)) if kinds else ()
+    return Discretisation(morph, built_at, model, tangents, build_objectives(problem), lateral)
 
 
 def refuse_friction(problem: Problem) -> None:
@@ -226,21 +228,20 @@ def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, lis
     found: dict[str, list[bool]] = {}
     for name, at in analysis.configurations.items():
         found[name] = []
-        for kind in disc.lateral:
-            assert disc.across is not None
-            disc.across.factorise(replace(at, model=kind), analysis.equilibria[name].state)
-            found[name].append(disc.across.negative_pivots == 0)
+        for kind, tangent in disc.lateral:
+            tangent.factorise(replace(at, model=kind), analysis.equilibria[name].state)
+            found[name].append(tangent.negative_pivots == 0)
     return found
 
 
-def lateral_stiffness(disc: Discretisation, analysis: Analysis) -> dict[str, list[Softest]]:
-    """The softest motions to a side of every task, one of each kind; none but between mirror planes."""
-    if disc.across is None:
-        return {name: [] for name in analysis.configurations}
-    return {
-        name: softest(at, analysis.equilibria[name].state, disc.lateral, disc.across)
-        for name, at in analysis.configurations.items()
-    }
+def lateral_stiffness(disc: Discretisation, analysis: Analysis, at_rest: bool = False) -> dict[str, list[Softest]]:
+    """The softest motions to a side of every task, one of each kind, at its state or at rest without its loads."""
+    found: dict[str, list[Softest]] = {}
+    for name, at in analysis.configurations.items():
+        masses, state = masses_of(at), rest(at.model) if at_rest else analysis.equilibria[name].state
+        at = unloaded(at) if at_rest else at
+        found[name] = [softest(replace(at, model=kind), state, tangent, masses) for kind, tangent in disc.lateral]
+    return found
 
 
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:

@@ -20,7 +20,7 @@ from pneumorph.mechanics.solve.equilibrium import (
 )
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction import sweep_with_friction
-from pneumorph.mechanics.solve.lateral import Softest, lateral_models, softest
+from pneumorph.mechanics.solve.lateral import Softest, lateral_models, masses_of, softest
 from pneumorph.mechanics.solve.mirror import mirrors_of
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
@@ -58,6 +58,7 @@ __all__ = [
     "guided_of",
     "lateral_models",
     "loads_of",
+    "masses_of",
     "mirrors_of",
     "model_of",
     "neo_hookean_rubber",

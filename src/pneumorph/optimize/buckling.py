@@ -1,30 +1,27 @@
 """Keep designs from buckling to a side where part of the body is solved, whose states know of no such motion.
 
 Every design is judged by its pivots against all motions of the whole body. Once a step would have buckled, the steps
-after it are told what stiffness is left (`mechanics.solve.lateral`) and how it changes. Not before: thin walls may be
-soft, and still far from buckling.
+after it are told how stiff the body still is (`mechanics.solve.lateral`) and how this changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import (
-    Analysis,
-    Discretisation,
-    lateral_slope_of,
-    lateral_stability,
-    lateral_stiffness,
-)
+from pneumorph.analysis import Analysis, Discretisation, lateral_slope_of, lateral_stability, lateral_stiffness
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Softest
+from pneumorph.problem import Problem
 
-LEFT, SHARE, STIFF = 0.02, 0.5, 0.5
-"""A step is to leave the first of the stiffness at rest or, if that is more, the second of what there is. Above the last
-a body is far from buckling."""
+Kinds = Mapping[str, Sequence[float]]
+
+LEFT, SHARE, STIFF = 0.05, 0.5, 0.5
+"""A step is to leave the first of the stiffness at rest or, if that is more, the second of what there is. Above the
+last, over that at rest, a body is far from buckling."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,57 +32,77 @@ class Lateral:
     ----------
     stable : {task: flags}
         Whether it is stable against every kind of them.
-    softest : {task: motions} or None
+    softest : {task: motions}
         The softest of every kind, once a step would have buckled.
+    still : {task: stiffnesses}
+        Those at rest of the design that this step began from.
     """
 
     stable: Mapping[str, Sequence[bool]]
-    softest: Mapping[str, Sequence[Softest]] | None = None
+    softest: Mapping[str, Sequence[Softest]]
+    still: Kinds
+
+    def pack(self) -> dict[str, Any]:
+        """Arrays from which `unpack_still` restores the stiffnesses at rest."""
+        return {f"still {name}": np.array(kinds) for name, kinds in self.still.items()}
+
+    def near(self) -> list[tuple[str, Softest, float]]:
+        """The task, the motion, and the stiffness at rest of all that a step may make buckle."""
+        return [
+            (name, soft, still)
+            for name, motions in self.softest.items()
+            for soft, still in zip(motions, self.still[name], strict=True)
+            if soft.stable and soft.stiffness < STIFF * still
+        ]
 
 
-def look(disc: Discretisation, analysis: Analysis, closely: bool) -> Lateral:
-    """How a design stands motions to a side; closely, with the softest of them."""
-    if not closely:
-        return Lateral(lateral_stability(disc, analysis))
+def unpack_still(problem: Problem, arrays: Mapping[str, Any]) -> Kinds:
+    """The stiffnesses at rest from the arrays of `Lateral.pack`; none where no step would have buckled."""
+    names = [task.name for task in problem.task if f"still {task.name}" in arrays]
+    return {name: list(map(float, arrays[f"still {name}"])) for name in names}
+
+
+def look(disc: Discretisation, analysis: Analysis, still: Kinds) -> Lateral:
+    """How a design stands motions to a side; closely, if stiffnesses at rest are given."""
+    if not still:
+        return Lateral(lateral_stability(disc, analysis), {}, {})
     found = lateral_stiffness(disc, analysis)
-    return Lateral({name: [each.stable for each in motions] for name, motions in found.items()}, found)
+    return Lateral({name: [each.stable for each in motions] for name, motions in found.items()}, found, still)
+
+
+def look_closely(disc: Discretisation, analysis: Analysis) -> Lateral:
+    """The same, with stiffnesses at rest of this design."""
+    at_rest = lateral_stiffness(disc, analysis, at_rest=True)
+    return look(disc, analysis, {name: [each.stiffness for each in kinds] for name, kinds in at_rest.items()})
 
 
 def buckles(now: Lateral, after: Lateral) -> bool:
     """Whether a design buckles by a kind of motion against which the one before is stable."""
-    return any(
-        old and not new
-        for name, flags in now.stable.items()
-        for old, new in zip(flags, after.stable[name], strict=True)
-    )
+    pairs = [pair for name, flags in now.stable.items() for pair in zip(flags, after.stable[name], strict=True)]
+    return any(old and not new for old, new in pairs)
 
 
 def lateral_rows(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, lateral: Lateral
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rows c (k,) and J (k, n) of c + J Ψ ≤ 0 that keep a step from buckling: c is the stiffness to leave less r."""
-    found = [(name, soft) for name, motions in (lateral.softest or {}).items() for soft in motions if _is_near(soft)]
-    slopes = [-lateral_slope_of(space, disc, analysis, name, soft) for name, soft in found]
-    return np.array([_to_leave(soft) - soft.ratio for _, soft in found]), np.reshape(slopes, (-1, space.n))
+    """Rows c (k,) and J (k, n) of c + J Ψ ≤ 0, over stiffnesses at rest: c is what a step is to leave, less λ."""
+    near = lateral.near()
+    slopes = [-lateral_slope_of(space, disc, analysis, name, soft) / still for name, soft, still in near]
+    values = [_to_leave(soft.stiffness / still) - soft.stiffness / still for _, soft, still in near]
+    return np.array(values), np.reshape(slopes, (-1, space.n))
 
 
 def lateral_excess(now: Lateral, after: Lateral) -> float:
-    """The largest c of these rows after a step; −∞ if they are not known."""
-    if now.softest is None or after.softest is None:
-        return -np.inf
+    """The largest c of these rows after a step; −∞ if there is none."""
     found = [
-        _to_leave(old) - new.ratio
-        for name, motions in now.softest.items()
-        for old, new in zip(motions, after.softest[name], strict=True)
-        if _is_near(old)
+        (_to_leave(old.stiffness / still) - new.stiffness / still)
+        for name in after.softest
+        for old, new, still in zip(now.softest[name], after.softest[name], now.still[name], strict=True)
+        if old.stable
     ]
     return max(found, default=-np.inf)
 
 
-def _is_near(soft: Softest) -> bool:
-    return soft.stable and soft.ratio < STIFF
-
-
-def _to_leave(soft: Softest) -> float:
-    """What a step has to leave of a stiffness; at most what there is, so that there is a step which does."""
-    return max(SHARE * soft.ratio, min(LEFT, soft.ratio))
+def _to_leave(share: float) -> float:
+    """What a step has to leave of a share of the stiffness at rest: at most that, for there must be such a step."""
+    return max(SHARE * share, min(LEFT, share))

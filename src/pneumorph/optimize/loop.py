@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, build_design_space
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.optimize.buckling import Lateral, buckles, lateral_excess, look
+from pneumorph.optimize.buckling import Kinds, Lateral, buckles, lateral_excess, look, look_closely, unpack_still
 from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.events import (
@@ -238,7 +239,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
         float(state["radius"]),
         values[:-1],
-        closely=bool(state.get("closely", False)),
+        still=unpack_still(loop.problem, state),
     )
 
 
@@ -255,11 +256,11 @@ def _standing(
     values: tuple[float, ...],
     bend: float = 0.0,
     lateral: Lateral | None = None,
-    closely: bool = False,
+    still: Kinds = MappingProxyType({}),
 ) -> _Standing:
     """Evaluate the derivatives of an accepted design."""
     with clock.phase("equilibrium"):
-        lateral = lateral or look(disc, analysis, closely)
+        lateral = lateral or look(disc, analysis, still)
     with clock.phase("gradient"):
         slopes = design_slopes(loop.problem, loop.space, disc, analysis)
         states = linear_states(loop.problem, loop.space, disc, analysis, lateral)
@@ -307,10 +308,10 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         filled = step.length >= 2.0 * INSIDE * radius * reference
         retried, gained, longest = gained, True, 0.0
         trial = yield from analyse_trial(
-            loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, candidate.phi, clock
+            loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, candidate.phi, clock, now.lateral.still
         )
         spent += trial.factorisations
-        if trial.analysis is None:
+        if trial.analysis is None or trial.lateral is None:
             # Where not even the first part of the step had a state, half of the step would not have one.
             radius *= min(SHRINK, max(trial.reached, SHORTEST))
             yield DesignRejected(now.iteration + 1, trial.reason, radius * reference)
@@ -322,14 +323,12 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             yield DesignRejected(now.iteration + 1, reason, radius * reference)
             bend = now.states.curvature(worst, change)
             continue
-        with clock.phase("equilibrium"):
-            lateral = look(trial.disc, trial.analysis, now.lateral.softest is not None)
-        if buckles(now.lateral, lateral):
+        if buckles(now.lateral, trial.lateral):
             radius *= SHRINK
             yield DesignRejected(now.iteration + 1, "it would buckle to a side", radius * reference)
-            if now.lateral.softest is None:
+            if not now.lateral.still:
                 now = _closely(loop, now, clock)
-            bend = max(bend, now.states.curvature(lateral_excess(now.lateral, lateral), change))
+            bend = max(bend, now.states.curvature(lateral_excess(now.lateral, trial.lateral), change))
             continue
         gain = states.worst() - max(worst, 0.0) if mending else trial.before - trial.analysis.value
         ratio = gain / expected
@@ -360,7 +359,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
             min(max(radius, SMALLEST), LARGEST),
             now.values,
             now.states.curvature(worst, change),
-            lateral,
+            trial.lateral,
         )
         record = StepRecord(spent, trial.remeshed, float(np.abs(change).max()), ratio, step.evaluations)
         yield _accepted(loop, following, clock, record)
@@ -373,7 +372,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
 def _closely(loop: _Loop, now: _Standing, clock: Clock) -> _Standing:
     """A design with what keeps the next one from buckling to a side."""
     with clock.phase("equilibrium"):
-        lateral = look(now.disc, now.analysis, closely=True)
+        lateral = look_closely(now.disc, now.analysis)
     with clock.phase("gradient"):
         states = linear_states(loop.problem, loop.space, now.disc, now.analysis, lateral)
     return replace(now, lateral=lateral, states=states)
@@ -423,7 +422,7 @@ def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> 
         "iteration": now.iteration,
         "radius": now.radius,
         "values": np.array(now.values),
-        "closely": now.lateral.softest is not None,
+        **now.lateral.pack(),
         **now.stepper.pack(),
         **now.memory.pack(),
         **checkpoint.pack(now.analysis, now.disc),

@@ -13,6 +13,7 @@ from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.optimize.buckling import Kinds, Lateral, look
 from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
@@ -48,6 +49,8 @@ class Trial:
         Objective of the design before, on the mesh of the trial.
     remeshed : bool
     factorisations : int
+    lateral : Lateral or None
+        How it stands motions to a side, where it was analysed.
     reached : float
         Where it was gone in parts, how much of the step had states.
     """
@@ -58,6 +61,7 @@ class Trial:
     before: float
     remeshed: bool
     factorisations: int
+    lateral: Lateral | None = None
     reached: float = 1.0
 
 
@@ -69,8 +73,9 @@ def analyse_trial(
     now: Analysis,
     phi: np.ndarray,
     clock: Clock,
+    still: Kinds,
 ) -> Generator[Event, None, Trial]:
-    """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh."""
+    """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh; see also `look`."""
     count, points, given, reached = disc.factorisations, space.control_points(phi), disc, 1.0
     with clock.phase("geometry"):
         poor = needs_remesh(disc.morph, points)
@@ -110,10 +115,11 @@ def analyse_trial(
         before = now.value
         if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
             before = _before(problem, space, disc, now, found)
+        lateral = None if isinstance(found, NoEquilibrium) else look(disc, found, still)
     spent = disc.factorisations - count
     if isinstance(found, NoEquilibrium):
-        return Trial(disc, None, found.reason, before, poor is not None, spent, reached)
-    return Trial(disc, found, "", before, poor is not None, spent)
+        return Trial(disc, None, found.reason, before, poor is not None, spent, reached=reached)
+    return Trial(disc, found, "", before, poor is not None, spent, lateral)
 
 
 def _carried(

@@ -1,40 +1,37 @@
-"""How much of its stiffness at rest a body has left against motions to a side, found on the part that is solved.
+"""How stiff a body is against motions to a side, found on the part that is solved.
 
 The model of a part has symmetric motions only, while a body may buckle to a side. A motion that is odd about a mirror
 plane enters the second variation of the whole body's potential as often as the body has copies of the part, and no
 two kinds of motion are coupled. So the tangent of the part, with other supports on its mirror planes, tells of one kind
 after another whether the body is stable against it. Each costs a factorisation of the part.
 
-The stiffness that is left is the least ratio r = wᵀK w / wᵀK₀ w over all motions w, of the tangent at the state and at
-rest: 1 at rest, 0 where the body buckles.
+How far it is from buckling is told by λ, the least wᵀK w / wᵀM w over all motions w, with the masses M of a body of
+density 1: the square of the lowest natural frequency, which falls in proportion to a load and is 0 where the body
+buckles. (Stiffnesses at rest in place of masses would not do: where a body has turned, they see strains in its turns.)
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy import sparse
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.hessian import tangent as assembled
 from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, with_fixed
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.solve.balance import unloaded
-from pneumorph.mechanics.solve.equilibrium import rest
+from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem.symmetry import MIRRORS, NORMALS
 
 STEPS, CLOSE = 20, 0.01
-"""Most steps of Lanczos' method, and its accuracy. Ratios that matter, below a half, take three to seven steps."""
+"""Most steps of Lanczos' method, and its relative accuracy, which it mostly has after three or four."""
 
 
 @dataclass(frozen=True, eq=False)
 class Softest:
-    """The motion of one kind against which least of the stiffness is left.
+    """The motion of one kind against which a body is least stiff.
 
     Attributes
     ----------
@@ -42,15 +39,18 @@ class Softest:
         The state's, with the supports of motions of this kind.
     motion : State
         w, with a largest displacement of 1 mm.
-    ratio : float
-        r, negative where the body buckles; an upper bound where it is far from that.
+    stiffness : float
+        λ, N/mm per mm³; not above 0 where the body buckles.
+    size : float
+        wᵀM w, mm⁵.
     stable : bool
         Whether the body is stable against all motions of this kind.
     """
 
     at: Configuration
     motion: State
-    ratio: float
+    stiffness: float
+    size: float
     stable: bool
 
 
@@ -82,65 +82,45 @@ def _fixed(model: Model, mesh: TetMesh, odd: tuple[str, ...]) -> np.ndarray:
     return np.concatenate([supports[model.independent].ravel(), pressing.ravel()[model.sparsity.corners], still])
 
 
-def without_pressure(motion: State) -> State:
-    """A motion of mixed elements without π."""
-    return motion._replace(hydrostatic=0.0 * motion.hydrostatic)
-
-
-def softest(
-    at: Configuration, state: State, kinds: Sequence[Model], tangent: Tangent, accuracy: float = CLOSE
-) -> list[Softest]:
-    """Look for the softest motion of every kind at a state of the part; the tangent is factorised there.
-
-    The search ends where a step changes a ratio by less than its relative `accuracy`.
-    """
-    if not kinds:
-        return []
-    stiffness = _at_rest(at)
-    return [_softest(replace(at, model=kind), state, stiffness, tangent, accuracy) for kind in kinds]
-
-
-def _at_rest(at: Configuration) -> sparse.csr_array:
-    """K₀ (n, n), without supports and without π."""
-    free = replace(at, model=with_fixed(at.model, np.zeros(at.model.size, bool)))
-    common, still = at.model.sparsity, unloaded(free).loads
-    data = assembled(free.model, at.X, rest(at.model), still, np.zeros(6, bool))
-    upper = sparse.csr_array((data, common.indices, common.indptr), shape=(at.model.size,) * 2)
-    return sparse.csr_array(upper + sparse.triu(upper, 1).T)
-
-
-def _softest(
-    at: Configuration, state: State, stiffness: sparse.csr_array, tangent: Tangent, accuracy: float
-) -> Softest:
-    """By Lanczos' method for K⁻¹K₀, of which the eigenvalues are 1/r."""
+def masses_of(at: Configuration) -> np.ndarray:
+    """M (n,), mm³: of every node a tenth of the volume of its elements; those of the tip move with the plate."""
     model = at.model
-    tangent.factorise(at, state)
-    stable = tangent.negative_pivots == 0
-    free = ~at.constrained
-    bare = free.copy()
-    bare[model.hydrostatic_unknowns] = False
-    vector = free * tangent.precondition(free * np.random.default_rng(0).standard_normal(model.size))
-    basis, images, projected, known = [], [], np.zeros((STEPS, STEPS)), np.inf
-    for step in range(STEPS):
-        # Twice, for what is new may be a small part.
+    tets = model.tets.nodes[: model.elements]
+    corners = at.X[tets[:, :4]]
+    share = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 60.0
+    nodes = np.bincount(tets.ravel(), np.repeat(share, tets.shape[1]), model.nodes)
+    tip = model.tip.nodes
+    around = np.cross(np.eye(3), (at.X[tip] - tip_centre(model.tip, at.X, at.X))[:, None])
+    plate = np.r_[np.full(3, nodes[tip].sum()), np.einsum("t,tki,tki->k", nodes[tip], around, around)]
+    others = np.zeros(model.size - 3 * len(model.independent) - 6)
+    return np.concatenate([np.repeat(nodes[model.independent], 3), others, plate])
+
+
+def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarray, accuracy: float = CLOSE) -> Softest:
+    """Look for the softest motion of a model at a state, by Lanczos' method for K⁻¹M, of which eigenvalues are 1/λ.
+
+    The tangent is factorised there. The search ends where a step changes λ by less than its relative `accuracy`.
+    """
+    model, free = at.model, ~at.constrained
+    tangent.move_to(at, state)
+    stable, masses = tangent.negative_pivots == 0, free * masses
+    vector = free * tangent.precondition(masses * np.random.default_rng(0).standard_normal(model.size))
+    basis, projected, found, chosen = np.zeros((0, model.size)), np.zeros((0, 0)), np.inf, -1 if stable else 0
+    while True:
         for _ in range(2):
-            for one, image in zip(basis, images, strict=True):
-                vector = vector - float(vector @ image) * one
-            vector /= np.linalg.norm(vector)
-        image = bare * (stiffness @ (bare * vector))
-        size = np.sqrt(float(vector @ image))
-        basis.append(vector / size)
-        images.append(image / size)
-        vector = free * tangent.precondition(images[-1])
-        projected[: step + 1, step] = [float(vector @ other) for other in images]
-        values, vectors = np.linalg.eigh(projected[: step + 1, : step + 1], UPLO="U")
+            # Twice, for what is new may be a small part.
+            vector = vector - (basis @ (masses * vector)) @ basis
+            vector /= np.sqrt(float(vector @ (masses * vector)))
+        basis = np.vstack([basis, vector])
+        vector = free * tangent.precondition(masses * vector)
+        column = basis @ (masses * vector)
+        projected = np.block([[projected, column[:-1, None]], [column[None]]])
+        values, vectors = np.linalg.eigh(projected)
         # The largest is that of the softest motion; negative ones are those of motions that buckle.
-        found = values[-1] if stable else values[0]
-        if abs(found - known) <= accuracy * abs(found):
+        found, known = float(values[chosen]), found
+        if abs(found - known) <= accuracy * abs(found) or len(basis) == STEPS:
             break
-        known = found
-    motion = model.state(np.array(basis).T @ vectors[:, -1 if stable else 0])
-    largest = float(np.abs(kernels.displacement_along(model.tip, at.X, state, motion)).max())
-    motion = model.state(model.vector(motion) / largest)
-    ratio = 1.0 / float(found)
-    return Softest(at, motion, ratio if stable else min(ratio, 0.0), stable)
+    motion = vectors[:, chosen] @ basis
+    largest = np.abs(kernels.displacement_along(model.tip, at.X, state, model.state(motion))).max()
+    stiffness = 1.0 / found if stable else min(1.0 / found, 0.0)
+    return Softest(at, model.state(motion / largest), stiffness, float(largest) ** -2, stable)
