@@ -19,7 +19,7 @@ from pneumorph.problem import Problem
 
 Kinds = Mapping[str, Sequence[float]]
 
-LEFT, SHARE, STIFF = 0.05, 0.5, 0.5
+LEFT, SHARE, STIFF = 0.1, 0.5, 0.5
 """A step is to leave the first of the stiffness at rest or, if that is more, the second of what there is. Above the
 last, over that at rest, a body is far from buckling."""
 

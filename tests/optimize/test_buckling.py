@@ -1,0 +1,67 @@
+"""Designs of which part is solved do not buckle to a side, and a stopped run goes on with what it knew of that."""
+
+import pytest
+from texts import problem_text
+
+from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, design, loop
+from pneumorph.problem import loads
+
+COLUMN = problem_text(
+    """
+[end_effector]
+spring = { axial = "0.5 N/mm" }
+[[task]]
+name = "extend"
+pressure = { A = "60 kPa" }
+objective = { kind = "maximize", motion = "extension" }
+[mesh]
+size = "4 mm"
+[optimizer]
+iterations = 5
+step = "0.3 mm"
+""",
+    length=80,
+    radius=5,
+    chambers=(("A", 3, "0 mm", "0 mm"),),
+    body='control_density = "0.4 /mm"\nripple = { amplitude = "0.3 mm", period = "10 mm" }\n'
+    'symmetry = { mirror = ["xz", "yz"] }',
+)
+"""A slender tube that pushes against a spring without a guide: as it becomes a bellows, it comes to buckle."""
+
+BUCKLES = "it would buckle to a side"
+
+
+@pytest.fixture(scope="module")
+def events():
+    return list(design(loads(COLUMN)))
+
+
+def accepted(events):
+    return [event for event in events if isinstance(event, DesignAccepted)]
+
+
+def test_designs_are_stable_against_all_motions(events):
+    rejected = [event for event in events if isinstance(event, DesignRejected) and event.reason == BUCKLES]
+    assert rejected, "the column would not have buckled"
+    finished = events[-1]
+    assert isinstance(finished, Finished) and finished.stable == {"extend": True}
+    first = next(event.iteration for event in rejected)
+    objectives = [event.entry.objective for event in accepted(events)]
+    assert len(objectives) > first + 1, "the steps after it lead on"
+    assert objectives[-1] < 1.1 * objectives[first - 1] < 0.0
+
+
+def test_without_that_they_would_buckle(events, monkeypatch):
+    monkeypatch.setattr(loop, "buckles", lambda now, after: False)
+    finished = list(design(loads(COLUMN)))[-1]
+    assert isinstance(finished, Finished) and finished.stable == {"extend": False}
+    assert "buckles to a side" in finished.reason
+
+
+def test_a_stopped_run_goes_on_in_the_same_way(events):
+    known = accepted(events)
+    at = next(event for event in known if "still extend" in event.state)
+    assert at.state["still extend"].min() > 0.0
+    (after, *_) = (event for event in known if event.iteration == at.iteration + 1)
+    (again, *_) = (event for event in design(loads(COLUMN), at.state) if isinstance(event, DesignAccepted))
+    assert again.entry.objective == pytest.approx(after.entry.objective, rel=1e-3)
