@@ -40,7 +40,7 @@ class Softest:
     motion : State
         w, with a largest displacement of 1 mm.
     stiffness : float
-        λ, N/mm per mm³; not above 0 where the body buckles.
+        λ, N/mm⁴; not above 0 where the body buckles.
     size : float
         wᵀM w, mm⁵.
     stable : bool
