@@ -4,8 +4,9 @@
 
 Each case is an example of the same name with so dense control points that their coordinates are as many as the paper's
 "control points". Cases are run one after another in the folder OUT; what is finished there is not run again. `linear`
-and `linear_spring` are solved on a quarter: tube, load and limits are the same on both mirror planes. Prints a Markdown table with the paper's values, on 16 cores, in brackets, and
-after how many designs and how long a run is as good as the paper's text says of its own.
+and `linear_spring` are solved on a quarter: tube, load and limits are the same on both mirror planes. Prints a Markdown
+table with the paper's values, on 16 cores, in brackets, and after how many designs and how long a run is as good as the
+paper's text says of its own.
 """
 
 import subprocess
