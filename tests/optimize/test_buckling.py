@@ -1,8 +1,10 @@
 """Designs of which part is solved do not buckle to a side, and a stopped run goes on with what it knew of that."""
 
+import numpy as np
 import pytest
 from texts import problem_text
 
+from pneumorph.errors import ComputationError
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, design, loop
 from pneumorph.problem import loads
 
@@ -65,3 +67,10 @@ def test_a_stopped_run_goes_on_in_the_same_way(events):
     (after, *_) = (event for event in known if event.iteration == at.iteration + 1)
     (again, *_) = (event for event in design(loads(COLUMN), at.state) if isinstance(event, DesignAccepted))
     assert again.entry.objective == pytest.approx(after.entry.objective, rel=1e-3)
+
+
+@pytest.mark.parametrize("still", [[1.0], [1.0, -1.0, 1.0]])
+def test_a_checkpoint_that_does_not_fit_is_named(events, still):
+    state = accepted(events)[0].state | {"still extend": np.array(still)}
+    with pytest.raises(ComputationError, match="stiffnesses at rest"):
+        next(design(loads(COLUMN), state))

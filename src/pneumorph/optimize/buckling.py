@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, lateral_slope_of, lateral_stability, lateral_stiffness
+from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Softest
-from pneumorph.problem import Problem
 
 Kinds = Mapping[str, Sequence[float]]
 
@@ -56,10 +56,22 @@ class Lateral:
         ]
 
 
-def unpack_still(problem: Problem, arrays: Mapping[str, Any]) -> Kinds:
-    """The stiffnesses at rest from the arrays of `Lateral.pack`; none where no step would have buckled."""
-    names = [task.name for task in problem.task if f"still {task.name}" in arrays]
-    return {name: list(map(float, arrays[f"still {name}"])) for name in names}
+def unpack_still(disc: Discretisation, arrays: Mapping[str, Any]) -> Kinds:
+    """The stiffnesses at rest from the arrays of `Lateral.pack`; none where no step would have buckled.
+
+    Raises
+    ------
+    ComputationError
+        If they do not fit the body.
+    """
+    found = {name: list(map(float, arrays.get(f"still {name}", ()))) for name in disc.tangents}
+    if not any(found.values()):
+        return {}
+    if any(len(kinds) != len(disc.lateral) or min(kinds, default=1.0) <= 0.0 for kinds in found.values()):
+        raise ComputationError(
+            "the checkpoint does not fit its problem (stiffnesses at rest); start the run again in another directory"
+        )
+    return found
 
 
 def look(disc: Discretisation, analysis: Analysis, still: Kinds) -> Lateral:

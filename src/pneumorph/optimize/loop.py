@@ -239,7 +239,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
         float(state["radius"]),
         values[:-1],
-        still=unpack_still(loop.problem, state),
+        still=unpack_still(disc, state),
     )
 
 
