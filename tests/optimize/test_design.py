@@ -95,6 +95,24 @@ def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch)
     assert extension(events[2]) > extension(before)
 
 
+def test_a_mesh_that_serves_is_not_replaced_by_a_much_finer_one(three, monkeypatch):
+    problem, events = three
+    tried = []
+
+    def fails(solids, faces, nodes, size):
+        tried.append(size)
+        raise MeshError("surfaces may touch")
+
+    monkeypatch.setattr("pneumorph.optimize.trial.needs_remesh", lambda *_: "it is worn")
+    monkeypatch.setattr("pneumorph.mesh.build.fill", fails)
+    run(2, state=accepted(events)[1].state)
+    coarse, tried[:] = min(tried), []
+    assert coarse >= 0.8 * problem.mesh.size
+    monkeypatch.setattr("pneumorph.optimize.trial.SOUND", 1.0)
+    run(2, state=accepted(events)[1].state)
+    assert min(tried) == 0.5 * problem.mesh.size
+
+
 def test_a_run_of_an_earlier_version_goes_on(three):
     problem, events = three
     state = dict(accepted(events)[2].state)
@@ -148,8 +166,8 @@ def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):
     """The trust regions after each design, where the first trials are said to have no equilibrium."""
     left = [trials_in_vain]
 
-    def tried(problem, space, number, disc, now, phi, clock):
-        found = yield from analyse_trial(problem, space, number, disc, now, phi, clock)
+    def tried(problem, space, number, disc, now, phi, clock, still):
+        found = yield from analyse_trial(problem, space, number, disc, now, phi, clock, still)
         if left[0]:
             left[0] -= 1
             return replace(found, analysis=None, reason="it is said to have no equilibrium", reached=reached)

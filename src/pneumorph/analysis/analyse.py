@@ -102,14 +102,16 @@ class Analysis:
     value: float
 
 
-def discretise(problem: Problem, body: Body) -> Discretisation:
-    """Mesh a body, or a part of it where symmetry allows that, and build its model for analysis."""
-    return build_discretisation(problem, mesh_of(problem, body, part_of(problem)), body.control_points())
+def discretise(problem: Problem, body: Body, finest: float = 0.0) -> Discretisation:
+    """Mesh a body, or a part of it where symmetry allows that, and build its model for analysis; see `mesh_of`."""
+    morph = mesh_of(problem, body, part_of(problem), finest=finest)
+    return build_discretisation(problem, morph, body.control_points())
 
 
-def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None) -> Morph:
+def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None, finest: float = 0.0) -> Morph:
     """Mesh a body of a problem with its regions and covers, or a part of it; the size of elements is in mm.
 
+    What cannot be meshed so is tried with finer elements, but with none below `finest`, in mm.
     Where the cut of a sector would cross itself or a surface, the whole body is meshed.
     """
     covers = build_covers(problem.body, reinforcements(problem))
@@ -117,11 +119,11 @@ def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None)
     levels = build_levels(problem.body, problem.region)
     wedges = build_wedges(problem.body, problem.region)
     try:
-        return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels, wedges)
+        return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels, wedges, finest)
     except MeshError:
         if turns_of(part) == 1:
             raise
-    return mesh_body(body, size or problem.mesh.size, (), linings, covers, levels, wedges)
+    return mesh_body(body, size or problem.mesh.size, (), linings, covers, levels, wedges, finest)
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:

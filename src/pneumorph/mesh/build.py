@@ -44,6 +44,7 @@ def mesh_body(
     covers: Sequence[Cover] = (),
     levels: Sequence[Level] = (),
     wedges: Sequence[Wedge] = (),
+    finest: float = 0.0,
 ) -> Morph:
     """Mesh a body with quadratic tetrahedra, or part of a symmetric one.
 
@@ -67,6 +68,8 @@ def mesh_body(
         Planes above which what is in no layer becomes a region.
     wedges : sequence of Wedge, all around the axis
         Parts of the body between half-planes, without layers and planes.
+    finest : float
+        Edge length, mm, below which no finer triangulations are tried.
 
     Raises
     ------
@@ -77,7 +80,8 @@ def mesh_body(
     P = np.round(exact, _DECIMALS)
     body = body.with_control_points(P)
     reason = MeshError("no attempt was made")
-    for finer, begin in product(_FINER, beginnings(body, part)):
+    factors = [factor for factor in _FINER if factor == 1.0 or factor * size >= finest]
+    for finer, begin in product(factors, beginnings(body, part)):
         stop_if_asked()
         try:
             surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, wedges, begin)
@@ -99,7 +103,9 @@ def mesh_body(
             continue
         heights = [level.height for level in levels]
         B, offset = following(inside, straight.points, surface.B, surface.offset)
-        result = relax(build_morph(named(straight, wedges), B, offset, exact, size, surface.param, heights), exact)
+        result = relax(
+            build_morph(named(straight, wedges), B, offset, exact, finer * size, surface.param, heights), exact
+        )
         result = replace(result, mesh=result.at(exact))
         worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
         if worst > _WORST:

@@ -65,7 +65,7 @@ class Morph:
     reference : (N, 3) float
         X_ref: the straight mesh, with mid-side nodes of the surface on their chords.
     size : float
-        Edge length for which the mesh was built, mm.
+        Edge length for which the mesh was built, mm: what was asked for, or of a finer attempt.
     param : dict of (nf, 6, 2) float
         (q, r) of the nodes of the tubes' triangles, by surface name (see `SurfaceMesh.param`).
     extensions : tuple of (components, Extension)

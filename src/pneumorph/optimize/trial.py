@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -31,6 +32,11 @@ SHORTEST = 1 / 4
 
 BEARABLE = 0.002
 """A mesh is kept if no new one can be made and its worst element is better than this."""
+
+
+SOUND, FINER = 0.05, 0.8
+"""A mesh with no worse element is kept where a new one would need elements smaller than this part of `mesh.size`, or
+than its own. Half the size has eight times as many: a design would take longer than all before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +79,7 @@ def analyse_trial(
     now: Analysis,
     phi: np.ndarray,
     clock: Clock,
-    still: Kinds,
+    still: Kinds = MappingProxyType({}),
 ) -> Generator[Event, None, Trial]:
     """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh; see also `look`."""
     count, points, given, reached = disc.factorisations, space.control_points(phi), disc, 1.0
@@ -88,7 +94,7 @@ def analyse_trial(
     with clock.phase("geometry"):
         if poor is not None:
             try:
-                new = discretise(problem, space.body(phi))
+                new = discretise(problem, space.body(phi), _finest(problem, disc, points))
             except MeshError as error:
                 quality, poor = _quality(disc, points), None
                 if quality < BEARABLE:
@@ -120,6 +126,11 @@ def analyse_trial(
     if isinstance(found, NoEquilibrium):
         return Trial(disc, None, found.reason, before, poor is not None, spent, reached=reached)
     return Trial(disc, found, "", before, poor is not None, spent, lateral)
+
+
+def _finest(problem: Problem, disc: Discretisation, points: np.ndarray) -> float:
+    """The smallest elements of a new mesh, mm; any where the mesh there is does not serve any more."""
+    return min(FINER * problem.mesh.size, disc.morph.size) if _quality(disc, points) >= SOUND else 0.0
 
 
 def _carried(
