@@ -94,7 +94,7 @@ def test_a_column_softens_in_proportion_to_its_load():
         still = softest(free, rest(kind), tangent, masses, 1e-6).stiffness
         ratios[force] = softest(lateral, found.state, tangent, masses, 1e-6).stiffness / still
     critical = [force / (1.0 - ratio) for force, ratio in ratios.items()]
-    assert critical == pytest.approx([critical[0]] * 3, rel=0.05), ratios
+    assert critical == pytest.approx([critical[0]] * 3, rel=0.1), ratios
 
 
 @pytest.mark.parametrize("mixed", [False, True])
