@@ -123,7 +123,7 @@ class Tangent:
     solves : int
         Number of back-solves so far.
     negative_pivots : int
-        Of the last factorisation, less one for each hydrostatic unknown: 0 at a stable state.
+        Of the last factorisation, less one for each hydrostatic unknown that is not fixed: 0 at a stable state.
     origin : Origin or None
         What was factorised last; None before the first factorisation, or if the last one failed.
     unit_seconds : float
@@ -149,7 +149,7 @@ class Tangent:
     def negative_pivots(self) -> int:
         # Each hydrostatic unknown adds one to those of the tangent with π eliminated (Haynsworth 1968).
         model = self._model if self.origin is None else self.origin.at.model
-        return self._factor.negative_pivots - np.count_nonzero(~model.fixed[model.hydrostatic_unknowns])
+        return self._factor.negative_pivots - int(np.count_nonzero(~model.fixed[model.hydrostatic_unknowns]))
 
     def factorise(self, at: Configuration, state: State) -> None:
         """Assemble and factorise the tangent at a state."""
