@@ -3,25 +3,14 @@
 import numpy as np
 import pytest
 from texts import problem_text
+from tiny import REST
 
 from pneumorph.errors import ComputationError
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, design, loop
 from pneumorph.problem import loads
 
 COLUMN = problem_text(
-    """
-[end_effector]
-spring = { axial = "0.5 N/mm" }
-[[task]]
-name = "extend"
-pressure = { A = "60 kPa" }
-objective = { kind = "maximize", motion = "extension" }
-[mesh]
-size = "4 mm"
-[optimizer]
-iterations = 5
-step = "0.3 mm"
-""",
+    REST.replace('"0 N/mm"', '"0.5 N/mm"').replace('"6 mm"', '"4 mm"').replace("= 2", '= 5\nstep = "0.3 mm"'),
     length=80,
     radius=5,
     chambers=(("A", 3, "0 mm", "0 mm"),),
@@ -62,15 +51,15 @@ def test_without_that_they_would_buckle(events, monkeypatch):
 
 def test_a_stopped_run_goes_on_in_the_same_way(events):
     known = accepted(events)
-    at = next(event for event in known if "still extend" in event.state)
-    assert at.state["still extend"].min() > 0.0
+    at = next(event for event in known if "at rest extend" in event.state)
+    assert at.state["at rest extend"].min() > 0.0
     (after, *_) = (event for event in known if event.iteration == at.iteration + 1)
     (again, *_) = (event for event in design(loads(COLUMN), at.state) if isinstance(event, DesignAccepted))
     assert again.entry.objective == pytest.approx(after.entry.objective, rel=1e-3)
 
 
-@pytest.mark.parametrize("still", [[1.0], [1.0, -1.0, 1.0]])
-def test_a_checkpoint_that_does_not_fit_is_named(events, still):
-    state = accepted(events)[0].state | {"still extend": np.array(still)}
+@pytest.mark.parametrize("at_rest", [[1.0], [1.0, -1.0, 1.0]])
+def test_a_checkpoint_that_does_not_fit_is_named(events, at_rest):
+    state = accepted(events)[0].state | {"at rest extend": np.array(at_rest)}
     with pytest.raises(ComputationError, match="stiffnesses at rest"):
         next(design(loads(COLUMN), state))

@@ -166,8 +166,8 @@ def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):
     """The trust regions after each design, where the first trials are said to have no equilibrium."""
     left = [trials_in_vain]
 
-    def tried(problem, space, number, disc, now, phi, clock, still):
-        found = yield from analyse_trial(problem, space, number, disc, now, phi, clock, still)
+    def tried(problem, space, number, disc, now, phi, clock, at_rest):
+        found = yield from analyse_trial(problem, space, number, disc, now, phi, clock, at_rest)
         if left[0]:
             left[0] -= 1
             return replace(found, analysis=None, reason="it is said to have no equilibrium", reached=reached)

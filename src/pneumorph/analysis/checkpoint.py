@@ -74,8 +74,8 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
             floats(state, name, None, 6, 2, most=2.0)
     for task in problem.task:
         floats(state, f"state {task.name}", None)
-        if f"still {task.name}" in state:
-            floats(state, f"still {task.name}", None)
+        if f"at rest {task.name}" in state:
+            floats(state, f"at rest {task.name}", None)
     for name, shape in (("phi", (None,)), ("slope", (None,)), ("steps", (None, n)), ("changes", (None, n))):
         if "curvature_phi" in state:
             floats(state, f"curvature_{name}", *shape)

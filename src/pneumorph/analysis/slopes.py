@@ -100,7 +100,7 @@ def margin_slopes(
 def lateral_slope_of(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, found: Softest
 ) -> np.ndarray:
-    """Derivatives (n,) with respect to Φ of the stiffness that a task leaves against a motion to a side."""
+    """Derivatives (n,) with respect to Φ of the stiffness against a motion to a side in the state of a task."""
     at, tangent, state = analysis.configurations[name], disc.tangents[name], analysis.equilibria[name].state
     by_X, by_pressure, by_laid = lateral_slope(at, tangent, state, found, DESIGN_ACCURACY)
     return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid)

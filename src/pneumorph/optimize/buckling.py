@@ -1,7 +1,7 @@
 """Keep designs from buckling to a side where part of the body is solved, whose states know of no such motion.
 
 Every design is judged by its pivots against all motions of the whole body. Once a step would have buckled, the steps
-after it are told how stiff the body still is (`mechanics.solve.lateral`) and how this changes.
+after it are told how stiff the body is (`mechanics.solve.lateral`) and how this changes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Softest
 
-Kinds = Mapping[str, Sequence[float]]
+Stiffnesses = Mapping[str, Sequence[float]]
 
 LEFT, SHARE, STIFF = 0.1, 0.5, 0.5
 """A step is to leave the first of the stiffness at rest or, if that is more, the second of what there is. Above the
@@ -25,7 +25,7 @@ last, over that at rest, a body is far from buckling."""
 
 
 @dataclass(frozen=True, eq=False)
-class Lateral:
+class LateralStability:
     """How an analysed design stands motions to a side.
 
     Attributes
@@ -34,37 +34,37 @@ class Lateral:
         Whether it is stable against every kind of them.
     softest : {task: motions}
         The softest of every kind, once a step would have buckled.
-    still : {task: stiffnesses}
-        Those at rest of the design that this step began from.
+    at_rest : {task: stiffnesses}
+        Those at rest of the first design of which a step would have buckled; nothing before.
     """
 
     stable: Mapping[str, Sequence[bool]]
     softest: Mapping[str, Sequence[Softest]]
-    still: Kinds
+    at_rest: Stiffnesses
 
     def pack(self) -> dict[str, Any]:
-        """Arrays from which `unpack_still` restores the stiffnesses at rest."""
-        return {f"still {name}": np.array(kinds) for name, kinds in self.still.items()}
+        """Arrays from which `unpack_at_rest` restores the stiffnesses at rest."""
+        return {f"at rest {name}": np.array(kinds) for name, kinds in self.at_rest.items()}
 
     def near(self) -> list[tuple[str, Softest, float]]:
         """The task, the motion, and the stiffness at rest of all that a step may make buckle."""
         return [
-            (name, soft, still)
+            (name, soft, at_rest)
             for name, motions in self.softest.items()
-            for soft, still in zip(motions, self.still[name], strict=True)
-            if soft.stable and soft.stiffness < STIFF * still
+            for soft, at_rest in zip(motions, self.at_rest[name], strict=True)
+            if soft.stable and soft.stiffness < STIFF * at_rest
         ]
 
 
-def unpack_still(disc: Discretisation, arrays: Mapping[str, Any]) -> Kinds:
-    """The stiffnesses at rest from the arrays of `Lateral.pack`; none where no step would have buckled.
+def unpack_at_rest(disc: Discretisation, arrays: Mapping[str, Any]) -> Stiffnesses:
+    """The stiffnesses at rest from the arrays of `LateralStability.pack`; none where no step would have buckled.
 
     Raises
     ------
     ComputationError
         If they do not fit the body.
     """
-    found = {name: list(map(float, arrays.get(f"still {name}", ()))) for name in disc.tangents}
+    found = {name: list(map(float, arrays.get(f"at rest {name}", ()))) for name in disc.tangents}
     if not any(found.values()):
         return {}
     if any(len(kinds) != len(disc.lateral) or min(kinds, default=1.0) <= 0.0 for kinds in found.values()):
@@ -74,42 +74,44 @@ def unpack_still(disc: Discretisation, arrays: Mapping[str, Any]) -> Kinds:
     return found
 
 
-def look(disc: Discretisation, analysis: Analysis, still: Kinds) -> Lateral:
+def judge(disc: Discretisation, analysis: Analysis, at_rest: Stiffnesses) -> LateralStability:
     """How a design stands motions to a side; closely, if stiffnesses at rest are given."""
-    if not still:
-        return Lateral(lateral_stability(disc, analysis), {}, {})
+    if not at_rest:
+        return LateralStability(lateral_stability(disc, analysis), {}, {})
     found = lateral_stiffness(disc, analysis)
-    return Lateral({name: [each.stable for each in motions] for name, motions in found.items()}, found, still)
+    return LateralStability(
+        {name: [each.stable for each in motions] for name, motions in found.items()}, found, at_rest
+    )
 
 
-def look_closely(disc: Discretisation, analysis: Analysis) -> Lateral:
+def judge_closely(disc: Discretisation, analysis: Analysis) -> LateralStability:
     """The same, with stiffnesses at rest of this design."""
     at_rest = lateral_stiffness(disc, analysis, at_rest=True)
-    return look(disc, analysis, {name: [each.stiffness for each in kinds] for name, kinds in at_rest.items()})
+    return judge(disc, analysis, {name: [each.stiffness for each in kinds] for name, kinds in at_rest.items()})
 
 
-def buckles(now: Lateral, after: Lateral) -> bool:
+def buckles(now: LateralStability, after: LateralStability) -> bool:
     """Whether a design buckles by a kind of motion against which the one before is stable."""
     pairs = [pair for name, flags in now.stable.items() for pair in zip(flags, after.stable[name], strict=True)]
     return any(old and not new for old, new in pairs)
 
 
 def lateral_rows(
-    space: DesignSpace, disc: Discretisation, analysis: Analysis, lateral: Lateral
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, lateral: LateralStability
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rows c (k,) and J (k, n) of c + J Ψ ≤ 0, over stiffnesses at rest: c is what a step is to leave, less λ."""
     near = lateral.near()
-    slopes = [-lateral_slope_of(space, disc, analysis, name, soft) / still for name, soft, still in near]
-    values = [_to_leave(soft.stiffness / still) - soft.stiffness / still for _, soft, still in near]
+    slopes = [-lateral_slope_of(space, disc, analysis, name, soft) / at_rest for name, soft, at_rest in near]
+    values = [_to_leave(soft.stiffness / at_rest) - soft.stiffness / at_rest for _, soft, at_rest in near]
     return np.array(values), np.reshape(slopes, (-1, space.n))
 
 
-def lateral_excess(now: Lateral, after: Lateral) -> float:
+def lateral_excess(now: LateralStability, after: LateralStability) -> float:
     """The largest c of these rows after a step; −∞ if there is none."""
     found = [
-        (_to_leave(old.stiffness / still) - new.stiffness / still)
+        (_to_leave(old.stiffness / at_rest) - new.stiffness / at_rest)
         for name in after.softest
-        for old, new, still in zip(now.softest[name], after.softest[name], now.still[name], strict=True)
+        for old, new, at_rest in zip(now.softest[name], after.softest[name], now.at_rest[name], strict=True)
         if old.stable
     ]
     return max(found, default=-np.inf)

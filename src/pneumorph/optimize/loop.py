@@ -31,7 +31,15 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, build_design_space
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.optimize.buckling import Kinds, Lateral, buckles, lateral_excess, look, look_closely, unpack_still
+from pneumorph.optimize.buckling import (
+    LateralStability,
+    Stiffnesses,
+    buckles,
+    judge,
+    judge_closely,
+    lateral_excess,
+    unpack_at_rest,
+)
 from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.events import (
@@ -96,7 +104,7 @@ class _Standing:
     analysis: Analysis
     slopes: Slopes
     states: StateLimits
-    lateral: Lateral
+    lateral: LateralStability
     optimality: float
     report: LimitReport
     disc: Discretisation
@@ -239,7 +247,7 @@ def _resumed(loop: _Loop, state: dict[str, Any]) -> _Standing:
         unpack_curvature(state) if "curvature_phi" in state else no_curvature(loop.space.n),
         float(state["radius"]),
         values[:-1],
-        still=unpack_still(disc, state),
+        at_rest=unpack_at_rest(disc, state),
     )
 
 
@@ -255,12 +263,12 @@ def _standing(
     radius: float,
     values: tuple[float, ...],
     bend: float = 0.0,
-    lateral: Lateral | None = None,
-    still: Kinds = MappingProxyType({}),
+    lateral: LateralStability | None = None,
+    at_rest: Stiffnesses = MappingProxyType({}),
 ) -> _Standing:
     """Evaluate the derivatives of an accepted design."""
     with clock.phase("equilibrium"):
-        lateral = lateral or look(disc, analysis, still)
+        lateral = lateral or judge(disc, analysis, at_rest)
     with clock.phase("gradient"):
         slopes = design_slopes(loop.problem, loop.space, disc, analysis)
         states = linear_states(loop.problem, loop.space, disc, analysis, lateral)
@@ -308,7 +316,14 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         filled = step.length >= 2.0 * INSIDE * radius * reference
         retried, gained, longest = gained, True, 0.0
         trial = yield from analyse_trial(
-            loop.problem, loop.space, now.iteration + 1, now.disc, now.analysis, candidate.phi, clock, now.lateral.still
+            loop.problem,
+            loop.space,
+            now.iteration + 1,
+            now.disc,
+            now.analysis,
+            candidate.phi,
+            clock,
+            now.lateral.at_rest,
         )
         spent += trial.factorisations
         if trial.analysis is None or trial.lateral is None:
@@ -326,7 +341,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         if buckles(now.lateral, trial.lateral):
             radius *= SHRINK
             yield DesignRejected(now.iteration + 1, "it would buckle to a side", radius * reference)
-            if not now.lateral.still:
+            if not now.lateral.at_rest:
                 now = _closely(loop, now, clock)
             bend = max(bend, now.states.curvature(lateral_excess(now.lateral, trial.lateral), change))
             continue
@@ -372,7 +387,7 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
 def _closely(loop: _Loop, now: _Standing, clock: Clock) -> _Standing:
     """A design with what keeps the next one from buckling to a side."""
     with clock.phase("equilibrium"):
-        lateral = look_closely(now.disc, now.analysis)
+        lateral = judge_closely(now.disc, now.analysis)
     with clock.phase("gradient"):
         states = linear_states(loop.problem, loop.space, now.disc, now.analysis, lateral)
     return replace(now, lateral=lateral, states=states)

@@ -16,7 +16,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.constraint.table import TABLE, Limit
 from pneumorph.geometry import DesignSpace
-from pneumorph.optimize.buckling import Lateral, lateral_rows
+from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
 
 OF_STATES = tuple(limit for limit in TABLE if not limit.of_shape)
@@ -83,7 +83,11 @@ def no_states(variables: int) -> StateLimits:
 
 
 def linear_states(
-    problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis, lateral: Lateral | None = None
+    problem: Problem,
+    space: DesignSpace,
+    disc: Discretisation,
+    analysis: Analysis,
+    lateral: LateralStability | None = None,
 ) -> StateLimits:
     """The limits on the states of an analysed design, linearised by one adjoint for each task.
 

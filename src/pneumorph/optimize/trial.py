@@ -14,7 +14,7 @@ from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
-from pneumorph.optimize.buckling import Kinds, Lateral, look
+from pneumorph.optimize.buckling import LateralStability, Stiffnesses, judge
 from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.history import Clock
 from pneumorph.problem import Problem
@@ -55,7 +55,7 @@ class Trial:
         Objective of the design before, on the mesh of the trial.
     remeshed : bool
     factorisations : int
-    lateral : Lateral or None
+    lateral : LateralStability or None
         How it stands motions to a side, where it was analysed.
     reached : float
         Where it was gone in parts, how much of the step had states.
@@ -67,7 +67,7 @@ class Trial:
     before: float
     remeshed: bool
     factorisations: int
-    lateral: Lateral | None = None
+    lateral: LateralStability | None = None
     reached: float = 1.0
 
 
@@ -79,9 +79,12 @@ def analyse_trial(
     now: Analysis,
     phi: np.ndarray,
     clock: Clock,
-    still: Kinds = MappingProxyType({}),
+    at_rest: Stiffnesses = MappingProxyType({}),
 ) -> Generator[Event, None, Trial]:
-    """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh; see also `look`."""
+    """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh.
+
+    `at_rest` are stiffnesses against motions to a side, see `judge`.
+    """
     count, points, given, reached = disc.factorisations, space.control_points(phi), disc, 1.0
     with clock.phase("geometry"):
         poor = needs_remesh(disc.morph, points)
@@ -121,7 +124,7 @@ def analyse_trial(
         before = now.value
         if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
             before = _before(problem, space, disc, now, found)
-        lateral = None if isinstance(found, NoEquilibrium) else look(disc, found, still)
+        lateral = None if isinstance(found, NoEquilibrium) else judge(disc, found, at_rest)
     spent = disc.factorisations - count
     if isinstance(found, NoEquilibrium):
         return Trial(disc, None, found.reason, before, poor is not None, spent, reached=reached)

@@ -43,7 +43,7 @@ def lateral_slope(
             function(jax.tree.map(lambda there, along, step=step: there + step * along, state, motion))
             for step in (BESIDE, -BESIDE)
         )
-        return jax.tree.map(lambda one, other: (np.subtract(one, other)) / (2.0 * BESIDE * found.size), ahead, behind)
+        return jax.tree.map(lambda one, other: np.subtract(one, other) / (2.0 * BESIDE * found.size), ahead, behind)
 
     ((direct, acting),) = across(lambda there: kernels.pullback(potential, at.X, there, at.loads, [motion]))
     by_state = across(lambda there: kernels.tangent_product(potential, at.X, there, at.loads, motion))

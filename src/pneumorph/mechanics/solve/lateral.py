@@ -23,7 +23,7 @@ from pneumorph.mechanics.assembly.model import Model, with_fixed
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.problem.symmetry import MIRRORS, NORMALS
+from pneumorph.problem.symmetry import NORMALS, odd_of
 
 STEPS, CLOSE = 20, 0.01
 """Most steps of Lanczos' method, and its relative accuracy, which it mostly has after three or four."""
@@ -65,21 +65,18 @@ def _fixed(model: Model, mesh: TetMesh, odd: tuple[str, ...]) -> np.ndarray:
     """The unknowns (n,) bool that vanish in motions which are odd about these planes, and even about the others."""
     supports = np.zeros((model.nodes, 3), bool)
     supports[np.unique(mesh.faces["base"])] = True
-    pressing = np.zeros((len(model.rubbers), model.nodes), bool)
-    still = np.full(6, not model.plate)
+    hydrostatic = np.zeros((len(model.rubbers), model.nodes), bool)
+    plate = np.full(6, not model.plate)
     for plane in mesh.mirrors:
-        nodes, normal = mesh.mirror_nodes(plane), np.arange(3) == NORMALS[plane]
-        signs = np.array(MIRRORS[plane])
-        # Rotations are axial: a mirror reverses the components that it keeps of translations.
-        kept = np.concatenate([signs, -signs]) > 0
+        nodes, normal, changes_sign = mesh.mirror_nodes(plane), np.arange(3) == NORMALS[plane], odd_of((plane,))
         if plane in odd:
             supports[nodes] |= ~normal
-            pressing[:, nodes] = True
-            still |= kept
+            hydrostatic[:, nodes] = True
+            plate |= ~changes_sign
         else:
             supports[nodes] |= normal
-            still |= ~kept
-    return np.concatenate([supports[model.independent].ravel(), pressing.ravel()[model.sparsity.corners], still])
+            plate |= changes_sign
+    return np.concatenate([supports[model.independent].ravel(), hydrostatic.ravel()[model.sparsity.corners], plate])
 
 
 def masses_of(at: Configuration) -> np.ndarray:
