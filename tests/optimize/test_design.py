@@ -162,6 +162,14 @@ def test_a_target_far_away_takes_longer_steps_at_first():
     assert steps[1] > 0.05
 
 
+def test_a_target_that_is_met_ends_the_run():
+    """Without rubber in the way: 0.4 mm are reached in a few designs, after which only rounding errors are left."""
+    text = tiny(objective='{ kind = "motion", extension = "0.4 mm" }')
+    *_, last, end = design(loads(text.replace("iterations = 2", "iterations = 20")))
+    assert "of what it was at first" in end.reason
+    assert 0 < last.entry.objective < 1e-6 * 0.3**2
+
+
 def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):
     """The trust regions after each design, where the first trials are said to have no equilibrium."""
     left = [trials_in_vain]
@@ -190,6 +198,7 @@ def test_a_region_that_was_much_too_large_is_remembered(monkeypatch):
 
 
 def test_a_step_without_any_state_is_followed_by_a_much_shorter_one(monkeypatch):
-    assert radii(monkeypatch, 1, reached=0.0)[-1] == 0.25
+    """Of a half and a quarter it is known already that they have none."""
+    assert radii(monkeypatch, 1, reached=0.0)[-1] == 0.125
     assert radii(monkeypatch, 1, reached=0.3)[-1] == 0.3
     assert radii(monkeypatch, 1, reached=0.75)[-1] == 0.5

@@ -91,6 +91,9 @@ PATIENCE, PROGRESS = 5, 0.005
 """The loop also stops when this many designs together improve the objective by less than this fraction, or when the
 next one promises less than its share of that."""
 
+NEGLIGIBLE = 1e-3
+"""Of the first objective: below that the fraction is one of this. A target that is met has nothing left to improve."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Standing:
@@ -166,7 +169,7 @@ def design(problem: Problem, state: dict[str, Any] | None = None) -> Iterator[Ev
         if now.optimality <= OPTIMAL and not now.states.broken:
             reason = f"the design is optimal: its limits leave {100 * now.optimality:.1f} % of the objective's gradient"
             break
-        if _stalled(now.values):
+        if _stalled(now):
             reason = f"{PATIENCE} designs together improved the objective by less than {100 * PROGRESS:g} %"
             break
         following = yield from _next(loop, now)
@@ -305,12 +308,14 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         if not expected > 0:
             longest = radius = SHRINK * radius
             continue
-        share = expected / max(abs(now.analysis.value), 1e-300)
+        share = expected / max(_scale(now), 1e-300)
         if radius >= AFRESH and share < PROGRESS / PATIENCE and not mending:
             if asked == radius < longest:
                 # The objective may be far from where it changes much: a longer step may promise enough.
                 radius = min(GROW * radius, longest)
                 continue
+            if abs(now.analysis.value) < _scale(now):
+                return f"the objective has fallen to {now.analysis.value / now.values[0]:.1g} of what it was at first"
             return f"a step of {radius * reference:.2g} mm promises no more than {100 * share:.1g} % of the objective"
         kept = expected / max(_promise(now, proxy, step.change), expected)
         filled = step.length >= 2.0 * INSIDE * radius * reference
@@ -327,8 +332,8 @@ def _next(loop: _Loop, now: _Standing) -> Generator[Event, None, _Standing | str
         )
         spent += trial.factorisations
         if trial.analysis is None or trial.lateral is None:
-            # Where not even the first part of the step had a state, half of the step would not have one.
-            radius *= min(SHRINK, max(trial.reached, SHORTEST))
+            # Where not even the first part of the step had a state, a step as short as that would not have one either.
+            radius *= min(SHRINK, trial.reached or SHRINK * SHORTEST)
             yield DesignRejected(now.iteration + 1, trial.reason, radius * reference)
             continue
         worst, name = worst_state(loop.problem, trial.disc, trial.analysis)
@@ -408,7 +413,7 @@ def _proposal(
     A region is also too large if the promise would end the run.
     """
     reference, phi = loop.problem.optimizer.step, now.analysis.phi
-    worthwhile = 0.0 if now.states.broken else PROGRESS / PATIENCE * abs(now.analysis.value)
+    worthwhile = 0.0 if now.states.broken else PROGRESS / PATIENCE * _scale(now)
     best, most = None, -np.inf
     while True:
         step = now.stepper.step(phi, proxy, radius * reference, states)
@@ -423,10 +428,15 @@ def _proposal(
         radius *= SHRINK
 
 
-def _stalled(values: tuple[float, ...]) -> bool:
-    if len(values) <= PATIENCE:
+def _stalled(now: _Standing) -> bool:
+    if len(now.values) <= PATIENCE:
         return False
-    return values[-1 - PATIENCE] - values[-1] < PROGRESS * abs(values[-1])
+    return now.values[-1 - PATIENCE] - now.values[-1] < PROGRESS * _scale(now)
+
+
+def _scale(now: _Standing) -> float:
+    """What progress is measured by: the objective, or a small part of the first one."""
+    return max(abs(now.analysis.value), NEGLIGIBLE * abs(now.values[0]) if now.values else 0.0)
 
 
 def _accepted(loop: _Loop, now: _Standing, clock: Clock, record: StepRecord) -> DesignAccepted:
