@@ -45,9 +45,13 @@ MOST_PRODUCTS = 12
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
-SMOOTH, NEAR, ROUGH = 0.02, 0.05, 1.0
-"""Relative residuals: of a state without rough detail; of one whose factorisation serves for the answer too; and above
-which the tangent is often indefinite for the stress of rough volume ratios."""
+SMOOTH, NEAR, FAR, ROUGH = 0.02, 0.05, 0.3, 1.0
+"""Relative residuals: of a state without rough detail; of one whose factorisation serves for the answer too; above
+which a step with predicted volume ratios mostly gets farther than Newton's; and above which the tangent is often
+indefinite for the stress of rough ones."""
+
+WELL = 0.25
+"""A step with volume ratios from a state that is not rough is gone if it leaves no more of the residual."""
 
 ROUGHER = 0.5
 """Relative residual over κ/μ above which it is indefinite with other volume ratios too, since shapes are as rough."""
@@ -75,7 +79,7 @@ def minimise(
         if ratios is None and not tangent.ready and here.size > SMOOTH * scale and np.any(vector):
             # Steps with the tangent at rest smooth the rough detail of a state, where its own is often indefinite.
             tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
-        if ratios is not None and ROUGH < here.size / scale <= ROUGHER * bulk_over_shear(at):
+        if ratios is not None and FAR < here.size / scale <= ROUGHER * bulk_over_shear(at):
             here = _smoothed(at, tangent, here, ratios, scale)
         secants, made = Secants() if tangent.ready else None, np.inf
         for _ in range(most):
@@ -137,10 +141,10 @@ def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarr
         tangent.factorise_with(at, at.model.state(here.vector), ratios)
         direction = supported(at, tangent.precondition(-here.residual))
         moved = _sound(at, here, direction)
-        if moved is None or moved.size > here.size:
+        if moved is None or moved.size > (1.0 if here.size > ROUGH * scale else WELL) * here.size:
             break
         ratios, here = stepped_ratios(at, ratios, here.vector, direction, moved.vector), moved
-        if here.size <= ROUGH * scale:
+        if here.size <= FAR * scale:
             break
     return here
 
