@@ -5,26 +5,26 @@
 Ten designs each in the folder OUT; what is finished there is not run again. Prints what `iteration.py` prints.
 """
 
-import subprocess
 import sys
 from pathlib import Path
 
 from iteration import table
+from paper_size import EXAMPLES, designed
 
-EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "linear.toml"
-DENSITIES = {"13582 variables": "0.86", "28116 variables": "1.244"}
-"""Control points per mm, by what it leads to."""
+from pneumorph.problem import load
+
+DENSITIES, DESIGNS = {"13582 variables": 0.86, "28116 variables": 1.244}, 10
+"""Control points per mm, by what it leads to, and how many designs."""
 
 
 def main(out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
+    problem = load(EXAMPLES / "linear.toml")
+    optimizer = problem.optimizer.model_copy(update={"iterations": DESIGNS})
     for name, density in DENSITIES.items():
-        run, file = out / name, out / f"{name}.toml"
+        run, body = out / name, problem.body.model_copy(update={"control_density": density})
         if not (run / "result.json").exists():
-            text = EXAMPLE.read_text().replace('control_density = "0.6 /mm"', f'control_density = "{density} /mm"')
-            file.write_text(text.replace("iterations = 20", "iterations = 10"))
-            command = [sys.executable, "-m", "pneumorph", "design", str(file), "--out", str(run), "--quiet"]
-            subprocess.run(command, check=True, stdout=sys.stderr)
+            designed(problem.model_copy(update={"body": body, "optimizer": optimizer}).to_toml(), run)
         table(str(run))
 
 

@@ -49,11 +49,16 @@ def main(out: Path, names: list[str]) -> None:
     for name in names or PAPER:
         run = out / name
         if not (run / "result.json").exists():
-            file = out / f"{name}.toml"
-            file.write_text(of_size(name))
-            command = [sys.executable, "-m", "pneumorph", "design", str(file), "--out", str(run), "--quiet"]
-            subprocess.run(command, check=True, stdout=sys.stderr)
+            designed(of_size(name), run)
         print(row(run), flush=True)
+
+
+def designed(problem: str, run: Path) -> None:
+    """Design a problem, whose file is stored beside its run."""
+    file = run.with_suffix(".toml")
+    file.write_text(problem)
+    command = [sys.executable, "-m", "pneumorph", "design", str(file), "--out", str(run), "--quiet"]
+    subprocess.run(command, check=True, stdout=sys.stderr)
 
 
 def of_size(name: str) -> str:

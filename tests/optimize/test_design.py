@@ -163,7 +163,7 @@ def test_a_target_far_away_takes_longer_steps_at_first():
 
 
 def test_a_target_that_is_met_ends_the_run():
-    """Without rubber in the way: 0.4 mm are reached in a few designs, after which only rounding errors are left."""
+    """An extension of 0.4 mm is reached in a few designs, after which nothing is left to improve."""
     text = tiny(objective='{ kind = "motion", extension = "0.4 mm" }')
     *_, last, end = design(loads(text.replace("iterations = 2", "iterations = 20")))
     assert "of what it was at first" in end.reason

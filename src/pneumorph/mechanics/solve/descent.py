@@ -50,8 +50,9 @@ SMOOTH, NEAR, FAR, ROUGH = 0.02, 0.05, 0.3, 1.0
 which a step with predicted volume ratios mostly gets farther than Newton's; and above which the tangent is often
 indefinite for the stress of rough ones."""
 
-WELL = 0.25
-"""A step with volume ratios from a state that is not rough is gone if it leaves no more of the residual."""
+MOST_LEFT = 0.25
+"""A step with predicted volume ratios from a state that is not rough is taken if it leaves at most this part of the
+residual; else Newton's gets farther."""
 
 ROUGHER = 0.5
 """Relative residual over κ/μ above which it is indefinite with other volume ratios too, since shapes are as rough."""
@@ -141,7 +142,8 @@ def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarr
         tangent.factorise_with(at, at.model.state(here.vector), ratios)
         direction = supported(at, tangent.precondition(-here.residual))
         moved = _sound(at, here, direction)
-        if moved is None or moved.size > (1.0 if here.size > ROUGH * scale else WELL) * here.size:
+        left = 1.0 if here.size > ROUGH * scale else MOST_LEFT
+        if moved is None or moved.size > left * here.size:
             break
         ratios, here = stepped_ratios(at, ratios, here.vector, direction, moved.vector), moved
         if here.size <= FAR * scale:
