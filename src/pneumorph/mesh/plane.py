@@ -1,4 +1,4 @@
-"""Triangulation of a plane region with given curved edges: constrained Delaunay, then improved by edge swaps.
+"""Triangulation of a plane region with given curved edges: constrained Delaunay, improved by edge swaps.
 
 Missing edges are recovered by swapping the edges that cross them (Sloan 1993, A fast algorithm for generating
 constrained Delaunay triangulations). Netgen's planar mesher is not used because it may split the given edges.
@@ -17,8 +17,11 @@ from pneumorph.mesh.tets import triangle_gradient
 
 _CLEAR = 0.6  # smallest distance of inner vertices from the given edges, in edge lengths
 _PASSES = 8
+_FLAT = 0.2  # quality below which a triangle between two curved edges gets a vertex beside it
+_BESIDE = (0.1, 0.25, 0.5)  # places tried for it, from the triangle's third edge on
 _NODES = np.array([[0.0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
 _GRADIENTS = triangle_gradient(_NODES)
+_FRAME = np.array([[-1.0, -0.9], [1.1, -1], [1, 1.2], [-1.2, 1]])
 
 Edge = tuple[int, int]
 
@@ -53,18 +56,28 @@ def triangulate(
     """
     inside = _lattice(points, edges, size)
     everything = np.concatenate([points, inside])
-    plane = _Plane(everything, edges, middles)
+    # Corners of a large frame keep collinear points off the hull, where Delaunay might leave them out.
+    middle, reach = everything.mean(axis=0), 10 * np.ptp(everything, axis=0).max()
+    framed = np.concatenate([everything, middle + reach * _FRAME])
+    plane = _Plane(framed, Delaunay(framed).simplices, edges, middles)
     for a, b in edges.tolist():
         stop_if_asked()
         plane.recover(a, b)
     plane.keep_left_of(edges)
-    for _ in range(_PASSES):
-        stop_if_asked()
-        moved = plane.swap()
-        moved |= plane.smooth(len(points))
-        if not moved:
-            break
-    return plane.points[len(points) : len(everything)], plane.triangles()
+    plane.points = everything
+    plane.improve(len(points))
+    if plane.fill_ears():
+        plane.improve(len(points))
+    return plane.points[len(points) :], plane.triangles()
+
+
+def quality_of(nodes: np.ndarray) -> np.ndarray:
+    """Smallest det(dx/dξ) at the nodes (…, 6, 2) of curved triangles, relative to a regular one of the same size."""
+    ends = nodes[..., :3, :]
+    jacobian = np.einsum("...ai,gak->...gik", nodes, _GRADIENTS)
+    sides = ((ends - np.roll(ends, -1, axis=-2)) ** 2).sum((-2, -1)) / 3
+    determinant = jacobian[..., 0, 0] * jacobian[..., 1, 1] - jacobian[..., 0, 1] * jacobian[..., 1, 0]
+    return determinant.min(axis=-1) / (np.sqrt(0.75) * sides)
 
 
 def _lattice(points: np.ndarray, edges: np.ndarray, size: float) -> np.ndarray:
@@ -89,15 +102,12 @@ def _lattice(points: np.ndarray, edges: np.ndarray, size: float) -> np.ndarray:
 class _Plane:
     """A triangulation; `apex` gives for every directed edge the third corner of the triangle on its left."""
 
-    def __init__(self, points: np.ndarray, edges: np.ndarray, middles: np.ndarray):
-        # Corners of a large frame keep collinear points off the hull, where Delaunay might leave them out.
-        middle, reach = points.mean(axis=0), 10 * np.ptp(points, axis=0).max()
-        frame = middle + reach * np.array([[-1.0, -0.9], [1.1, -1], [1, 1.2], [-1.2, 1]])
-        self.points = np.concatenate([points, frame])
+    def __init__(self, points: np.ndarray, triangles: np.ndarray, edges: np.ndarray, middles: np.ndarray):
+        self.points = points
         self._curved = {tuple(sorted(edge)): middle for edge, middle in zip(edges.tolist(), middles, strict=True)}
         self._quality: dict[tuple[int, ...], float] = {}
         self.apex: dict[Edge, int] = {}
-        for triangle in Delaunay(self.points).simplices.tolist():
+        for triangle in triangles.tolist():
             self._add(*triangle)
 
     def _add(self, a: int, b: int, c: int) -> None:
@@ -155,6 +165,46 @@ class _Plane:
                     waiting.append((other, one))
         self.apex = reached
 
+    def improve(self, first: int) -> None:
+        """Swap edges, and move vertices from index `first` on, until neither makes triangles better."""
+        for _ in range(_PASSES):
+            stop_if_asked()
+            moved = self.swap()
+            moved |= self.smooth(first)
+            if not moved:
+                break
+
+    def fill_ears(self) -> bool:
+        """Put a vertex beside each flat triangle between two curved edges; returns whether there was any.
+
+        A curve is smooth where they meet, so that no shape of the third edge makes such a triangle better.
+        """
+        ears = [
+            (a, b, c)
+            for (a, b), c in self.apex.items()
+            if (b, a) not in self.apex and (c, b) not in self.apex and self.quality(a, b, c) < _FLAT
+        ]
+        for a, b, c in ears:
+            d = self.apex.get((a, c))
+            if self.apex.get((a, b)) != c or d is None:
+                continue
+            new, ring = len(self.points), [(a, b), (b, c), (c, d), (d, a)]
+            middle, now = self.points[[a, c]].mean(axis=0), min(self.quality(a, b, c), self.quality(a, c, d))
+            worst, place = now, None
+            for part in _BESIDE:
+                self.points = np.concatenate([self.points[:new], [middle + part * (self.points[d] - middle)]])
+                self._quality = {key: value for key, value in self._quality.items() if new not in key}
+                quality = min(self.quality(one, other, new) for one, other in ring)
+                if quality > worst:
+                    worst, place = quality, self.points[new]
+            self.points = self.points[:new] if place is None else np.concatenate([self.points[:new], [place]])
+            self._quality = {key: value for key, value in self._quality.items() if new not in key}
+            if place is not None:
+                del self.apex[c, a], self.apex[a, c]
+                for one, other in ring:
+                    self._add(one, other, new)
+        return bool(ears)
+
     def swap(self) -> bool:
         """Swap edges while that improves the worse of the two adjacent triangles; returns whether any was swapped."""
         swapped = False
@@ -190,16 +240,12 @@ class _Plane:
         return moved
 
     def quality(self, a: int, b: int, c: int) -> float:
-        """Smallest det(dx/dξ) at the nodes of a curved triangle, relative to a regular one of the same size."""
+        """See `quality_of`."""
         low = min(a, b, c)
         key = (a, b, c) if a == low else (b, c, a) if b == low else (c, a, b)
         if key not in self._quality:
-            ends = self.points[list(key)]
             middles = [self._middle(key[i], key[(i + 1) % 3]) for i in range(3)]
-            jacobian = np.einsum("ai,gak->gik", np.concatenate([ends, middles]), _GRADIENTS)
-            sides = ((ends - np.roll(ends, -1, axis=0)) ** 2).sum() / 3
-            determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
-            self._quality[key] = float(determinant.min() / (np.sqrt(0.75) * sides))
+            self._quality[key] = float(quality_of(np.concatenate([self.points[list(key)], middles])))
         return self._quality[key]
 
     def _middle(self, a: int, b: int) -> np.ndarray:

@@ -11,6 +11,7 @@ from scipy.spatial import KDTree
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body, Level, Lining, TubeSurface, Wedge
+from pneumorph.mesh.disc import with_sound_discs
 from pneumorph.mesh.patch import Patch, edges_of, patch_of
 from pneumorph.mesh.slant import UPRIGHT, slant_of
 from pneumorph.mesh.tets import TURNED
@@ -103,7 +104,7 @@ def surface_mesh(
     own = [[lining for lining in linings if lining.surface == surface.name] for surface in body.surfaces]
     rings = [[level.rings[each.name] for level in levels if each.name in level.rings] for each in body.surfaces]
     patches = [
-        _kept(surface, side, turn, part, begin, body.exterior, lined, crossed, wedges)
+        with_sound_discs(_kept(surface, side, turn, part, begin, body.exterior, lined, crossed, wedges), surface, size)
         for surface, lined, crossed in zip(body.surfaces, own, rings, strict=True)
     ]
     n_vertices = sum(patch.n_vertices for patch in patches)
