@@ -57,6 +57,18 @@ def test_a_start_turned_inside_out_is_answered_from_rest():
     assert np.abs(found.u - plain.u).max() < 1e-7
 
 
+def test_a_tolerance_below_rounding_errors_is_not_waited_for():
+    """A small weight on a nearly incompressible rubber, whose bulk modulus makes the errors large."""
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = build_model(mesh, neo_hookean_rubber(0.1, 2000.0, 1.1e-9))
+    at = configure(built, mesh.points, build_loads(built, {}, acceleration=np.array([100.0, 0.0, 0.0])))
+    found = solve(at, Tangent(built), tolerance=1e-15)
+    assert isinstance(found, Equilibrium)
+    assert 1e-15 < found.residual < 1e-6
+    assert found.factorisations <= 3
+    assert np.abs(found.u - solve(at, Tangent(built), tolerance=1e-6).u).max() < 1e-6
+
+
 def test_warm_starts_are_cheap():
     mesh = tube(4, 8, 20, (1, 8, 4))
     built, solver = build_model(mesh, RUBBER), None

@@ -226,7 +226,7 @@ def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> n
     loads = loads_of(problem, disc.model, {}, laid=laid)
     at = configure(disc.model, analysis.X, loads, guided_of(problem))
     # With another solver: those of the tasks keep the factorisations from which the next design starts.
-    found = solve(at, Tangent(disc.model))
+    found = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
     return found.u if isinstance(found, Equilibrium) else None
 
 

@@ -28,6 +28,10 @@ ACCURACY = 0.3
 PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 16, 7, 200
 """Most linearisations between two certificates, most certificates, and most iterations for each motion."""
 
+LOST, STUCK, NEARER = 5, 2, 0.98
+"""It ends after this many motions in a row, and this many certificates, none of which leaves less than the last part of
+the least excess before. Limits may come back after more, but a shorter step costs less."""
+
 HOPELESS = 100.0
 """Motions end where a limit is exceeded by this multiple of its bound. A motion may well exceed one by ten times: what
 is quadratic in the control points, such as stretch, then comes down by three quarters with each of the next."""
@@ -67,8 +71,13 @@ def within(
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
     phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, None, None)
     found = certify(space.body(phi), limits.spec, own=limits.own_spans)
+    least, stuck = np.inf, 0
     for _ in range(1, CERTIFICATES):
-        if found.satisfied() or max(reading.excess() for reading in found.violated()) > HOPELESS:
+        if found.satisfied():
+            break
+        worst = max(reading.excess() for reading in found.violated())
+        least, stuck = (worst, 0) if worst < NEARER * least else (least, stuck + 1)
+        if worst > HOPELESS or stuck == STUCK:
             break
         # New places come first: of places close together the first is kept.
         places = {name: joined(found.places.points[name], known) for name, known in places.items()}
@@ -96,15 +105,16 @@ def _projected(
     broken: Places | None,
 ) -> tuple[np.ndarray, Mapping[str, Points]]:
     """The design after some least motions, or the best on the way if they do not converge; and places of its limits."""
-    best, least = phi, np.inf
+    best, least, lost = phi, np.inf, 0
     resisting: Mapping[str, Points] = {}
     for _ in range(PROJECTIONS):
         linear = linear_limits(space, limits, phi, REACH, LEAST, places, broken)
         places, excess = linear.rows.places, linear.excess(margins)
         worst = float((excess - ACCURACY * TOLERANCES[linear.rows.kind]).max(initial=0.0))
+        lost = 0 if worst < NEARER * least else lost + 1
         if worst < least:
             best, least, resisting = phi, worst, places
-        if worst == 0.0 or worst > HOPELESS:
+        if worst == 0.0 or worst > HOPELESS or lost == LOST:
             break
         accuracy = MET * TOLERANCES[linear.rows.kind]
         motion = least_motion(smooth, linear.jacobian, excess, np.zeros(space.n), accuracy)

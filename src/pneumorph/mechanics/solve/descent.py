@@ -54,6 +54,10 @@ MOST_LEFT = 0.25
 """A step with predicted volume ratios from a state that is not rough is taken if it leaves at most this part of the
 residual; else Newton's gets farther."""
 
+ROUNDED, HALVED = 1e-6, 0.5
+"""What is left of a relative residual below the first is rounding errors where a step with the state's own tangent
+leaves more than the second part of it: those of large bulk moduli may be larger than a tolerance under small loads."""
+
 ROUGHER = 0.5
 """Relative residual over κ/μ above which it is indefinite with other volume ratios too, since shapes are as rough."""
 
@@ -108,6 +112,9 @@ def minimise(
             direction, raised = _factorised(at, tangent, here, raised)
             made = size
             moved = _line_search(at, here, direction)
+            if size <= ROUNDED and not raised and (moved is None or moved.size > HALVED * here.size):
+                tolerance = max(tolerance, size)
+                continue
             if moved is None:
                 return "the line search found no lower potential"
             secants = None if raised else Secants().after(moved.vector - here.vector, here.residual, moved.residual)
