@@ -143,15 +143,21 @@ def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarr
 
     Where κ is large, the volumetric stress of rough displacements is nowhere near the equilibrium's. That of `ratios`
     takes its place in the tangent; after a step they are the linearised ones, as where stresses are unknowns of their
-    own (Magisano, Leonetti and Garcea 2017, Computer Methods in Applied Mechanics and Engineering 313, 986-1005).
+    own (Magisano, Leonetti and Garcea 2017, Computer Methods in Applied Mechanics and Engineering 313, 986-1005). Where
+    that leads nowhere, as for ratios from another mesh, the tangent without volumetric stress often leads on.
     """
+    stressed = True
     for _ in range(MOST_WITH_RATIOS):
         tangent.factorise_with(at, at.model.state(here.vector), ratios)
         direction = supported(at, tangent.precondition(-here.residual))
         moved = _sound(at, here, direction)
         left = 1.0 if here.size > ROUGH * scale else MOST_LEFT
         if moved is None or moved.size > left * here.size:
-            break
+            if not stressed:
+                break
+            ratios, stressed = np.ones_like(ratios), False
+            continue
+        stressed = True
         ratios, here = stepped_ratios(at, ratios, here.vector, direction, moved.vector), moved
         if here.size <= FAR * scale:
             break
