@@ -99,19 +99,24 @@ def test_displacements_are_fitted_to_gradients():
     assert np.abs(u - exact).max() < 0.1 * np.abs(displacement(model.tip, MESH.points, rough) - exact).max()
 
 
-@pytest.mark.parametrize("element", ["quadratic", "mixed"])
-def test_a_carried_state_is_found_with_few_factorisations(element):
-    """Since its displacements are fitted to the deformation gradients of the other mesh."""
-    asked = loads(tiny(size=f'"4 mm"\nelement = "{element}"', pressure='{ A = "200 kPa" }'))
+def carried(text, size):
+    """The analysis of a start, and that on a mesh of another size (mm), from the states carried over to it."""
+    asked = loads(text)
     body = starting_body(asked.body)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     found = analyse(asked, space, disc, space.start)
-    finer = build_discretisation(asked, mesh_of(asked, body, mirrors_of(asked), 2.5), disc.built_at)
+    finer = build_discretisation(asked, mesh_of(asked, body, mirrors_of(asked), size), disc.built_at)
     states = {name: each.state for name, each in found.equilibria.items()}
     starts = carry_over(disc, found.X, states, finer, finer.morph.mesh.points)
-    (start,) = starts.values()
-    assert start.gradients.shape == (3, 3, 4, finer.model.elements)
-    moved = analyse(asked, space, finer, space.start, starts)
+    for start in starts.values():
+        assert start.gradients.shape == (3, 3, 4, finer.model.elements)
+    return found, analyse(asked, space, finer, space.start, starts)
+
+
+@pytest.mark.parametrize("element", ["quadratic", "mixed"])
+def test_a_carried_state_is_found_with_few_factorisations(element):
+    """Since its displacements are fitted to the deformation gradients of the other mesh."""
+    found, moved = carried(tiny(size=f'"4 mm"\nelement = "{element}"', pressure='{ A = "200 kPa" }'), 2.5)
     assert moved.value == pytest.approx(found.value, rel=0.1)
     assert moved.equilibria["extend"].factorisations <= 3
 
@@ -120,14 +125,7 @@ def test_a_carried_state_of_a_nearly_incompressible_rubber_is_found_with_few_fac
     """The tangent with the volume ratios of the other mesh is indefinite; without volumetric stress it serves."""
     text = tiny(size='"5 mm"\nelement = "quadratic"', pressure='{ A = "6 kPa" }')
     text = text.replace("Hei-Cast 8400", "Ecoflex 00-30")
-    asked = loads(text.replace("[end_effector]", "[gravity]\ndirection = [-1, 0, 0]\n[end_effector]"))
-    body = starting_body(asked.body)
-    space, disc = build_design_space(asked, body), discretise(asked, body)
-    found = analyse(asked, space, disc, space.start)
-    finer = build_discretisation(asked, mesh_of(asked, body, mirrors_of(asked), 4.0), disc.built_at)
-    states = {name: each.state for name, each in found.equilibria.items()}
-    starts = carry_over(disc, found.X, states, finer, finer.morph.mesh.points)
-    moved = analyse(asked, space, finer, space.start, starts)
+    found, moved = carried(text.replace("[end_effector]", "[gravity]\ndirection = [-1, 0, 0]\n[end_effector]"), 4.0)
     assert moved.value == pytest.approx(found.value, rel=0.1)
     assert moved.equilibria["extend"].factorisations <= 8
 

@@ -5,6 +5,7 @@ import pytest
 from tiny import tiny
 
 from pneumorph.constraint import LimitReport, certify
+from pneumorph.optimize import within
 from pneumorph.optimize.standing import Setting
 from pneumorph.optimize.within import LOST, Within
 from pneumorph.problem import loads
@@ -31,8 +32,6 @@ def test_bumps_are_smoothed(setting: Setting) -> None:
 
 def test_what_cannot_be_mended_ends_soon(setting: Setting, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a motion comes no nearer to the limits, others from there hardly ever do."""
-    from pneumorph.optimize import within
-
     motions, move = [], within.least_motion
 
     def counted(*args):
