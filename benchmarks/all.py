@@ -204,13 +204,13 @@ def sections(runs: Path, out: Path) -> list[Section]:
             "Interrupts",
             "Signals at random moments.",
             None,
-            ["interrupts.py"],
+            ["interrupts.py", "5"],
         ),
         Section(
             "Random problems",
             "Problems that nobody chose, ten designs each.",
             None,
-            ["yield.py", str(int(time.time())), "30", "--out", str(out / "yield"), "--threads", "1"],
+            ["yield.py", str(int(time.time())), "10", "--out", str(out / "yield"), "--threads", "1"],
         ),
     ]
 

@@ -7,8 +7,9 @@ approximate numbers of quadratic tetrahedra. All solvers use the same ten-node e
 quadrature can be chosen, both cores, one load step, and a relative residual of 1e-9. The time is that from a mesh and
 loads in memory to displacements, without imports and without JAX's compilation, which is kept between runs; for
 CalculiX it includes reading the input file and writing the result. Every solver runs in its own process, whose peak
-memory is reported. A solver that fails, or needs more than five minutes, is left out on larger meshes. The picture
-shows the growth of time and memory; its exponents are those between the first and the last mesh of each solver.
+memory is reported. A solver that fails, needs more than five minutes, or would by its growth so far, is left out on
+larger meshes. The picture shows the growth of time and memory; its exponents are those between the first and the last
+mesh of each solver.
 """
 
 import argparse
@@ -211,8 +212,11 @@ class Row:
     megabytes: float
 
 
-def table(count: int, names: list[str]) -> dict[str, Row]:
-    """Print the line of every solver on a mesh of about so many elements; those that solved it."""
+def table(count: int, names: list[str], before: list[dict[str, Row]]) -> dict[str, Row]:
+    """Print the line of every solver on a mesh of about so many elements; those that solved it.
+
+    `before` has what they needed on smaller meshes.
+    """
     body, size = starting_body(linear_actuator().body), 2.0
     mesh = mesh_body(body, size).mesh
     # The number of elements is not a continuous function of their size.
@@ -226,6 +230,10 @@ def table(count: int, names: list[str]) -> dict[str, Row]:
         path = Path(folder, "mesh.npz")
         np.savez(path, points=mesh.points, tets=mesh.tets, **mesh.faces)
         for name in names:
+            foreseen = by_growth([each[name] for each in before], 3 * len(mesh.points))
+            if foreseen > LONGEST:
+                print(f"{name:10s} not tried: by its growth, more than {LONGEST:.0f} s", flush=True)
+                continue
             command = [sys.executable, __file__, "--alone", name, str(path)]
             found = outcome(command)
             if isinstance(found, str):
@@ -239,6 +247,15 @@ def table(count: int, names: list[str]) -> dict[str, Row]:
                 flush=True,
             )
     return rows
+
+
+def by_growth(rows: list[Row], unknowns: int) -> float:
+    """Seconds for so many displacements, by the exponent between the last two meshes; 0 where there are no two."""
+    if len(rows) < 2:
+        return 0.0
+    first, last = rows[-2:]
+    exponent = np.log(last.seconds / first.seconds) / np.log(last.unknowns / first.unknowns)
+    return float(last.seconds * (unknowns / last.unknowns) ** exponent)
 
 
 def outcome(command: list[str]) -> dict | str:
@@ -281,7 +298,7 @@ def main() -> None:
     asked = parser.parse_args()
     rows, names = [], list(SOLVERS)
     for count in sorted(asked.counts):
-        rows.append(table(count, names))
+        rows.append(table(count, names, rows))
         names = list(rows[-1])
         if asked.plot:
             plot(rows, asked.plot)

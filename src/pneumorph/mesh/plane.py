@@ -189,20 +189,22 @@ class _Plane:
             if self.apex.get((a, b)) != c or d is None:
                 continue
             new, ring = len(self.points), [(a, b), (b, c), (c, d), (d, a)]
-            middle, now = self.points[[a, c]].mean(axis=0), min(self.quality(a, b, c), self.quality(a, c, d))
-            worst, place = now, None
+            middle = self.points[[a, c]].mean(axis=0)
+            worst, place = min(self.quality(a, b, c), self.quality(a, c, d)), None
+            self.points = np.concatenate([self.points, [middle]])
             for part in _BESIDE:
-                self.points = np.concatenate([self.points[:new], [middle + part * (self.points[d] - middle)]])
-                self._quality = {key: value for key, value in self._quality.items() if new not in key}
+                tried = middle + part * (self.points[d] - middle)
+                self._move(new, tried)
                 quality = min(self.quality(one, other, new) for one, other in ring)
                 if quality > worst:
-                    worst, place = quality, self.points[new]
-            self.points = self.points[:new] if place is None else np.concatenate([self.points[:new], [place]])
-            self._quality = {key: value for key, value in self._quality.items() if new not in key}
-            if place is not None:
-                del self.apex[c, a], self.apex[a, c]
-                for one, other in ring:
-                    self._add(one, other, new)
+                    worst, place = quality, tried
+            self._move(new, middle if place is None else place)
+            if place is None:
+                self.points = self.points[:new]
+                continue
+            del self.apex[c, a], self.apex[a, c]
+            for one, other in ring:
+                self._add(one, other, new)
         return bool(ears)
 
     def swap(self) -> bool:
@@ -231,13 +233,17 @@ class _Plane:
         for vertex, ring in around.items():
             before, place = min(self.quality(a, b, vertex) for a, b in ring), self.points[vertex].copy()
             kept = self._quality
-            self._quality = {key: value for key, value in kept.items() if vertex not in key}
-            self.points[vertex] = self.points[[a for a, _ in ring]].mean(axis=0)
+            self._move(vertex, self.points[[a for a, _ in ring]].mean(axis=0))
             if min(self.quality(a, b, vertex) for a, b in ring) > before + 1e-3:
                 moved = True
             else:
                 self.points[vertex], self._quality = place, kept
         return moved
+
+    def _move(self, vertex: int, place: np.ndarray) -> None:
+        """Move a vertex and forget the qualities of its triangles."""
+        self.points[vertex] = place
+        self._quality = {key: value for key, value in self._quality.items() if vertex not in key}
 
     def quality(self, a: int, b: int, c: int) -> float:
         """See `quality_of`."""
