@@ -2,8 +2,8 @@
 
 RUNS is a folder with finished runs of the examples, by the name of their files (linear, arm_planar, …); those that are
 not there are left out of the tables. Every section is the output of one benchmark of this folder, run by itself; one
-that fails leaves its last line. `--quick` takes about a quarter of an hour on two cores, `--full` some hours. With
-`--only` and the beginnings of titles, those sections alone are measured, and the rest of the page stays as it is.
+that fails leaves its last line. `--quick` takes about a quarter of an hour on two cores, `--full` about three hours.
+With `--only` and the beginnings of titles, those sections alone are measured, and the rest of the page stays as it is.
 """
 
 import argparse
@@ -144,7 +144,7 @@ def sections(runs: Path, out: Path) -> list[Section]:
             "An earlier version beside this one",
             "The same designs and commands by both; before → now.",
             None,
-            ["before.py", EARLIER],
+            ["before.py", EARLIER, "--designs", "5"],
             markdown=True,
         ),
         Section(

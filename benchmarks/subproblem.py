@@ -2,9 +2,10 @@
 
     python benchmarks/subproblem.py [DENSITY ...]
 
-The gradient of the objective is a radial wave, as at the beginning of a bellows. After a few steps limits are active,
-as in the middle of a run; then one step is timed: the sub-problem, the repair that brings its step within the limits,
-and, as a part of that, the certificate. Gain is the predicted gain of the step over that of a step without limits.
+The gradient of the objective is a radial wave, as at the beginning of a bellows. After a few steps by sequential
+quadratic programming limits are active, as in the middle of a run; then one step from there is timed, by that method
+and by the paper's: the sub-problem, the repair that brings its step within the limits, and, as a part of that, the
+certificate. Gain is the predicted gain of the step over that of a step without limits.
 """
 
 import sys
@@ -14,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.constraint import build_limit_functions, certify
-from pneumorph.constraint.sampled import sample_limits
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.constraint.sampled import LimitSamples, sample_limits
+from pneumorph.geometry import DesignSpace, build_design_space, starting_body
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.proxy import Proxy
-from pneumorph.optimize.smoothing import build_smoothing
+from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.states import no_states
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
@@ -40,27 +41,34 @@ def main() -> None:
         wave = np.cos(2 * np.pi * (points[:, 2] - 40) / 10)[:, None] * points * np.array([1.0, 1.0, 0.0])
         slope = -space.pullback(wave)
         proxy = Proxy(slope, np.zeros((0, space.n)))
+        quadratic = build_sequential_quadratic(space, smooth, limits)
+        phi = space.start
+        for _ in range(BEFORE):
+            step = quadratic.step(phi, proxy, RADIUS, no_states(len(phi)))
+            phi, quadratic = brought(space, smooth, limits, phi + step.change).phi, quadratic.after(step)
         every = build_limit_functions(body, problem.limits, reach=1.0)
         for name, stepper in (
-            ("sqp", build_sequential_quadratic(space, smooth, limits)),
+            ("sqp", quadratic),
             ("dfp", PaperStepper(space, every, RADIUS, FIRST_ITERATIONS, np.zeros(0))),
         ):
-            phi = space.start
-            for _ in range(BEFORE + 1):
-                began = time.perf_counter()
-                step = stepper.step(phi, proxy, RADIUS, no_states(len(phi)))
-                stepped = time.perf_counter()
-                found = within(space, smooth, limits, phi + step.change, RADIUS)
-                ended = time.perf_counter()
-                if not isinstance(found, Within):
-                    break
-                gain = slope @ (phi - found.phi) / (RADIUS * np.abs(slope).sum())
-                phi, stepper = found.phi, stepper.after(step)
-            once = time.perf_counter()
-            certify(space.body(phi), problem.limits)
-            certified = time.perf_counter() - once
+            began = time.perf_counter()
+            step = stepper.step(phi, proxy, RADIUS, no_states(len(phi)))
+            stepped = time.perf_counter()
+            found = brought(space, smooth, limits, phi + step.change)
+            ended = time.perf_counter()
+            certify(space.body(found.phi), problem.limits)
+            certified = time.perf_counter() - ended
+            gain = slope @ (phi - found.phi) / (RADIUS * np.abs(slope).sum())
             line = f"{stepped - began:7.2f} {ended - stepped:7.2f} {certified:11.2f} {gain:6.3f}"
             print(f"{space.n:9d} {name:>6s} {line}", flush=True)
+
+
+def brought(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray) -> Within:
+    """The design within its limits, which it must come to here."""
+    found = within(space, smooth, limits, phi, RADIUS)
+    if not isinstance(found, Within):
+        sys.exit(f"the limits could not be kept: {'; '.join(map(str, found.violated()))}")
+    return found
 
 
 if __name__ == "__main__":
