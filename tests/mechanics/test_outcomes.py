@@ -19,6 +19,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.linear import SuperLU
+from pneumorph.mechanics.solve.balance import applied_force, residual_rounding
 from pneumorph.problem import loads
 from pneumorph.verify.solids import tube
 
@@ -67,6 +68,29 @@ def test_a_tolerance_below_rounding_errors_is_not_waited_for():
     assert 1e-15 < found.residual < 1e-6
     assert found.factorisations <= 3
     assert np.abs(found.u - solve(at, Tangent(built), tolerance=1e-6).u).max() < 1e-6
+
+
+@pytest.mark.parametrize("bulk, low, high", [(2.0, 0.0, 1e-9), (2000.0, 1e-9, 1e-5)])
+def test_rounding_errors_of_the_residual_grow_with_the_bulk_modulus(bulk, low, high):
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = build_model(mesh, neo_hookean_rubber(0.1, bulk, 1.1e-9))
+    at = configure(built, mesh.points, build_loads(built, {}, acceleration=np.array([9810.0, 0.0, 0.0])))
+    found = solve(at, Tangent(built))
+    vector = built.vector(found.state)
+    error = residual_rounding(at, vector) / applied_force(at, found.state)
+    assert low < error < high
+    # It bounds what is left of the residual where steps do not get on any more.
+    assert solve(at, Tangent(built), tolerance=1e-15).residual < error
+
+
+def test_a_large_force_on_a_stiff_spring_does_not_pass_for_rounding_errors():
+    """A spring of 1000 N/mm draws the tip by 10 mm: a millionth of its force is as large as those in the body."""
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = build_model(mesh, RUBBER)
+    spring = 1e3 * np.eye(6)[2]
+    at = configure(built, mesh.points, build_loads(built, {}, spring=spring, wrench=spring * 10.0))
+    vector = built.vector(solve(at, Tangent(built)).state)
+    assert residual_rounding(at, vector) < 1e-11 * applied_force(at, built.state(vector))
 
 
 def test_warm_starts_are_cheap():

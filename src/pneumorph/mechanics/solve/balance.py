@@ -93,6 +93,16 @@ def energy_rounding(at: Configuration) -> float:
     return 4.0 * np.finfo(float).eps * modulus * float(np.prod(np.ptp(at.X, axis=0)))
 
 
+def residual_rounding(at: Configuration, vector: np.ndarray) -> float:
+    """Rounding error of the residual in N, at most: a part of how much it changes where unknowns do by that of X.
+
+    Neighbours change in opposite directions, which changes the residual most: it is a hundred times its scatter.
+    """
+    step = np.finfo(float).eps * float(np.abs(at.X).max())
+    shift = supported(at, step * np.where(np.arange(len(vector)) % 2, 1.0, -1.0))
+    return 0.1 * float(np.linalg.norm(residual_at(at, vector + shift) - residual_at(at, vector)))
+
+
 def bulk_over_shear(at: Configuration) -> float:
     """κ/μ, the largest of all rubbers: residuals of equally rough displacements grow with it."""
     return max(rubber.bulk_modulus / rubber.shear_modulus for rubber in at.model.rubbers.values())

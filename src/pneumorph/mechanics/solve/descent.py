@@ -24,6 +24,7 @@ from pneumorph.mechanics.solve.balance import (
     evaluate,
     free_share,
     largest_stretch,
+    residual_rounding,
     smallest_ratio,
     stepped_ratios,
     supported,
@@ -54,9 +55,9 @@ MOST_LEFT = 0.25
 """A step with predicted volume ratios from a state that is not rough is taken if it leaves at most this part of the
 residual; else Newton's gets farther."""
 
-ROUNDED, HALVED = 1e-6, 0.5
-"""What is left of a relative residual below the first is rounding errors where a step with the state's own tangent
-leaves more than the second part of it: those of large bulk moduli may be larger than a tolerance under small loads."""
+HALVED = 0.5
+"""A residual no larger than rounding errors is as good as none where a step with the state's own tangent leaves more
+than this part of it: errors of large bulk moduli may be larger than a tolerance under small loads."""
 
 ROUGHER = 0.5
 """Relative residual over κ/μ above which it is indefinite with other volume ratios too, since shapes are as rough."""
@@ -112,7 +113,8 @@ def minimise(
             direction, raised = _factorised(at, tangent, here, raised)
             made = size
             moved = _line_search(at, here, direction)
-            if size <= ROUNDED and not raised and (moved is None or moved.size > HALVED * here.size):
+            stuck = not raised and (moved is None or moved.size > HALVED * here.size)
+            if stuck and here.size <= residual_rounding(at, here.vector):
                 tolerance = max(tolerance, size)
                 continue
             if moved is None:
