@@ -34,8 +34,8 @@ FOOT = """
 A design needs at least about one and a half equivalents: one factorisation near the answer, whose inertia certifies
 that the state is stable and with which the adjoint is solved, and some twenty back-solves. Beyond that it spends:
 
-- **At the paper's size** all cases but one take a twentieth to an eightieth of the paper's time, or a tenth
-  (`bending_spring`), half of which is its last design, near ballooning; it is as good as the paper after a third of it.
+- **At the paper's size** eight cases take an eighteenth to an eightieth of the paper's time. `bending_spring` takes an
+  eleventh, half of which is its last design, near ballooning; it is as good as the paper after a third of it.
   `linear_spring` takes an eighth for 40 designs, which make it nearly twice as good as the paper's; it is as good after
   18, a twenty-first of the paper's time. Half of its time is the sub-problem's, and three factorisations a design are
   of the whole body, to see that it does not buckle to a side. At 490° the body of `bending` goes through itself, which
