@@ -113,6 +113,18 @@ def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
     assert float(rows.value[rows.kind == KINDS.index("wall")].max()) > 1.0
 
 
+def test_what_lies_beyond_a_sharp_rim_has_not_been_passed(make_body, table):
+    """The tube of the chamber is nearly level before its end disc, whose rim is below that of the exterior."""
+    body = make_body(length=30.0, chambers=((4.0, (0.0, 0.0), (3.0, 27.0), "flat"),))
+    limits = sample_limits(body, table())
+    points = body.control_points()
+    rim = (np.arange(len(points)) >= body.slices[1].start) & (np.abs(points[:, 2] - 27.0) < 1e-9)
+    points[rim, :2] *= 7.5 / 4.0
+    rows = linearised(limits, body.with_control_points(points), 2.0, -0.9)
+    wall = rows.value[rows.kind == KINDS.index("wall")]
+    assert 0.0 < float(wall.max()) < 1.0
+
+
 def test_measures_at_places_are_those_of_any_point_of_the_surface(make_body):
     body = make_body(length=30.0, chambers=((3.0, (0.5, 0.0), (3.0, 27.0), "pole"),))
     net = body.chambers[0].net.copy()

@@ -66,7 +66,10 @@ def _walls(
     close = np.flatnonzero(distance[pick] < (1.0 - CLOSE) * limits.spec.wall)
     aside[close], offset[close] = _closest_nearby(here, some[close], there, near[close], offset[close])
     one, other = _Place(a, here, some, aside), _Place(b, there, near, offset)
-    return _between(limits, body, "wall", one, other, cell, limits.spec.wall, there.normals()[near])
+    outward = there.normals()[near]
+    # At the sharp rim of a disc the normal of the tube alone may point to what lies beyond the disc.
+    outward[((here.x[some] < there.x.min(axis=0)) | (here.x[some] > there.x.max(axis=0))).any(axis=1)] = 0.0
+    return _between(limits, body, "wall", one, other, cell, limits.spec.wall, outward)
 
 
 def _closest_nearby(
