@@ -96,6 +96,8 @@ def test_tasks_are_shown_from_start_to_end():
     (shown,) = printed(tasks_table(PROBLEM, entry(0), RESULT)).splitlines()[1:]
     assert shown.split() == ["extend", "extension", "0.10", "mm", "→", "0.25", "mm", "60", "kPa", "stable"]
     assert "not stable !" in printed(tasks_table(PROBLEM, entry(0), unstable))
+    crossing = replace(RESULT, tasks={"extend": replace(RESULT.tasks["extend"], self_intersecting=True)})
+    assert "stable, through itself !" in printed(tasks_table(PROBLEM, entry(0), crossing))
 
 
 @pytest.mark.parametrize("width", [60, 100])

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from texts import EXTEND, problem_text
 
 from pneumorph.analysis import SweepStep
 from pneumorph.cli.simulate import _row
@@ -95,3 +96,16 @@ def test_rounding_is_printed_as_zero(tiny):
 def test_titles_of_blocked_motions(tiny):
     figure = starting_design(load(tiny)).simulate({"A": "0:20:20 kPa"}, ("shift_x", "bending_y", "axial")).plot()
     assert figure.get_suptitle() == "Tiny, blocked: shift along x and extension and bending about y"
+
+
+def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
+    """A tube with a thin wall under vacuum, of which a third is solved: it meets the others on the axis."""
+    body = 'control_density = "0.4 /mm"\nsymmetry = { rotation = 3 }'
+    chambers = (("A", 6, "0 mm", "0 mm"),)
+    file = tmp_path / "thin.toml"
+    file.write_text(problem_text(EXTEND + '[mesh]\nsize = "6 mm"\n', body=body, chambers=chambers))
+    held = [word for name in ("shift_x", "shift_y", "bending_x", "bending_y") for word in ("--block", name)]
+    result = run("simulate", file, "--pressure", "A=-50:-150:-50kPa", *held, "--json", tmp_path / "s.json")
+    assert result.exit_code == 0, result.output
+    assert [step.get("self_intersecting", False) for step in steps_of(tmp_path / "s.json")] == [False, False, True]
+    assert result.output.count("goes through itself") == 1 and "[contact]" in result.output

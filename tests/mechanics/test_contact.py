@@ -8,6 +8,7 @@ import pytest
 
 from pneumorph.mechanics import (
     Equilibrium,
+    Skin,
     Tangent,
     build_loads,
     build_model,
@@ -75,9 +76,9 @@ def found(at, tangent=None, start=None, tolerance=1e-9) -> Equilibrium:
     return there
 
 
-def flat_triangles(x):
+def flat_triangles(x, mesh=MESH):
     """The boundary as four flat triangles for each face (T, 3, 3), made here without the package's own."""
-    faces = np.concatenate([*MESH.faces.values()])
+    faces = np.concatenate([*mesh.faces.values()])
     return np.concatenate([x[faces[:, list(part)]] for part in ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))])
 
 
@@ -108,6 +109,16 @@ def test_the_check_of_these_tests_finds_what_interpenetrates():
     x[:, 1] *= -0.05  # turned inside out about the x axis, and nearly flat
     x[x[:, 0] > 8, 0] -= 5.0
     assert crossings(flat_triangles(x)) > 0
+
+
+@pytest.mark.parametrize("pushed", [15.0, 17.0])
+def test_what_goes_through_itself_is_found(pushed):
+    """A ring of inner radius 8 mm whose upper half is pushed down, at most by this many mm, on the lower one."""
+    mesh = tube(8, 9.5, LENGTH, (1, 96, 1))
+    x = mesh.points.copy()
+    above = (x[:, 1] > 0.0) & (np.abs(x[:, 0]) < 7.5)
+    x[above, 1] -= pushed * np.cos(np.pi * x[above, 0] / 15.0) ** 2
+    assert Skin(mesh).intersects_itself(x) == (crossings(flat_triangles(x, mesh)) > 0) == (pushed > 16.0)
 
 
 def test_a_ring_that_collapses_touches_itself_and_does_not_go_through():

@@ -8,6 +8,7 @@ import pytest
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import (
     NoEquilibrium,
+    Skin,
     Tangent,
     build_loads,
     build_model,
@@ -251,3 +252,13 @@ def test_pressures_that_are_given_count_in_place_of_the_tasks():
     asked = problem(centres=PAIR, radius=1.5, pressure=UNLIKE)
     assert mirrors_of(asked, [{"A": 0.06, "B": 0.06}]) == ("xz",)
     assert mirrors_of(asked, [{"A": 0.06, "B": 0.06}, {"A": 0.06, "B": 0.05}]) == ()
+
+
+def test_a_half_that_goes_through_its_image():
+    mesh = part_mesh(problem())
+    X, (x, _, z) = mesh.points, mesh.points.T
+    dent = np.zeros_like(mesh.points)
+    dent[:, 1] = -8.0 * np.maximum(0.0, 1.0 - (x / 3.0) ** 2) * np.maximum(0.0, 1.0 - ((z - 12.0) / 7.0) ** 2)
+    assert Skin(mesh).intersects_itself(X + dent) and not Skin(mesh).intersects_itself(X + 0.3 * dent)
+    alone = TetMesh(mesh.points, mesh.tets, {name: face for name, face in mesh.faces.items() if name != "mirror xz"})
+    assert not Skin(alone).intersects_itself(X + dent), "the half itself does not"

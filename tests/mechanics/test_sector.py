@@ -8,6 +8,7 @@ import pytest
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import (
     NoEquilibrium,
+    Skin,
     Tangent,
     Whole,
     build_loads,
@@ -176,6 +177,19 @@ def test_a_column_buckles_though_a_sector_does_not():
         assert not isinstance(found, NoEquilibrium) and found.stable
         pivots.append(whole.negative_pivots(at, found.state))
     assert pivots == [0, 2]
+
+
+def test_a_sector_without_contact_goes_through_its_images():
+    mesh = part_mesh(problem(3, radius=6.0))
+    part, skin, since = build_model(mesh, RUBBER), Skin(mesh), None
+    tangent, seen = Tangent(part), []
+    for pressure in (0.05, 0.15):
+        at = configure(part, mesh.points, build_loads(part, {"A": -pressure}), np.array([1, 1, 0, 1, 1, 0], bool))
+        found = solve(at, tangent, since=since)
+        assert not isinstance(found, NoEquilibrium), found
+        since = at, found.state
+        seen.append(skin.intersects_itself(at.X + found.u))
+    assert seen == [False, True]
 
 
 def test_the_surface_of_a_sector_touches_its_images():

@@ -15,7 +15,8 @@ from pneumorph.analysis import to_json
 from pneumorph.constraint import certify
 from pneumorph.constraint.table import TABLE
 from pneumorph.errors import ComputationError, MeshError
-from pneumorph.optimize import DesignAccepted, Finished, MeshKept, Started, design
+from pneumorph.mechanics import Skin
+from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, MeshKept, Started, design
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import load, loads
 
@@ -79,6 +80,23 @@ def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
         assert one.entry.objective == pytest.approx(other.entry.objective, rel=1e-6)
         # In mm; adjoints in the loop have six digits, and other factorisations are at hand.
         assert np.abs(one.body.control_points() - other.body.control_points()).max() < 2e-5
+
+
+def test_no_design_begins_to_go_through_itself(three, monkeypatch):
+    """As if the body did so where it is longer than some length."""
+    most = 0.6 * extension(accepted(three[1])[-1])
+    monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: x[:, 2].max() > 40.0 + most)
+    _, events = run(9)
+    assert 0.5 * most < extension(accepted(events)[-1]) <= most
+    assert any(isinstance(each, DesignRejected) and "go through itself" in each.reason for each in events)
+    assert "go through itself; with a table [contact]" in events[-1].reason
+    assert not any(each.entry.tasks["extend"].self_intersecting for each in accepted(events))
+
+
+def test_a_start_that_goes_through_itself_goes_on(monkeypatch):
+    monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: True)
+    _, events = run(1)
+    assert [each.entry.tasks["extend"].self_intersecting for each in accepted(events)] == [True, True]
 
 
 def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from pneumorph.mechanics import (
     Guess,
     Model,
     NoEquilibrium,
+    Skin,
     Softest,
     State,
     Tangent,
@@ -68,6 +70,11 @@ class Discretisation:
     objectives: dict[str, Objective]
     lateral: tuple[tuple[Model, Tangent], ...] = ()
 
+    @cached_property
+    def skin(self) -> Skin:
+        """The surface of the whole body."""
+        return Skin(self.morph.mesh)
+
     @property
     def factorisations(self) -> int:
         """Number of factorisations made so far, for all tasks."""
@@ -89,6 +96,7 @@ class Analysis:
     configurations, equilibria : by task.
     values : the tasks' objectives.
     value : J, their weighted sum.
+    self_intersecting : whether the deformed body goes through itself, by task.
     """
 
     phi: np.ndarray
@@ -100,6 +108,7 @@ class Analysis:
     equilibria: dict[str, Equilibrium]
     values: dict[str, float]
     value: float
+    self_intersecting: dict[str, bool]
 
 
 def discretise(problem: Problem, body: Body, finest: float = 0.0) -> Discretisation:
@@ -182,7 +191,8 @@ def analyse(
     """
     points = space.control_points(phi)
     X, pressures, laid = disc.morph.positions(points), space.pressures(phi), space.laid(phi)
-    configurations, equilibria, values = {}, {}, {}
+    configurations, equilibria, values, crossing = {}, {}, {}, {}
+    touches_itself = disc.model.contact is not None and disc.model.contact.own is not None
     for task in problem.task:
         loads = loads_of(problem, disc.model, pressures[task.name], task.poses, laid)
         at = configure(disc.model, X, loads, guided_of(problem))
@@ -199,8 +209,9 @@ def analyse(
         values[task.name] = disc.objectives[task.name].at(disc.model, at.X, found.state)
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
+        crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + found.u)
     value = sum(task.weight * values[task.name] for task in problem.task)
-    return Analysis(phi, points, X, pressures, space.data(phi), configurations, equilibria, values, value)
+    return Analysis(phi, points, X, pressures, space.data(phi), configurations, equilibria, values, value, crossing)
 
 
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:

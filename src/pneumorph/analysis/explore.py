@@ -18,6 +18,7 @@ from pneumorph.mechanics import (
     Loads,
     Model,
     NoEquilibrium,
+    Skin,
     State,
     Tangent,
     Whole,
@@ -127,7 +128,7 @@ class Explorer:
         if stop():
             raise Stopped
         task = self.problem.task[0].name
-        step = step_of(task, given, at, found, meshed.whole)
+        step = step_of(task, given, at, found, meshed.skin, meshed.whole)
         if isinstance(found, NoEquilibrium):
             return Explored(step, None)
         return Explored(step, Fields(meshed.mesh, {task: found.u}, {task: nodal_stretch(meshed.mesh, found.u)}))
@@ -159,7 +160,7 @@ class Explorer:
             model = model_of(self.problem, mesh)
             whole = whole_of(model, mesh) if model.part else None
             known = [] if stored is None else self._known(model, stored)
-            self._meshes[part] = _Meshed(mesh, model, _Stoppable(model), whole, known)
+            self._meshes[part] = _Meshed(mesh, model, _Stoppable(model), Skin(mesh), whole, known)
         return self._meshes[part]
 
     def _known(self, model: Model, stored: Fields) -> list[tuple[Configuration, State]]:
@@ -203,6 +204,7 @@ class _Meshed:
     mesh: TetMesh
     model: Model
     tangent: _Stoppable
+    skin: Skin
     whole: Whole | None
     known: list[tuple[Configuration, State]]
 

@@ -60,6 +60,8 @@ class TaskResult:
         Area of the body's deformed surface that touches it.
     pose_translations, pose_rotations : {obstacle: (3,) mm, rad}
         Displacements and rotation vectors of free obstacles from their places.
+    self_intersecting : bool
+        Whether the deformed body goes through itself: a design that did so from the start may, without self-contact.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -79,6 +81,7 @@ class TaskResult:
     contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
     pose_translations: Mapping[str, Vector] = field(metadata={"key": "pose_mm"}, default_factory=dict)
     pose_rotations: Mapping[str, Vector] = field(metadata={"key": "pose_rad"}, default_factory=dict)
+    self_intersecting: bool = False
 
 
 @dataclass(frozen=True)
@@ -208,6 +211,8 @@ class SweepStep:
         Rotation vectors of the obstacles that are turned.
     self_contact : float
         Sum of the forces with which the body's surface presses on itself.
+    self_intersecting : bool
+        Whether the deformed body goes through itself, which a problem without self-contact allows.
     """
 
     task: str
@@ -231,6 +236,7 @@ class SweepStep:
     self_contact: float = field(metadata={"key": "self_contact_N"}, default=0.0)
     moves: Mapping[str, Vector] = field(metadata={"key": "move_mm"}, default_factory=dict)
     turns: Mapping[str, Vector] = field(metadata={"key": "turn_rad"}, default_factory=dict)
+    self_intersecting: bool = False
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -239,7 +245,7 @@ Record = TypeVar("Record", bound="DataclassInstance")
 def to_json(record: Any) -> dict[str, Any]:
     """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
-    for key in ("region_stretches", "reinforcements"):
+    for key in ("region_stretches", "reinforcements", "self_intersecting"):
         if not content.get(key, True):
             del content[key]
     if isinstance(record, TaskResult) and not record.contact:

@@ -20,6 +20,7 @@ from pneumorph.mechanics import (
     Equilibrium,
     Model,
     NoEquilibrium,
+    Skin,
     Tangent,
     Whole,
     configure,
@@ -141,6 +142,7 @@ class Simulation:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
         whole = whole_of(self.model, self.mesh) if self.model.part else None
+        skin = Skin(self.mesh)
         for tasks in self._alike:
             own = self.pressures[tasks[0]]
             for path in self.paths:
@@ -154,7 +156,8 @@ class Simulation:
                     along, poses, self._sweep(configurations, tangent), strict=True
                 ):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
-                    step = replace(step_of(tasks[0], pressures, at, found, whole), moves=moves, turns=turns)
+                    step = step_of(tasks[0], pressures, at, found, skin, whole)
+                    step = replace(step, moves=moves, turns=turns)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, found)))
                         yield curve.steps[-1]
@@ -254,7 +257,12 @@ def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
 
 
 def step_of(
-    task: str, pressures: dict[str, float], at: Configuration, found: Equilibrium | NoEquilibrium, whole: Whole | None
+    task: str,
+    pressures: dict[str, float],
+    at: Configuration,
+    found: Equilibrium | NoEquilibrium,
+    skin: Skin,
+    whole: Whole | None,
 ) -> SweepStep:
     """The record of an equilibrium, or of none; `whole` is the whole body where part of it was solved."""
     if isinstance(found, NoEquilibrium):
@@ -279,6 +287,7 @@ def step_of(
         self_contact=touched.own,
         pose_translations=translations,
         pose_rotations=rotations,
+        self_intersecting=skin.intersects_itself(at.X + found.u),
     )
 
 

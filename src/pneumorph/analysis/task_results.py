@@ -38,6 +38,7 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             contact_area={name: float(on.area) for name, on in moved.contact.items()},
             pose_translations=translations,
             pose_rotations=rotations,
+            self_intersecting=analysis.self_intersecting[name],
         )
     return found
 

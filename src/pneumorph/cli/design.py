@@ -16,7 +16,7 @@ from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import rubbers_of
-from pneumorph.output.format import validity_warning
+from pneumorph.output.format import warnings_of
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 
@@ -80,8 +80,8 @@ def _conclude(run: Run, screen: Screen, console: Console) -> None:
     for part in outcome(run, history[0], result):
         console.print(part, soft_wrap=isinstance(part, Text))
     rubbers = rubbers_of(run.problem)
-    for name, found in history[-1].tasks.items():
-        if sentence := validity_warning(rubbers, found):
+    for name, found in result.tasks.items():
+        for sentence in warnings_of(rubbers, found):
             console.print(Text(f"Task {name}: {sentence}."), soft_wrap=True)
 
 

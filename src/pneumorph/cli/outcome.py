@@ -46,12 +46,14 @@ def how_many(asked: int, result: RunResult) -> str:
 
 
 def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Table:
-    """Task by name: its motion at the start and at the end, the pressures, and whether its state is stable."""
+    """Task by name: its motion at the start and at the end, the pressures, and what is to be known of its state."""
     table = _table("task", "", "start", "best", "pressure", "state")
     for task in problem.task:
         found = result.tasks[task.name]
         before, after = motion_of(task, start.tasks[task.name]), motion_of(task, found)
         state = Text("stable") if found.stable else Text(f"not stable {MARK}", style="red")
+        if found.self_intersecting:
+            state.append(f", through itself {MARK}", style="red")
         shown = (f"{before} →", Text(str(after), style="bold"), format_pressures(found.pressures))
         table.add_row(task.name, after.word, *shown, state)
     return table

@@ -153,7 +153,10 @@ def _row(step: SweepStep, task: Task) -> Text:
     parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
     if not step.stable:
         parts.append("not stable: the body buckles out of this state")
-    return Text(head + ", ".join(parts), style="yellow" if beyond or not step.stable else "")
+    if step.self_intersecting:
+        parts.append("the body goes through itself: a table [contact] in the problem file keeps it from that")
+    doubtful = beyond or not step.stable or step.self_intersecting
+    return Text(head + ", ".join(parts), style="yellow" if doubtful else "")
 
 
 def _vector(parts: Iterable[float], digits: int) -> str:

@@ -5,6 +5,7 @@ from pneumorph.mechanics.assembly.kinematics import Guess, State, deformation_gr
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.potential import displacement
+from pneumorph.mechanics.assembly.skin import Skin
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
@@ -42,6 +43,7 @@ __all__ = [
     "Path",
     "PathPoint",
     "Rubber",
+    "Skin",
     "Softest",
     "State",
     "Tangent",

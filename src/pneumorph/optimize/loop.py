@@ -191,6 +191,16 @@ def _next(setting: Setting, now: Standing) -> Generator[Event, None, Standing | 
                 now = _closely(setting, now, clock)
             bend = max(bend, now.states.curvature(lateral_excess(now.lateral, trial.lateral), change))
             continue
+        before, after = now.analysis.self_intersecting, trial.analysis.self_intersecting
+        if any(after[name] and not before[name] for name in after):
+            if radius < AFRESH:
+                return (
+                    f"a step of {radius * reference:.2g} mm would make the body go through itself; with a table "
+                    "[contact] its surfaces press on each other instead"
+                )
+            radius *= SHRINK
+            yield DesignRejected(now.iteration + 1, "the body would go through itself", radius * reference)
+            continue
         gain = states.worst() - max(worst, 0.0) if mending else trial.before - trial.analysis.value
         ratio = gain / expected
         if ratio < POOR:

@@ -125,8 +125,20 @@ def format_data(reinforcements: Mapping[str, Mapping[str, float]]) -> str:
     )
 
 
-def validity_warning(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> str:
-    """A warning if a stretch is beyond the range of the parameters of its rubber; else empty."""
+THROUGH_ITSELF = "the inflated body goes through itself; a table [contact] in the problem file keeps it from that"
+
+
+def warnings_of(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> list[str]:
+    """Sentences, without a full stop, that say why a result cannot be trusted."""
+    return [
+        *_beyond_validity(rubbers, found),
+        *([] if found.stable else ["the state is not stable: the body buckles out of it"]),
+        *([THROUGH_ITSELF] if found.self_intersecting else []),
+    ]
+
+
+def _beyond_validity(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> list[str]:
+    """A warning if a stretch is beyond the range of the parameters of its rubber."""
     stretches = found.region_stretches or dict.fromkeys([REST], found.max_stretch)
     beyond = [
         (f"the rubber of {name}" if name != REST else "the rubber")
@@ -134,7 +146,7 @@ def validity_warning(rubbers: Mapping[str, Rubber], found: TaskResult | SweepSte
         for name, stretch in stretches.items()
         if name in rubbers and rubbers[name].beyond(stretch)
     ]
-    return ": ".join([", and ".join(beyond), "the motion is extrapolated"]) if beyond else ""
+    return [f"{', and '.join(beyond)}: the motion is extrapolated"] if beyond else []
 
 
 def format_duration(seconds: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneumorph
-from pneumorph.analysis import HistoryEntry, to_json
+from pneumorph.analysis import HistoryEntry, TaskResult, to_json
 from pneumorph.constraint.table import in_history
 from pneumorph.mechanics import rotation, rubbers_of
 from pneumorph.output.cuts import view_of
-from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of, validity_warning
+from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of, warnings_of
 from pneumorph.output.shape import target_centre_line
 from pneumorph.problem import (
     ContactArea,
@@ -64,7 +65,7 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
         ],
         "history": [_entry(problem, entry) for entry in history],
         "result": None if result is None else to_json(result) | {"spent": format_duration(result.seconds["total"])},
-        "warnings": _warnings(problem, history[-1]),
+        "warnings": _warnings(problem, history[-1].tasks if result is None else result.tasks),
         "material": [*_material(run.path / "problem.toml"), *_designed(history[-1])],
         "problem": _text(run.path / "problem.toml"),
         "files": _files(run.path / "make"),
@@ -101,15 +102,10 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
             return None
 
 
-def _warnings(problem: Problem, last: HistoryEntry) -> list[str]:
+def _warnings(problem: Problem, tasks: Mapping[str, TaskResult]) -> list[str]:
     """Sentences that say where the results of the last design cannot be trusted."""
-    rubbers, found = rubbers_of(problem), []
-    for name, task in last.tasks.items():
-        if sentence := validity_warning(rubbers, task):
-            found.append(f"Task {name}: {sentence}.")
-        if not task.stable:
-            found.append(f"Task {name}: its state is not stable.")
-    return found
+    rubbers = rubbers_of(problem)
+    return [f"Task {name}: {sentence}." for name, found in tasks.items() for sentence in warnings_of(rubbers, found)]
 
 
 def _text(path: Path) -> str:

@@ -13,7 +13,7 @@ from pneumorph.analysis import Explored, Explorer, Stopped, to_json
 from pneumorph.errors import PneumorphError
 from pneumorph.interface.runs import open_run
 from pneumorph.mechanics import rubbers_of
-from pneumorph.output.format import validity_warning
+from pneumorph.output.format import warnings_of
 from pneumorph.output.packed import pack
 from pneumorph.output.report_shapes import packed_state
 from pneumorph.problem import Problem
@@ -97,8 +97,4 @@ def _warnings(problem: Problem, found: Explored) -> list[str]:
     step = found.step
     if not step.converged:
         return []
-    beyond = validity_warning(rubbers_of(problem), step)
-    return [
-        *([f"{beyond[0].upper()}{beyond[1:]}."] if beyond else []),
-        *([] if step.stable else ["This state is not stable: the body buckles out of it."]),
-    ]
+    return [f"{said[0].upper()}{said[1:]}." for said in warnings_of(rubbers_of(problem), step)]

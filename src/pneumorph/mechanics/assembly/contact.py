@@ -21,16 +21,13 @@ from pneumorph.mechanics.assembly.free import Free, gaps, share_above
 from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
 from pneumorph.mechanics.assembly.pose import STILL, View
 from pneumorph.mechanics.assembly.recent import Recent
+from pneumorph.mechanics.assembly.skin import FLAT, collision_mesh
 from pneumorph.mechanics.assembly.terms import Connectivity
 from pneumorph.mechanics.assembly.triangulated import Triangulated, TriangulatedTouch
 from pneumorph.mesh import Unfolded
 
 if TYPE_CHECKING:
     import ipctk
-
-FLAT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-"""The flat triangles of a six-node triangle, with its orientation."""
-
 
 PER_PAIR = 1 / 20
 """Between two parallel surfaces a point has that many near parts: with this factor κ means the same as for obstacles,
@@ -92,8 +89,7 @@ class Pairs:
         )
         self._rigid = np.concatenate([np.zeros((0, 3)), *(each.points for each in rigid)])
         self._activation = activation
-        edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-        self._mesh = ipctk.CollisionMesh(self._places(X), edges.astype(np.int32), triangles.astype(np.int32))
+        self._mesh = collision_mesh(self._places(X), triangles)
         moving = self._moving
         only_others = ipctk.make_vertex_patches_filter(np.arange(starts[-1]) >= moving)
         self._mesh.can_collide = ipctk.make_static_obstacle_filter(moving) if own else only_others
