@@ -34,12 +34,12 @@ FOOT = """
 A design needs at least about one and a half equivalents: one factorisation near the answer, whose inertia certifies
 that the state is stable and with which the adjoint is solved, and some twenty back-solves. Beyond that it spends:
 
-- **At the paper's size** eight cases take an eighteenth to an eightieth of the paper's time. `bending_spring` takes an
-  eleventh, half of which is its last design, near ballooning; it is as good as the paper after a third of it.
-  `linear_spring` takes an eighth for 40 designs, which make it nearly twice as good as the paper's; it is as good after
-  18, a twenty-first of the paper's time. Half of its time is the sub-problem's, and three factorisations a design are
-  of the whole body, to see that it does not buckle to a side. At 490° the body of `bending` goes through itself, which
-  problems without `[contact]` allow (`benchmarks/interpenetration.py`).
+- **At the paper's size** every case takes a tenth to a hundredth of the paper's time. `linear_spring` takes a tenth for
+  its 40 designs, which make it nearly twice as good as the paper's; it is as good after 18, in a twenty-fifth of the
+  paper's time. Half of its time is the sub-problem's, and three factorisations a design are of the whole body, to see
+  that it does not buckle to a side. `bending_spring` takes a thirteenth, more than half of which are its last two
+  designs, near ballooning; it is as good as the paper after 16 of 25, in a 44th of the paper's time. `bending` ends at
+  348°, where a longer step would make it go through itself.
 - **A factorisation at the predicted state**, with volume ratios that are predicted too. The linear actuator with
   80,349 unknowns, a step of 0.54 mm, one thread, in equivalents from the prediction to the answer with its
   factorisation: 2.3 so; 2.4 to 2.9 by quasi-Newton steps with the factor of the design before alone, with a memory of
