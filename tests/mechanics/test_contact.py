@@ -32,6 +32,7 @@ from pneumorph.mechanics.assembly.obstacles import (
     surface_of,
 )
 from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mesh.tets import TetMesh
 from pneumorph.sensitivity import taylor_test
 from pneumorph.verify.solids import tube
 
@@ -119,6 +120,17 @@ def test_what_goes_through_itself_is_found(pushed):
     above = (x[:, 1] > 0.0) & (np.abs(x[:, 0]) < 7.5)
     x[above, 1] -= pushed * np.cos(np.pi * x[above, 0] / 15.0) ** 2
     assert Skin(mesh).intersects_itself(x) == (crossings(flat_triangles(x, mesh)) > 0) == (pushed > 16.0)
+
+
+def test_flat_triangles_of_a_thin_wall_are_divided():
+    """The outer face of a ring is turned so that its corners are between those of the inner one."""
+    ring = tube(10, 10.1, LENGTH, (1, 8, 1))
+    mesh = TetMesh(ring.points, ring.tets, {name: ring.faces[name] for name in ("chamber A", "exterior")})
+    X, skin = mesh.points, Skin(mesh)
+    radius = np.hypot(X[:, 0], X[:, 1])
+    angle = np.arctan2(X[:, 1], X[:, 0]) + np.pi / 8 * (radius - 10.0) / 0.1 / 2
+    x = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), X[:, 2]])
+    assert crossings(flat_triangles(x, mesh)) > 0 and not skin.intersects_itself(x)
 
 
 def test_a_ring_that_collapses_touches_itself_and_does_not_go_through():

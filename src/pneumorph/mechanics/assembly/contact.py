@@ -21,13 +21,16 @@ from pneumorph.mechanics.assembly.free import Free, gaps, share_above
 from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
 from pneumorph.mechanics.assembly.pose import STILL, View
 from pneumorph.mechanics.assembly.recent import Recent
-from pneumorph.mechanics.assembly.skin import FLAT, collision_mesh
+from pneumorph.mechanics.assembly.skin import collision_mesh
 from pneumorph.mechanics.assembly.terms import Connectivity
 from pneumorph.mechanics.assembly.triangulated import Triangulated, TriangulatedTouch
 from pneumorph.mesh import Unfolded
 
 if TYPE_CHECKING:
     import ipctk
+FLAT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+"""The flat triangles of a six-node triangle, with its orientation."""
+
 
 PER_PAIR = 1 / 20
 """Between two parallel surfaces a point has that many near parts: with this factor κ means the same as for obstacles,

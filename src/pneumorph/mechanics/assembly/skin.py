@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,28 +12,74 @@ from pneumorph.mesh import TetMesh, unfold
 if TYPE_CHECKING:
     import ipctk
 
-FLAT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-"""The flat triangles of a six-node triangle, with its orientation."""
+PARTS, MOST = (2, 4, 8), 1_000_000
+"""Into how many parts the edges of faces are divided, one after another while their flat triangles intersect: coarse
+ones of the two sides of a thin wall do where the wall is sound. No more triangles than the second are made, beyond the
+coarsest ones."""
 
 
 class Skin:
-    """The surface of a whole body as four flat triangles for every face, from the mesh of the body or of its part."""
+    """The surface of a whole body as flat triangles, from the mesh of the body or of its part."""
 
     def __init__(self, mesh: TetMesh):
-        image = unfold(mesh)
-        faces = np.concatenate(list(image.mesh.faces.values()))
-        nodes, corners = np.unique(faces[:, FLAT].reshape(-1, 3), return_inverse=True)
-        self._source, self._turn = image.source[nodes], image.turn[nodes]
-        self._mesh = collision_mesh(self._places(mesh.points), corners.reshape(-1, 3))
+        self._image = unfold(mesh)
+        self._faces = np.concatenate(list(self._image.mesh.faces.values()))
+        self._start = self._image.vectors(mesh.points)
+        self._divided: dict[int, _Divided] = {}
 
     def intersects_itself(self, x: np.ndarray) -> bool:
         """Whether it goes through itself with the nodes of the mesh at x (N, 3): if an edge goes through a triangle."""
+        places = self._image.vectors(x)
+        fine_enough = [parts for parts in PARTS if parts == PARTS[0] or len(self._faces) * parts**2 <= MOST]
+        return all(self._flat(parts).intersect(places) for parts in fine_enough)
+
+    def _flat(self, parts: int) -> _Divided:
+        if parts not in self._divided:
+            self._divided[parts] = _Divided(self._faces, parts, self._start)
+        return self._divided[parts]
+
+
+class _Divided:
+    """Six-node faces (F, 6) of nodes at x (N, 3) as flat triangles between points of the curved surface."""
+
+    def __init__(self, faces: np.ndarray, parts: int, x: np.ndarray):
+        share, triangles, shape = _lattice(parts)
+        # The same point of two faces has the same shares of the same corners.
+        shares = np.where(share > 0, faces[:, None, :3].astype(np.int64) * (parts + 1) + share, -1)
+        key = np.sort(shares, axis=2).reshape(-1, 3)
+        _, first, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
+        face, point = np.divmod(first, len(share))
+        self._nodes, self._weights = faces[face], shape[point]
+        flat = number.reshape(len(faces), -1)[:, triangles].reshape(-1, 3)
+        self._mesh = collision_mesh(self._places(x), flat)
+
+    def _places(self, x: np.ndarray) -> np.ndarray:
+        return np.asfortranarray(np.einsum("pk,pkc->pc", self._weights, x[self._nodes]))
+
+    def intersect(self, x: np.ndarray) -> bool:
         import ipctk
 
         return bool(ipctk.has_intersections(self._mesh, self._places(x)))
 
-    def _places(self, x: np.ndarray) -> np.ndarray:
-        return np.asfortranarray(np.einsum("nij,nj->ni", self._turn, x[self._source]))
+
+@cache
+def _lattice(parts: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of a triangle divided evenly.
+
+    Returns their barycentric coordinates (L, 3) times `parts`, the small triangles (parts², 3) between them, and the
+    shape functions (L, 6) of a six-node triangle there.
+    """
+    share = np.array([(parts - i - j, i, j) for i in range(parts + 1) for j in range(parts + 1 - i)])
+    number = {(i, j): row for row, (_, i, j) in enumerate(share.tolist())}
+    triangles = [
+        [number[corner] for corner in small]
+        for i, j in number
+        for small in (((i, j), (i + 1, j), (i, j + 1)), ((i + 1, j), (i + 1, j + 1), (i, j + 1)))
+        if all(corner in number for corner in small)
+    ]
+    at = share / parts
+    shape = np.concatenate([at * (2.0 * at - 1.0), 4.0 * at * np.roll(at, -1, axis=1)], axis=1)
+    return share, np.array(triangles), shape
 
 
 def collision_mesh(places: np.ndarray, triangles: np.ndarray) -> ipctk.CollisionMesh:
