@@ -98,6 +98,13 @@ def test_an_interrupted_command_does_not_wait_for_what_python_does_at_its_end():
     assert (ended.status, ended.out, ended.err) == (143, "ready", "")
 
 
+@pytest.mark.parametrize("number", [number for number, _ in SENT])
+def test_a_signal_while_python_itself_ends_changes_nothing(number):
+    body = "def __del__(self, write=os.write, sleep=time.sleep):\n        write(1, b'ready\\n')\n        sleep(0.5)"
+    ended = interrupted(program(f"import os\nclass Late:\n    {body}\nlate = Late()"), number)
+    assert (ended.status, ended.err) == (0, "")
+
+
 @pytest.mark.parametrize("within", ["deferred()", "contextlib.nullcontext()"])
 def test_programs_and_folders_end_with_the_command(tmp_path, within):
     body = f"""

@@ -11,6 +11,7 @@ Nothing but the standard library is imported, since this comes first.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import os
 import signal
@@ -69,6 +70,8 @@ def install() -> None:
     for number in SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda *_: None)
+    # The last of what Python does before it takes these away: a signal would kill a process that has done everything.
+    atexit.register(_ignore)
 
 
 @contextmanager
@@ -118,6 +121,11 @@ def cleaned_up(cleanup: Callable[[], object]) -> Iterator[None]:
         yield
     finally:
         _cleanups.remove(cleanup)
+
+
+def _ignore() -> None:
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _no_longer() -> int:
