@@ -30,6 +30,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 from signals import SENT, Ended, received, start
 from tiny import tiny
 
+SWEEP, STEPS = "A=0:60:2kPa", 31
 NOTICE = "pneumorph: stops after the step in progress; Ctrl-C ends it at once\n"
 STOPPED = re.compile(
     r"pneumorph: stopped(; (no design was finished; .*|designs? .* saved in .*; resume with: pneumorph design .*|"
@@ -79,7 +80,7 @@ def _start(folder: Path, command: str) -> subprocess.Popen:
     (folder / "tmp").mkdir(exist_ok=True)
     options = {
         "design": ["--out", "run"],
-        "simulate": ["--pressure", "A=0:60:2kPa", "--csv", "table.csv"],
+        "simulate": ["--pressure", SWEEP, "--csv", "table.csv"],
     }
     environment = {**os.environ, "TMPDIR": str(folder / "tmp")}
     return start(["-m", "pneumorph", command, "tiny.toml", *options[command]], cwd=folder, env=environment)
@@ -151,7 +152,7 @@ def _wrong(folder: Path, ended: Ended, status: int) -> str:
     if (table := folder / "table.csv").exists():
         steps = re.search(r"after (\d+) of", ended.err)
         # Where nothing is said of steps, all had been written.
-        if len(table.read_text(encoding="utf-8").splitlines()) != (31 if steps is None else int(steps[1])) + 1:
+        if len(table.read_text(encoding="utf-8").splitlines()) != (STEPS if steps is None else int(steps[1])) + 1:
             return "the table has other steps"
     if (folder / "run" / "problem.toml").exists():
         run = open_run(folder / "run")

@@ -12,7 +12,7 @@ from pneumorph.analysis import simulate
 from pneumorph.cli import check, design
 from pneumorph.drive import single
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics import NoEquilibrium, sweep
+from pneumorph.mechanics import NoEquilibrium, Skin, sweep
 from pneumorph.output.pictures import Pictures
 
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
@@ -138,6 +138,12 @@ def test_a_quick_check_tests_no_gradient(run, tiny, monkeypatch):
     assert result.exit_code == 0, result.output
     assert "limit     wall is 3 mm" in result.output and "gradient  " not in result.output
     assert result.output.endswith("The problem is sound; its gradient was not tested.\n")
+
+
+def test_check_says_why_a_state_is_not_to_be_trusted(run, tiny, monkeypatch):
+    monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: True)
+    result = run("check", tiny, "--quick")
+    assert result.exit_code == 0 and "warning   extend: the deformed body goes through itself" in result.output
 
 
 def test_a_body_that_does_not_move_has_no_gradient_to_test(run, tiny):

@@ -22,9 +22,9 @@ from pneumorph.errors import ComputationError, printable
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
-from pneumorph.mechanics import Rubber
+from pneumorph.mechanics import Rubber, rubbers_of
 from pneumorph.optimize.states import linear_states
-from pneumorph.output.format import format_pressures, motion_of, part_note
+from pneumorph.output.format import format_pressures, motion_of, part_note, warnings_of
 from pneumorph.problem import Reinforcement, load, reinforcements
 from pneumorph.problem.reinforcement import data_of
 
@@ -49,6 +49,8 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     for task in asked.task:
         motion = motion_of(task, found[task.name])
         say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
+        for sentence in warnings_of(rubbers_of(asked), found[task.name]):
+            say(f"warning   {task.name}: {sentence}", "red")
     limits = certify(design.body, asked.limits)
     for reading in limits.readings:
         # The certified bound holds for all points; the value seen is that of the worst sample.

@@ -22,7 +22,7 @@ from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
-from pneumorph.output.format import errors_of, format_pressures, part_note
+from pneumorph.output.format import THROUGH_ITSELF, errors_of, format_pressures, part_note
 from pneumorph.problem import Task, Trust, load
 from pneumorph.run import atomic
 
@@ -154,7 +154,7 @@ def _row(step: SweepStep, task: Task) -> Text:
     if not step.stable:
         parts.append("not stable: the body buckles out of this state")
     if step.self_intersecting:
-        parts.append("the body goes through itself: a table [contact] in the problem file keeps it from that")
+        parts.append(THROUGH_ITSELF)
     doubtful = beyond or not step.stable or step.self_intersecting
     return Text(head + ", ".join(parts), style="yellow" if doubtful else "")
 

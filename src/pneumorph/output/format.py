@@ -125,7 +125,7 @@ def format_data(reinforcements: Mapping[str, Mapping[str, float]]) -> str:
     )
 
 
-THROUGH_ITSELF = "the inflated body goes through itself; a table [contact] in the problem file keeps it from that"
+THROUGH_ITSELF = "the deformed body goes through itself; a table [contact] in the problem file keeps it from that"
 
 
 def warnings_of(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> list[str]:

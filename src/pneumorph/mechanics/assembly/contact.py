@@ -28,9 +28,9 @@ from pneumorph.mesh import Unfolded
 
 if TYPE_CHECKING:
     import ipctk
+
 FLAT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """The flat triangles of a six-node triangle, with its orientation."""
-
 
 PER_PAIR = 1 / 20
 """Between two parallel surfaces a point has that many near parts: with this factor κ means the same as for obstacles,
