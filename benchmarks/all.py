@@ -1,9 +1,11 @@
 """Run the benchmarks and write docs/performance.md: python benchmarks/all.py --quick|--full RUNS [--only TITLE …].
 
 RUNS is a folder with finished runs of the examples, by the name of their files (linear, arm_planar, …); those that are
-not there are left out of the tables. Every section is the output of one benchmark of this folder, run by itself; one
-that fails leaves its last line. `--quick` takes about a quarter of an hour on two cores, `--full` about three hours.
-With `--only` and the beginnings of titles, those sections alone are measured, and the rest of the page stays as it is.
+not there are left out of the tables. Runs of the paper's cases (paper_size) and of denser nets (denser) that are
+finished there are not run again: remove them to measure them anew. Every section is the output of one benchmark of
+this folder, run by itself; one that fails leaves its last line. `--quick` takes about a quarter of an hour on two
+cores, `--full` about three hours. With `--only` and the beginnings of titles, those sections alone are measured, and
+the rest of the page stays as it is.
 """
 
 import argparse

@@ -29,6 +29,27 @@ def test_it_ends_at_once_where_nothing_is_to_be_saved(number, status):
     assert ended.late < 2.0
 
 
+WRITING = """
+import os
+from pathlib import Path
+from pneumorph.run import atomic
+
+def wait(handle):
+    print('ready', flush=True)
+    time.sleep(60)
+
+os.fsync = wait
+atomic.write_bytes(Path('table.csv'), b'new')
+"""
+
+
+def test_a_file_that_is_being_written_is_left_as_it_was(tmp_path):
+    (tmp_path / "table.csv").write_bytes(b"old")
+    ended = interrupted(program(WRITING, cwd=tmp_path), signal.SIGTERM)
+    assert (ended.status, ended.err) == (143, "pneumorph: stopped\n")
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("table.csv", b"old")]
+
+
 WAITING = """
 import sys
 try:

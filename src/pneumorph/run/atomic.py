@@ -9,20 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.interrupts import cleaned_up
+
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Replace the file at `path` in one step, once the new content is on disk."""
     temporary = path.with_name(f".{path.name}.new")
-    try:
-        with temporary.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except (OSError, KeyboardInterrupt):
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
-        raise
+    with cleaned_up(lambda: temporary.unlink(missing_ok=True)):
+        try:
+            with temporary.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, path)
+        except (OSError, KeyboardInterrupt):
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+            raise
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
