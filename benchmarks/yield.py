@@ -454,6 +454,7 @@ def main() -> None:
         with ThreadPoolExecutor(asked.jobs) as pool:
             list(pool.map(whole, numbers))
         print()
+    print(f"seed {asked.seed}: ", end="")
     tables(folders)
 
 
