@@ -6,7 +6,7 @@ A C in plane strain: two arms of 10 mm × 1 mm, 1 mm apart, that a wall of 1 mm 
 A plate on the last 2 mm of the upper arm moves down, until the arms touch and on; the lower arm is free below, or
 stands on the ground. In the gap is
 
-- nothing, and the arms have the barrier of `mechanics/assembly/contact.py`; or
+- nothing, and the arms have the barrier of `mechanics/contact/contact.py`; or
 - a third medium (Wriggers, Schröder and Schwarz 2013): the elements that fill the gap have the energy
 
       γ (μ/2 (J^(−2/3) I₁ − 3) + κ/2 ln² J) + γ κ ℓ²/2 |∇∇u|²,
@@ -36,10 +36,10 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     solve,
 )
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.assembly.obstacles import surface_of
-from pneumorph.mechanics.assembly.terms import Term, connect
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.obstacles import surface_of
+from pneumorph.mechanics.elements.terms import Term, connect
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TRIANGLE_EDGES, tet_gradient

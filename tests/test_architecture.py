@@ -35,7 +35,7 @@ PACKAGES = [
     "__main__",
 ]
 # The subpackages of mechanics, top to bottom like the packages.
-SUBPACKAGES = ["material", "assembly", "solve", "setup", "__init__"]
+SUBPACKAGES = ["material", "elements", "contact", "assembly", "solve", "setup", "__init__"]
 # What a package must not know although it stands above.
 KEPT_APART = {
     "problem": {"numerics"},

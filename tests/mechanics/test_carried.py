@@ -21,8 +21,8 @@ from pneumorph.mechanics import (
     gradients_after,
     mirrors_of,
 )
-from pneumorph.mechanics.assembly.element import tet_energies
 from pneumorph.mechanics.assembly.hessian import tangent
+from pneumorph.mechanics.elements.element import tet_energies
 from pneumorph.mechanics.material.energies import determinant, neo_hookean, ogden
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.fitting import fitted

@@ -20,8 +20,8 @@ from pneumorph.mechanics import (
     sweep,
 )
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.obstacles import (
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.obstacles import (
     Box,
     Cylinder,
     Obstacle,
@@ -31,7 +31,7 @@ from pneumorph.mechanics.assembly.obstacles import (
     pressure,
     surface_of,
 )
-from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.sensitivity import taylor_test
 from pneumorph.verify.solids import tube

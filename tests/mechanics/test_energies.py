@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from pneumorph.mechanics import Rubber
-from pneumorph.mechanics.assembly.element import mixed
-from pneumorph.mechanics.assembly.stiffness import moduli_by_invariants
+from pneumorph.mechanics.elements.element import mixed
+from pneumorph.mechanics.elements.stiffness import moduli_by_invariants
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.energies import OfInvariants
 from pneumorph.mechanics.material.homogeneous import nominal_stress

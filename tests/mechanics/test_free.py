@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Equilibrium, Tangent, build_loads, build_model, configure, neo_hookean_rubber, solve
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.free import Free, middle_of, points_of, spin_of
-from pneumorph.mechanics.assembly.obstacles import Box, Obstacle, Plane, Sphere, pressure, surface_of
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.free import Free, middle_of, points_of, spin_of
+from pneumorph.mechanics.contact.obstacles import Box, Obstacle, Plane, Sphere, pressure, surface_of
 from pneumorph.mechanics.solve.forces import contact_forces
 from pneumorph.objective import Objective
 from pneumorph.objective.target import press, target_pose

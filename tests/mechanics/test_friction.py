@@ -14,9 +14,9 @@ from pneumorph.mechanics import (
     sweep_with_friction,
 )
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.contact import Contact
-from pneumorph.mechanics.assembly.obstacles import Box, Obstacle, Plane, surface_of
-from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.obstacles import Box, Obstacle, Plane, surface_of
+from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.verify.solids import distorted_cube
 
 COEFFICIENT, ACTIVATION, HEIGHT = 0.1, 0.04, -0.05

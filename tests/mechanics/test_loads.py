@@ -14,7 +14,7 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     solve,
 )
-from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.mechanics.elements.plate import COMPONENTS
 from pneumorph.mechanics.solve.balance import evaluate
 from pneumorph.problem import load
 from pneumorph.verify.solids import tube

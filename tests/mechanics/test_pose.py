@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import rotation
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, surface_of
-from pneumorph.mechanics.assembly.pose import View, pose_of
-from pneumorph.mechanics.assembly.pressing import FORCE, pressed, pulled_back
-from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, surface_of
+from pneumorph.mechanics.contact.pose import View, pose_of
+from pneumorph.mechanics.contact.pressing import FORCE, pressed, pulled_back
+from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.verify.solids import tube
 
 MESH = tube(4, 8, 8, (1, 6, 2))

@@ -11,9 +11,9 @@ from scipy import sparse
 from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber, rest, solve
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import tangent
-from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.plate import rotation, rotation_vector
-from pneumorph.mechanics.assembly.sums import summed, volumes
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.plate import rotation, rotation_vector
+from pneumorph.mechanics.elements.sums import summed, volumes
 from pneumorph.verify.solids import tube, with_lids
 
 RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)

@@ -24,8 +24,8 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane, connect_covered
-from pneumorph.mechanics.assembly.terms import Loads, Local
+from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane, connect_covered
+from pneumorph.mechanics.elements.terms import Loads, Local
 from pneumorph.mesh import Covered
 from pneumorph.mesh.cover import RULE
 from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape

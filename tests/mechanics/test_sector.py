@@ -21,9 +21,9 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.obstacles import surface_of
 from pneumorph.mechanics.assembly.potential import tangent_product
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.obstacles import surface_of
 from pneumorph.mechanics.solve.balance import residual_at
 from pneumorph.mesh import mesh_body, unfold
 from pneumorph.mesh.tets import TetMesh

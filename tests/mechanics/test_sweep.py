@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import pytest
 
 from pneumorph.mechanics import Configuration, NoEquilibrium
-from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve import sweep as module
 
 

@@ -12,12 +12,12 @@ from scipy import sparse
 
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.free import Carried, Free, Resting
-from pneumorph.mechanics.assembly.friction import Friction, Hold
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.assembly.obstacles import (
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.free import Carried, Free, Resting
+from pneumorph.mechanics.contact.friction import Friction, Hold
+from pneumorph.mechanics.contact.obstacles import (
     Box,
     Cylinder,
     Obstacle,
@@ -27,9 +27,9 @@ from pneumorph.mechanics.assembly.obstacles import (
     sample_places,
     surface_of,
 )
-from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane
-from pneumorph.mechanics.assembly.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
-from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mechanics.contact.triangulated import Triangulated
+from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
+from pneumorph.mechanics.elements.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
 from pneumorph.mesh import Covered
 from pneumorph.mesh.cover import RULE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import rotation
-from pneumorph.mechanics.assembly.turns import turns
+from pneumorph.mechanics.elements.turns import turns
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 0.5, 1.0 - 1e-12, 1.0, 2.0, 3.1, 7.0])

@@ -6,8 +6,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pneumorph.mechanics import build_model, neo_hookean_rubber
-from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.plate import rotation
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.plate import rotation
 from pneumorph.objective import maximize, measure_features
 from pneumorph.verify.solids import tube
 

@@ -8,7 +8,7 @@ from tiny import tiny
 
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import build_model, neo_hookean_rubber
-from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.objective import Features, build_objectives, equidistant, match, measure_features, reach
 from pneumorph.problem import Reach, loads
 from pneumorph.verify.solids import tube

@@ -11,7 +11,7 @@ from typing import Any, get_args
 import tomli_w
 from hypothesis import strategies as st
 
-from pneumorph.mechanics.assembly.plate import COMPONENTS
+from pneumorph.mechanics.elements.plate import COMPONENTS
 from pneumorph.problem.material import library
 from pneumorph.problem.models import MeshSpec
 

@@ -21,7 +21,7 @@ from pneumorph.mechanics import (
     loads_of,
     solve,
 )
-from pneumorph.mechanics.assembly.kinematics import deformation_gradients, largest_stretch, volume_ratio
+from pneumorph.mechanics.elements.kinematics import deformation_gradients, largest_stretch, volume_ratio
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, chambers_of, is_cut, tet_gradient

@@ -1,13 +1,13 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
-from pneumorph.mechanics.assembly.kinematics import Guess, State, deformation_gradients, gradients_after
 from pneumorph.mechanics.assembly.model import Model, build_model
-from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.assembly.potential import displacement
-from pneumorph.mechanics.assembly.skin import Skin
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.contact.skin import Skin
+from pneumorph.mechanics.elements.kinematics import Guess, State, deformation_gradients, gradients_after
+from pneumorph.mechanics.elements.plate import COMPONENTS, rotation, rotation_vector
+from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
 from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of, rubbers_of
 from pneumorph.mechanics.solve.equilibrium import (
@@ -20,7 +20,7 @@ from pneumorph.mechanics.solve.equilibrium import (
     solve,
 )
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
-from pneumorph.mechanics.solve.friction import sweep_with_friction
+from pneumorph.mechanics.solve.friction_sweep import sweep_with_friction
 from pneumorph.mechanics.solve.lateral import Softest, lateral_models, masses_of, softest
 from pneumorph.mechanics.solve.mirror import mirrors_of
 from pneumorph.mechanics.solve.part import part_of

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.free import Free, gaps, middle_of, points_of, resting, spin_of
 from pneumorph.mechanics.assembly.model import Model, build_model
-from pneumorph.mechanics.assembly.obstacles import (
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.free import Free, gaps, middle_of, points_of, resting, spin_of
+from pneumorph.mechanics.contact.obstacles import (
     Box,
     Cylinder,
     Obstacle,
@@ -24,11 +24,11 @@ from pneumorph.mechanics.assembly.obstacles import (
     Sphere,
     surface_of,
 )
-from pneumorph.mechanics.assembly.plate import COMPONENTS, rotation
-from pneumorph.mechanics.assembly.pose import STILL
-from pneumorph.mechanics.assembly.reinforcement import Fibres, Membrane, Reinforcement
-from pneumorph.mechanics.assembly.terms import Loads
-from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mechanics.contact.pose import STILL
+from pneumorph.mechanics.contact.triangulated import Triangulated
+from pneumorph.mechanics.elements.plate import COMPONENTS, rotation
+from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane, Reinforcement
+from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import build_loads

@@ -11,8 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly import pressing, sums
-from pneumorph.mechanics.assembly.element import (
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.potential import displacement, pulled_to_unknowns
+from pneumorph.mechanics.assembly.tip import tip_centre
+from pneumorph.mechanics.contact import pressing
+from pneumorph.mechanics.elements import sums
+from pneumorph.mechanics.elements.element import (
     TET_N,
     TET_WEIGHT,
     TRIANGLE_N,
@@ -20,11 +24,8 @@ from pneumorph.mechanics.assembly.element import (
     reference_gradients,
     triangle_points,
 )
-from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.potential import displacement, pulled_to_unknowns
-from pneumorph.mechanics.assembly.terms import Connectivity, Values, connect
-from pneumorph.mechanics.assembly.tip import tip_centre
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.terms import Connectivity, Values, connect
 from pneumorph.mechanics.material.energies import determinant
 from pneumorph.objective.rotations import continued_logarithm, polar_rotation
 from pneumorph.problem.symmetry import Part, images_of

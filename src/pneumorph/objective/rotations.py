@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly.plate import skew
+from pneumorph.mechanics.elements.plate import skew
 
 
 @jax.custom_jvp

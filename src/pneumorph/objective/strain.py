@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mechanics.assembly.element import TET_DN, TET_WEIGHT
-from pneumorph.mechanics.assembly.kinematics import State, largest_stretch
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.points import add_rows, nodal_forces, strain
 from pneumorph.mechanics.assembly.potential import displacement, pulled_to_unknowns
+from pneumorph.mechanics.elements.element import TET_DN, TET_WEIGHT
+from pneumorph.mechanics.elements.kinematics import State, largest_stretch
+from pneumorph.mechanics.elements.points import add_rows, nodal_forces, strain
 
 ABOVE = 0.03
 """Largest difference of the aggregate and the largest share. A smaller one makes the aggregate harder to linearise."""

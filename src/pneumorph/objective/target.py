@@ -13,10 +13,10 @@ import numpy as np
 from jax import Array
 
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.plate import rotation as rotation_of
-from pneumorph.mechanics.assembly.pose import pose_of
+from pneumorph.mechanics.contact.pose import pose_of
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.plate import rotation as rotation_of
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.custom import custom
 from pneumorph.objective.features import (

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pneumorph.analysis import SweepStep, TaskResult
-from pneumorph.mechanics.assembly.pose import View, pose_of
+from pneumorph.mechanics.contact.pose import View, pose_of
 from pneumorph.mechanics.setup import center_of, placed, shape_of
 from pneumorph.output.view import Shell
 from pneumorph.problem import PlaneSpec, Problem, Task, TriangulatedSpec

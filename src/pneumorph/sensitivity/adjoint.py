@@ -9,9 +9,9 @@ import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, Tangent
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import EXACT
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.objective import Objective
 
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium
-from pneumorph.mechanics.assembly.element import mixed
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import displacement_along
+from pneumorph.mechanics.elements.element import mixed
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh.tets import (
     TRIANGLE_RULE,

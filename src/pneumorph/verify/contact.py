@@ -25,8 +25,8 @@ from pneumorph.mechanics import (
     solve,
 )
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.contact import Contact
-from pneumorph.mechanics.assembly.obstacles import Obstacle, Plane, distances, pressure, sample_places, surface_of
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.obstacles import Obstacle, Plane, distances, pressure, sample_places, surface_of
 from pneumorph.mechanics.solve.balance import unloaded
 from pneumorph.mesh import TetMesh, mesh_body
 from pneumorph.mesh.block import block

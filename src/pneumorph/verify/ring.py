@@ -24,8 +24,8 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     solve,
 )
-from pneumorph.mechanics.assembly.contact import Contact, Pairs
-from pneumorph.mechanics.assembly.obstacles import surface_of
+from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.obstacles import surface_of
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
 from pneumorph.verify import calculix

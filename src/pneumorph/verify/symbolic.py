@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.assembly.linear import build_factorisation
-from pneumorph.mechanics.assembly.plate import rigid_displacement
+from pneumorph.mechanics.elements.plate import rigid_displacement
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TRIANGLE_RULE, TetMesh, area_vectors
 from pneumorph.verify.verdict import Unavailable
 

@@ -9,14 +9,15 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mechanics.assembly import derivatives, solid
-from pneumorph.mechanics.assembly.element import TRIANGLE_VOLUME
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import contact_tangent, displacement, object_columns, plate_columns
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces
-from pneumorph.mechanics.assembly.stiffness import gather, scatter
-from pneumorph.mechanics.assembly.terms import (
+from pneumorph.mechanics.assembly.tip import Ride
+from pneumorph.mechanics.elements import derivatives, solid
+from pneumorph.mechanics.elements.element import TRIANGLE_VOLUME
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.stiffness import gather, scatter
+from pneumorph.mechanics.elements.terms import (
     ChamberPressure,
     Connectivity,
     ElementEnergy,
@@ -25,7 +26,6 @@ from pneumorph.mechanics.assembly.terms import (
     Solid,
     Weight,
 )
-from pneumorph.mechanics.assembly.tip import Ride
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Second derivatives by u and u, node pairs a ≤ b (E, a(a + 1)/2, 9), by u and π (E, a, c, 3), by π and π (E, c, c)."""

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from pneumorph.mechanics.assembly import element
-from pneumorph.mechanics.assembly.contact import Contact
-from pneumorph.mechanics.assembly.free import Carried, Resting, resting
-from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.obstacles import Obstacle
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
-from pneumorph.mechanics.assembly.reinforcement import Reinforcement, connect_covered
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces, Sparsity, build_sparsity, places_of, touching
-from pneumorph.mechanics.assembly.terms import ChamberPressure, Connectivity, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.assembly.tip import Tied, Tip
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.free import Carried, Resting, resting
+from pneumorph.mechanics.contact.obstacles import Obstacle
+from pneumorph.mechanics.elements import element
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.reinforcement import Reinforcement, connect_covered
+from pneumorph.mechanics.elements.terms import ChamberPressure, Connectivity, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
 from pneumorph.problem.symmetry import NORMALS, Part, even_of, images_of, odd_of, onwards, turns_of

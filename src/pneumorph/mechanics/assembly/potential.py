@@ -14,14 +14,14 @@ import jax
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mechanics.assembly import derivatives
-from pneumorph.mechanics.assembly.contact import Contact, SeenTouch
-from pneumorph.mechanics.assembly.derivatives import Forces
-from pneumorph.mechanics.assembly.kinematics import State
-from pneumorph.mechanics.assembly.points import add_rows
-from pneumorph.mechanics.assembly.pose import STILL
-from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Solid, Term
 from pneumorph.mechanics.assembly.tip import Ride, Tip
+from pneumorph.mechanics.contact.contact import Contact, SeenTouch
+from pneumorph.mechanics.contact.pose import STILL
+from pneumorph.mechanics.elements import derivatives
+from pneumorph.mechanics.elements.derivatives import Forces
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.points import add_rows
+from pneumorph.mechanics.elements.terms import Connectivity, ElementEnergy, Loads, Solid, Term
 
 
 class Group(NamedTuple):

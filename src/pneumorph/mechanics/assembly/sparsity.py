@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mechanics.assembly.terms import Connectivity
+from pneumorph.mechanics.elements.terms import Connectivity
 
 
 @dataclass(frozen=True)

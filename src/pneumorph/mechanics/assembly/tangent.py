@@ -19,10 +19,10 @@ from scipy import linalg, sparse
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.linear import TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.terms import Loads
 
 
 @dataclass(frozen=True)

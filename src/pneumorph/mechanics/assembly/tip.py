@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.element import TRIANGLE_DN, TRIANGLE_N, TRIANGLE_WEIGHTS
-from pneumorph.mechanics.assembly.turns import turns
+from pneumorph.mechanics.elements.element import TRIANGLE_DN, TRIANGLE_N, TRIANGLE_WEIGHTS
+from pneumorph.mechanics.elements.turns import turns
 
 
 class Tied(NamedTuple):

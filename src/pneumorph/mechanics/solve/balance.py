@@ -8,11 +8,11 @@ import jax
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mechanics.assembly import kinematics
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration
-from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.elements import kinematics
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.terms import Loads
 
 RUNAWAY_STRETCH = 8.0
 

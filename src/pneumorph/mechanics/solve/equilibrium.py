@@ -16,15 +16,15 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import Guess, State, volume_ratio
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.pose import pose_of
-from pneumorph.mechanics.assembly.sums import summed
-from pneumorph.mechanics.assembly.sums import volumes as chamber_volumes
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Loads
 from pneumorph.mechanics.assembly.tip import tip_centre
+from pneumorph.mechanics.contact.pose import pose_of
+from pneumorph.mechanics.elements.kinematics import Guess, State, volume_ratio
+from pneumorph.mechanics.elements.sums import summed
+from pneumorph.mechanics.elements.sums import volumes as chamber_volumes
+from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.balance import (
     applied_force,
     bulk_over_shear,

@@ -12,9 +12,9 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.element import TET_DN, TET_WEIGHT
-from pneumorph.mechanics.assembly.kinematics import State, deformation_gradients
 from pneumorph.mechanics.assembly.tangent import Configuration
+from pneumorph.mechanics.elements.element import TET_DN, TET_WEIGHT
+from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
 
 ACCURACY, MOST_STEPS = 1e-3, 100
 """Relative residual, and most steps of conjugate gradients: what they leave is smooth."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.mechanics.assembly import derivatives
-from pneumorph.mechanics.assembly.friction import Friction
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.potential import displacement, poses
-from pneumorph.mechanics.assembly.pressing import AREA, FORCE, NORMAL, pressed
 from pneumorph.mechanics.assembly.tangent import Configuration
+from pneumorph.mechanics.contact.friction import Friction
+from pneumorph.mechanics.contact.pressing import AREA, FORCE, NORMAL, pressed
+from pneumorph.mechanics.elements import derivatives
+from pneumorph.mechanics.elements.kinematics import State
 
 
 @dataclass(frozen=True)

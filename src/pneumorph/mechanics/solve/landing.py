@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import NOTHING, Configuration, Tangent, looseness
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.solve.balance import evaluate, free_share, supported
 
 MOST_STEPS = 100

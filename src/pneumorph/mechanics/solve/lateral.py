@@ -18,10 +18,10 @@ from itertools import combinations
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, with_fixed
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem.symmetry import NORMALS, odd_of
 

@@ -8,9 +8,9 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.kinematics import Guess, State, gradients_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.elements.kinematics import Guess, State, gradients_after
+from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.balance import apart, free_share, supported
 
 ENOUGH = 1e-2

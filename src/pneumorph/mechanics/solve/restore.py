@@ -6,9 +6,9 @@ import numpy as np
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import cg
 
-from pneumorph.mechanics.assembly.element import TET_CORNER_N, TET_DN, TET_WEIGHT
-from pneumorph.mechanics.assembly.kinematics import State, deformation_gradients, volume_ratio
 from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_WEIGHT
+from pneumorph.mechanics.elements.kinematics import State, deformation_gradients, volume_ratio
 
 ACCURACY = 1e-10
 """Relative residual of the equations for π."""

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
     INTERPENETRATION,

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 import jax
 import numpy as np
 
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Loads
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, solve
 from pneumorph.mechanics.solve.path import diagnose
 

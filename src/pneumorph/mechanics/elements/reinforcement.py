@@ -20,7 +20,7 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Local, Values, connect
+from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values, connect
 from pneumorph.mesh.cover import Covered
 from pneumorph.mesh.tets import triangle_gradient
 

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.element import TET_DN, TET_WEIGHT
-from pneumorph.mechanics.assembly.points import strain, straining
+from pneumorph.mechanics.elements.element import TET_DN, TET_WEIGHT
+from pneumorph.mechanics.elements.points import strain, straining
 from pneumorph.mechanics.material.energies import determinant
 
 SQUARINGS = 3

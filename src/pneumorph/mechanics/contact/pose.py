@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly.plate import rotation
-from pneumorph.mechanics.assembly.terms import Values
-from pneumorph.mechanics.assembly.turns import turns
+from pneumorph.mechanics.elements.plate import rotation
+from pneumorph.mechanics.elements.terms import Values
+from pneumorph.mechanics.elements.turns import turns
 
 STILL = np.zeros(6)
 """The pose of an obstacle in its own place."""

@@ -15,11 +15,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly import points
-from pneumorph.mechanics.assembly.element import TET_CORNER_N, TET_DN, TET_WEIGHT
-from pneumorph.mechanics.assembly.kinematics import volume_ratio
-from pneumorph.mechanics.assembly.stiffness import coupling_blocks, element_blocks, invariant_blocks
-from pneumorph.mechanics.assembly.terms import Connectivity, Local, Solid, Values
+from pneumorph.mechanics.elements import points
+from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_WEIGHT
+from pneumorph.mechanics.elements.kinematics import volume_ratio
+from pneumorph.mechanics.elements.stiffness import coupling_blocks, element_blocks, invariant_blocks
+from pneumorph.mechanics.elements.terms import Connectivity, Local, Solid, Values
 from pneumorph.mechanics.material.energies import Invariants, OfInvariants, invariants
 from pneumorph.threads import each
 

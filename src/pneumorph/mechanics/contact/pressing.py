@@ -13,11 +13,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly import sums
-from pneumorph.mechanics.assembly.contact import Contact
-from pneumorph.mechanics.assembly.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, Obstacle, barrier
-from pneumorph.mechanics.assembly.terms import Values
-from pneumorph.mechanics.assembly.triangulated import Triangulated, TriangulatedTouch
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, Obstacle, barrier
+from pneumorph.mechanics.contact.triangulated import Triangulated, TriangulatedTouch
+from pneumorph.mechanics.elements import sums
+from pneumorph.mechanics.elements.terms import Values
 
 FORCE, NORMAL, AREA = slice(0, 3), 3, 4
 """What is at which place in the five numbers of an obstacle."""

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mechanics.assembly.free import Free, gaps, share_above
-from pneumorph.mechanics.assembly.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
-from pneumorph.mechanics.assembly.pose import STILL, View
-from pneumorph.mechanics.assembly.recent import Recent
-from pneumorph.mechanics.assembly.skin import collision_mesh
-from pneumorph.mechanics.assembly.terms import Connectivity
-from pneumorph.mechanics.assembly.triangulated import Triangulated, TriangulatedTouch
+from pneumorph.mechanics.contact.free import Free, gaps, share_above
+from pneumorph.mechanics.contact.obstacles import Obstacle, RigidMesh, distances, free_share, sample_places
+from pneumorph.mechanics.contact.pose import STILL, View
+from pneumorph.mechanics.contact.recent import Recent
+from pneumorph.mechanics.contact.skin import collision_mesh
+from pneumorph.mechanics.contact.triangulated import Triangulated, TriangulatedTouch
+from pneumorph.mechanics.elements.terms import Connectivity
 from pneumorph.mesh import Unfolded
 
 if TYPE_CHECKING:

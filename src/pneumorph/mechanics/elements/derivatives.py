@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly import solid
-from pneumorph.mechanics.assembly.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Values
+from pneumorph.mechanics.elements import solid
+from pneumorph.mechanics.elements.terms import Connectivity, ElementEnergy, Loads, Local, Solid, Values
 
 
 class Forces(NamedTuple):

@@ -21,8 +21,8 @@ from jax import Array
 from jax.tree_util import register_dataclass
 from scipy.spatial import ConvexHull
 
-from pneumorph.mechanics.assembly.pose import seen
-from pneumorph.mechanics.assembly.terms import Connectivity, Loads, Local, Values, connect
+from pneumorph.mechanics.contact.pose import seen
+from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values, connect
 from pneumorph.mesh.tets import TetMesh, is_cut, triangle_gradient, triangle_shape
 
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5], [1 / 3, 1 / 3]])

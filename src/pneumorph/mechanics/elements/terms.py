@@ -17,8 +17,8 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.assembly.element import tet_energies, tet_works, triangle_volumes
-from pneumorph.mechanics.assembly.kinematics import State
+from pneumorph.mechanics.elements.element import tet_energies, tet_works, triangle_volumes
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.material.rubber import Energy
 
 Values = Any

@@ -23,10 +23,10 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.assembly.obstacles import KEPT, Cylinder, Obstacle, Plane, RigidMesh, Shape, Sphere, barrier
-from pneumorph.mechanics.assembly.plate import rotation
-from pneumorph.mechanics.assembly.pose import View, seen
-from pneumorph.mechanics.assembly.terms import Loads, Local, Values
+from pneumorph.mechanics.contact.obstacles import KEPT, Cylinder, Obstacle, Plane, RigidMesh, Shape, Sphere, barrier
+from pneumorph.mechanics.contact.pose import View, seen
+from pneumorph.mechanics.elements.plate import rotation
+from pneumorph.mechanics.elements.terms import Loads, Local, Values
 
 SPIN = 1e-3
 """s over κ r³, of a stiffness κ and a radius r: small beside what friction does, large beside rounding."""

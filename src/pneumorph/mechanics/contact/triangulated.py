@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mechanics.assembly.facets import Facets, Parts, firsts, turns
-from pneumorph.mechanics.assembly.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, RigidMesh
-from pneumorph.mechanics.assembly.recent import Recent
-from pneumorph.mechanics.assembly.terms import Connectivity, Values
+from pneumorph.mechanics.contact.facets import Facets, Parts, firsts, turns
+from pneumorph.mechanics.contact.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, RigidMesh
+from pneumorph.mechanics.contact.recent import Recent
+from pneumorph.mechanics.elements.terms import Connectivity, Values
 
 
 class Triangulated:

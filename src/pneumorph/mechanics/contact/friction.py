@@ -2,9 +2,10 @@
 
     D = μ Σ λ_q f(|t_q|),   f(y) = y²/ε − y³/3ε² for y < ε, else y − ε/3,   t = (I − n⊗n)(y − a)
 
-with the normal force λ, the normal n of the obstacle and the anchor a of every sample point, which `solve/friction.py`
-keeps from one step to the next, and the place y of the point as the obstacle sees it (`pose.py`). So friction is at
-most μλ, is that where a point has slipped by ε or more, and has a continuous derivative where it sticks.
+with the normal force λ, the normal n of the obstacle and the anchor a of every sample point, which
+`solve/friction_sweep.py` keeps from one step to the next, and the place y of the point as the obstacle sees it
+(`pose.py`). So friction is at most μλ, is that where a point has slipped by ε or more, and has a continuous derivative
+where it sticks.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.assembly.obstacles import SAMPLE_N, length_of, posed
-from pneumorph.mechanics.assembly.pose import seen
-from pneumorph.mechanics.assembly.terms import Loads, Local, Values
+from pneumorph.mechanics.contact.obstacles import SAMPLE_N, length_of, posed
+from pneumorph.mechanics.contact.pose import seen
+from pneumorph.mechanics.elements.terms import Loads, Local, Values
 
 
 class Hold(NamedTuple):

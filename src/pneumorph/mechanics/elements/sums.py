@@ -13,9 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.assembly.element import triangle_volumes
-from pneumorph.mechanics.assembly.points import add_rows
-from pneumorph.mechanics.assembly.terms import Connectivity, Values
+from pneumorph.mechanics.elements.element import triangle_volumes
+from pneumorph.mechanics.elements.points import add_rows
+from pneumorph.mechanics.elements.terms import Connectivity, Values
 
 Measure = Callable[..., Array]
 """A function of nodes X (E, a, 3), displacements u, element data (E, k), weights (E,), and further arguments."""

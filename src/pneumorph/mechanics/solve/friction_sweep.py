@@ -1,6 +1,6 @@
 """Sweeps with friction on obstacles: what a step finds depends on the way that the steps before it have gone.
 
-In each step friction is a potential (`assembly/friction.py`), whose normal forces and normals are lagged: they are
+In each step friction is a potential (`contact/friction.py`), whose normal forces and normals are lagged: they are
 those of the last solution, and solutions are repeated until the friction that they imply is that which they had.
 Anchors are kept during a step. After it those of points that have slipped by more than ε are drawn to ε behind them, so
 that what sticks does not creep, and those of points that do not touch are where the points are.
@@ -13,15 +13,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.contact import Contact
-from pneumorph.mechanics.assembly.friction import Friction, Hold
-from pneumorph.mechanics.assembly.kinematics import State
 from pneumorph.mechanics.assembly.model import Model, with_more
-from pneumorph.mechanics.assembly.obstacles import Obstacle, away_from, distances, pressure, sample_places
 from pneumorph.mechanics.assembly.potential import displacement, poses
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.terms import Connectivity, Term
-from pneumorph.mechanics.assembly.triangulated import Triangulated
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.friction import Friction, Hold
+from pneumorph.mechanics.contact.obstacles import Obstacle, away_from, distances, pressure, sample_places
+from pneumorph.mechanics.contact.triangulated import Triangulated
+from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.terms import Connectivity, Term
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
 from pneumorph.mechanics.solve.sweep import secant_start
 
