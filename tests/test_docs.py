@@ -11,7 +11,7 @@ import yaml
 
 import pneumorph as pm
 from pneumorph.problem.contact import TriangulatedSpec
-from pneumorph.problem.objective import Custom
+from pneumorph.problem.objectives import Custom
 from pneumorph.problem.schema import json_schema
 from pneumorph.problem.table import Table
 

@@ -35,7 +35,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
-from pneumorph.problem import Custom, Maximize, Problem
+from pneumorph.problem import Problem
 from pneumorph.problem.components import COMPONENT_OF, component_of
 
 BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
@@ -242,7 +242,7 @@ def _friction(problem: Problem, coefficient: float) -> float:
 
 def _targets(problem: Problem) -> dict[str, Objective]:
     """The objectives that have a distance from a target; functions of users are not called."""
-    return build_objectives(problem, without=(Maximize, Custom))
+    return build_objectives(problem, aimed=True)
 
 
 def _blocked(problem: Problem, names: list[str]) -> np.ndarray:

@@ -131,8 +131,8 @@ def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tup
     return found, slopes
 
 
-def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[str, Objective]:
-    """Build the objective of every task, but for those of the kinds `without`.
+def build_objectives(problem: Problem, aimed: bool = False) -> dict[str, Objective]:
+    """Build the objective of every task, or of those with a target alone.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def build_objectives(problem: Problem, without: tuple[type, ...] = ()) -> dict[s
     obstacles = tuple(obstacle.name for obstacle in problem.obstacle)
     found = {}
     for number, task in enumerate(problem.task):
-        if isinstance(task.objective, without):
+        if aimed and not task.objective.aimed:
             continue
         match task.objective:
             case Maximize() as asked:

@@ -27,7 +27,7 @@ from pneumorph.optimize.states import StateLimits, linear_states
 from pneumorph.optimize.step import Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
-from pneumorph.problem import ContactArea, Press, Problem, TargetPose
+from pneumorph.problem import Problem
 from pneumorph.problem.symmetry import operations
 
 LARGEST = 3.0
@@ -129,9 +129,9 @@ def first_standing(setting: Setting, clock: Clock) -> Generator[Event, None, Sta
 def _touches(problem: Problem, disc: Discretisation, analysis: Analysis) -> None:
     """Refuse a start that does not touch what it is to press on or to move: nothing would say which way to go."""
     for task in problem.task:
-        if not isinstance(task.objective, Press | ContactArea | TargetPose):
+        if (name := task.objective.touched) is None:
             continue
-        state, name = analysis.equilibria[task.name].state, task.objective.obstacle
+        state = analysis.equilibria[task.name].state
         if float(disc.objectives[task.name].features(disc.model, analysis.X, state).contact[name].normal) == 0.0:
             raise ComputationError(
                 f'task {task.name}: the start does not touch obstacle "{name}"; put that nearer or raise the pressure'

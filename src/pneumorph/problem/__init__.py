@@ -30,7 +30,7 @@ from pneumorph.problem.models import (
     Symmetry,
     Task,
 )
-from pneumorph.problem.objective import (
+from pneumorph.problem.objectives import (
     ContactArea,
     Custom,
     MatchCurve,

@@ -14,17 +14,6 @@ from pneumorph.problem.contact import PlaneSpec, TriangulatedSpec
 from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
-from pneumorph.problem.objective import (
-    ContactArea,
-    Custom,
-    MatchCurve,
-    MatchSections,
-    Maximize,
-    Press,
-    Reach,
-    TargetMotion,
-    TargetPose,
-)
 from pneumorph.problem.stl import MOST_TRIANGLES
 from pneumorph.problem.symmetry import operations
 
@@ -125,27 +114,18 @@ def _symmetry(problem: Problem) -> Iterator[Fault]:
             if fault:
                 yield fault
                 return
-    twisting = [index for index, task in enumerate(problem.task) if _twists(task)]
+    twisting = [index for index, task in enumerate(problem.task) if task.objective.twist_key]
     count = len(body.chamber) if twisting else 0
     images = [[image(body.chamber, index, matrix, body.length) or 0 for index in range(count)] for matrix in reflecting]
     handed = any(fibres.handed for fibres in problem.fibres)
     for index in twisting:
         task = problem.task[index]
         if not handed and any(_same_pressures(problem, task, each) for each in images):
-            maximizes = isinstance(task.objective, Maximize)
             yield (
-                f"task[{index}].objective.{'motion' if maximizes else 'twist'}",
+                f"task[{index}].objective.{task.objective.twist_key}",
                 "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures; leave "
                 'out body.symmetry.mirror and point (half_turn = "x" also keeps both halves alike)',
             )
-
-
-def _twists(task: Task) -> bool:
-    """Whether a task asks for a twist."""
-    asked = task.objective
-    if isinstance(asked, Maximize):
-        return asked.component == "twist"
-    return isinstance(asked, TargetMotion) and bool(asked.twist)
 
 
 def _missing_images(body: BodySpec, group: list[np.ndarray]) -> Iterator[Fault]:
@@ -229,22 +209,8 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
             for name in given:
                 if name not in obstacles:
                     yield f"task[{index}].{key}.{name}", f'there is no obstacle "{name}"; {known}'
-        if isinstance(task.objective, TargetPose) and task.objective.obstacle not in free:
-            others = f"the free ones are {', '.join(free)}" if free else "give one a table free"
-            yield (
-                f"task[{index}].objective.obstacle",
-                f'there is no free obstacle "{task.objective.obstacle}"; {others}',
-            )
-        if isinstance(task.objective, Press | ContactArea) and task.objective.obstacle not in obstacles:
-            yield (
-                f"task[{index}].objective.obstacle",
-                f'there is no obstacle "{task.objective.obstacle}"; {known}',
-            )
-        if isinstance(task.objective, Reach) and problem.end_effector.kind != "plate":
-            yield (
-                f"task[{index}].objective.kind",
-                'reach is a target for the plate, but the tip is free; use end_effector.kind = "plate"',
-            )
+        for key, reason in task.objective.inconsistencies(obstacles, free, problem.end_effector.kind == "plate"):
+            yield f"task[{index}].objective.{key}", reason
 
 
 def _walls(problem: Problem) -> Iterator[Fault]:
@@ -354,7 +320,7 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
     if size > body.radius:
         yield "mesh.size", f"{size:g} mm is larger than the body's radius of {body.radius:g} mm; make it smaller"
     for index, task in enumerate(problem.task):
-        key, count = _sections(task)
+        key, count = task.objective.section_count
         if count * size > body.length + _EPS:
             yield (
                 f"task[{index}].objective.{key}",
@@ -368,16 +334,6 @@ def _resolution(problem: Problem) -> Iterator[Fault]:
             "mesh.size",
             f"{size:g} mm gives about {elements:.0g} elements, more than {MAX_ELEMENTS}; make it larger",
         )
-
-
-def _sections(task: Task) -> tuple[str, int]:
-    """The key that sets how many sections a task has, and their number."""
-    match task.objective:
-        case MatchCurve(sections=count) | Custom(sections=count):
-            return "sections", count
-        case MatchSections(rotations=turns):
-            return "rotations", len(turns)
-    return "kind", 0
 
 
 def _across(chamber: ChamberSpec) -> str:

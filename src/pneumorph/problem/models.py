@@ -16,7 +16,8 @@ from pneumorph.problem.components import COMPONENT_OF, Component, renamed
 from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.images import WITHIN, copies, snapped
 from pneumorph.problem.names import Name
-from pneumorph.problem.objective import ObjectiveSpec, RotationVector
+from pneumorph.problem.objectives import ObjectiveSpec
+from pneumorph.problem.objectives.table import RotationVector
 from pneumorph.problem.symmetry import MOST_TURNS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Variable

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pneumorph.errors import ProblemError, printable
-from pneumorph.problem.objective import Custom
+from pneumorph.problem.objectives import Custom
 from pneumorph.problem.reading import read_bytes
 
 if TYPE_CHECKING:

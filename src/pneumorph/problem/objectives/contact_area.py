@@ -1,0 +1,37 @@
+"""An area of contact with an obstacle."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Literal
+
+from pneumorph import units
+from pneumorph.problem.names import Name
+from pneumorph.problem.objectives.table import Fault, ObjectiveTable, unknown_obstacle
+from pneumorph.problem.table import Example, Quantity
+
+
+class ContactArea(ObjectiveTable):
+    """Objective: the largest area of contact with an obstacle or, with `area`, one as near as possible to that.
+
+    The area is that of the deformed surface. The start must touch the obstacle.
+    """
+
+    kind: Literal["contact_area"]
+    """The kind of objective."""
+    obstacle: Annotated[Name, Example('the name of an obstacle, e.g. obstacle = "cylinder"')]
+    """Name of the obstacle."""
+    area: Annotated[float, Quantity(units.AREA, "positive")] | None = None
+    """Target for the area; without it, as large as possible."""
+
+    @property
+    def aimed(self) -> bool:
+        """See `ObjectiveTable.aimed`."""
+        return self.area is not None
+
+    @property
+    def touched(self) -> str:
+        """See `ObjectiveTable.touched`."""
+        return self.obstacle
+
+    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
+        """See `ObjectiveTable.inconsistencies`."""
+        return unknown_obstacle(self.obstacle, obstacles)

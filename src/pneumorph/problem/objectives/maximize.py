@@ -1,0 +1,59 @@
+"""The largest motion of the tip."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator
+
+from pneumorph.problem.components import MOTION_OF
+from pneumorph.problem.objectives.table import ObjectiveTable
+from pneumorph.problem.table import Example
+
+
+def _motion(name: Any) -> Any:
+    """The name of a motion, which may be given by the name of its spring."""
+    if not isinstance(name, str):
+        return name
+    sign, component = (name[0], name[1:]) if name[:1] in ("+", "-") else ("", name)
+    return sign + MOTION_OF.get(component, component)
+
+
+class Maximize(ObjectiveTable):
+    """Objective: the largest motion of the tip along or about an axis; a minus sign reverses the direction.
+
+    "extension" may also be written "axial", and "twist" "torsion", as for springs.
+    """
+
+    kind: Literal["maximize"] = "maximize"
+    """The kind of objective; this one if it is left out."""
+    motion: Annotated[Literal[
+        "extension", "bending_x", "bending_y", "twist",
+        "+extension", "+bending_x", "+bending_y", "+twist",
+        "-extension", "-bending_x", "-bending_y", "-twist",
+    ], BeforeValidator(_motion), Example('e.g. motion = "extension"')]  # fmt: skip
+    """The motion of the tip; with a minus sign, its other sense."""
+
+    @property
+    def sign(self) -> float:
+        """-1.0 for a motion with a minus sign, otherwise 1.0."""
+        return -1.0 if self.motion.startswith("-") else 1.0
+
+    @property
+    def component(self) -> str:
+        """The motion without its sign."""
+        return self.motion.lstrip("+-")
+
+    @property
+    def aimed(self) -> bool:
+        """False: there is no target."""
+        return False
+
+    @property
+    def twist_key(self) -> str | None:
+        """See `ObjectiveTable.twist_key`."""
+        return "motion" if self.component == "twist" else None
+
+    def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
+        """See `ObjectiveTable.keeps`."""
+        signs = dict(zip(("bending_x", "bending_y", "twist"), axial, strict=True)) | {"extension": polar[2]}
+        return signs[self.component] > 0

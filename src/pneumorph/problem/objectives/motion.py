@@ -1,0 +1,66 @@
+"""Given motions of the tip."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from pydantic import model_validator
+
+from pneumorph.problem.components import MOTION_OF, MOTIONS, renamed
+from pneumorph.problem.objectives.table import Angle, Length, ObjectiveTable, Weight, given_motions, require_motion
+
+
+class TargetMotion(ObjectiveTable):
+    """Objective: the tip moves by these amounts along and about the axes; motions that are not given are free.
+
+    The weights are those of the squared differences in length (1/mm²) and in angle (1/rad²). "extension" may also be
+    written "axial", and "twist" "torsion", as for springs.
+    """
+
+    kind: Literal["motion"]
+    """The kind of objective."""
+    shift_x: Length | None = None
+    """Motion of the tip along x."""
+    shift_y: Length | None = None
+    """Motion of the tip along y."""
+    extension: Length | None = None
+    """Motion of the tip along z."""
+    bending_x: Angle | None = None
+    """Rotation of the tip about x; above zero it bends towards -y."""
+    bending_y: Angle | None = None
+    """Rotation of the tip about y; above zero it bends towards +x."""
+    twist: Angle | None = None
+    """Rotation of the tip about z; above zero it is counter-clockwise, seen from the tip."""
+    position_weight: Weight = 0.01
+    """Weight of the squared lengths, 1/mm²."""
+    rotation_weight: Weight = 1.0
+    """Weight of the squared angles, 1/rad²."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_the_names_of_springs(cls, data: Any) -> Any:
+        return renamed(data, MOTION_OF)
+
+    @model_validator(mode="after")
+    def _has_a_target(self) -> "TargetMotion":
+        weights = self.position_weight, self.rotation_weight
+        require_motion(self.targets, weights, MOTIONS[:3], 'bending_y = "60 deg"')
+        return self
+
+    @property
+    def targets(self) -> dict[str, float]:
+        """The motions that are given, in mm and rad, in the order of `MOTIONS`."""
+        return given_motions(self, MOTIONS)
+
+    def weight_of(self, motion: str) -> float:
+        """The weight of a motion's squared difference."""
+        return self.position_weight if motion in MOTIONS[:3] else self.rotation_weight
+
+    @property
+    def twist_key(self) -> str | None:
+        """See `ObjectiveTable.twist_key`."""
+        return "twist" if self.twist else None
+
+    def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
+        """See `ObjectiveTable.keeps`; where a motion should be zero, its sign does not matter."""
+        signs: dict[str, float] = dict(zip(MOTIONS, (*polar, *axial), strict=True))
+        return all(signs[motion] > 0 or value == 0 for motion, value in self.targets.items())

@@ -1,0 +1,51 @@
+"""A force on an obstacle."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Literal
+
+from pydantic import model_validator
+
+from pneumorph import units
+from pneumorph.problem.directions import Direction, unit_vector
+from pneumorph.problem.names import Name
+from pneumorph.problem.objectives.table import Fault, ObjectiveTable, unknown_obstacle
+from pneumorph.problem.table import Example, InvalidKey, Quantity
+
+
+class Press(ObjectiveTable):
+    """Objective: the largest force on an obstacle or, with `force`, one as near as possible to that.
+
+    Without a direction it is the sum of all normal forces, by which a grip holds: those of opposite sides add up. The
+    start must touch the obstacle, or nothing says which way to go.
+    """
+
+    kind: Literal["press"]
+    """The kind of objective."""
+    obstacle: Annotated[Name, Example('the name of an obstacle, e.g. obstacle = "cylinder"')]
+    """Name of the obstacle."""
+    direction: Annotated[Direction, Example("e.g. direction = [1, 0, 0]")] | None = None
+    """Direction, of any length, of the component of the force on it; without it all normal forces count."""
+    force: Annotated[float, Quantity(units.FORCE)] | None = None
+    """Target for the force; without it, as large as possible."""
+
+    @model_validator(mode="after")
+    def _unit_direction(self) -> "Press":
+        if self.direction is not None:
+            object.__setattr__(self, "direction", unit_vector("direction", self.direction))
+        if self.direction is None and self.force is not None and self.force <= 0:
+            raise InvalidKey("force", 'is not above zero, as normal forces are; write e.g. force = "2 N"')
+        return self
+
+    @property
+    def aimed(self) -> bool:
+        """See `ObjectiveTable.aimed`."""
+        return self.force is not None
+
+    @property
+    def touched(self) -> str:
+        """See `ObjectiveTable.touched`."""
+        return self.obstacle
+
+    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
+        """See `ObjectiveTable.inconsistencies`."""
+        return unknown_obstacle(self.obstacle, obstacles)

@@ -1,0 +1,100 @@
+"""What the tables of all kinds of objectives have in common."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, Strict
+
+from pneumorph import units
+from pneumorph.problem.table import InvalidKey, Quantity, Table
+
+Length = Annotated[float, Quantity(units.LENGTH)]
+Angle = Annotated[float, Quantity(units.ANGLE)]
+Weight = Annotated[float, Strict(), Field(ge=0)]
+Position = tuple[Length, Length, Length]
+RotationVector = tuple[Angle, Angle, Angle]
+Fault = tuple[str, str]
+
+
+class ObjectiveTable(Table):
+    """What an objective says beside its keys; each kind overrides what is not as here."""
+
+    @property
+    def aimed(self) -> bool:
+        """Whether there is a target, the distance from which is reported."""
+        return True
+
+    @property
+    def section_count(self) -> tuple[str, int]:
+        """The key that sets how many sections of the body it needs, and their number."""
+        return "kind", 0
+
+    @property
+    def twist_key(self) -> str | None:
+        """The key by which it asks for a twist; None if it does not."""
+        return None
+
+    @property
+    def touched(self) -> str | None:
+        """The obstacle that the starting design has to touch, or nothing says which way to go."""
+        return None
+
+    def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
+        """Whether a symmetry keeps the objective, which is solved on the whole body otherwise.
+
+        The signs (3,) are those that the symmetry gives the components of vectors, and of rotation vectors.
+        """
+        return False
+
+    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
+        """Key and reason of what does not fit a problem with these obstacles, some of them free, and plate or none."""
+        return iter(())
+
+
+def unchanged(vectors: Any, signs: Sequence[float]) -> bool:
+    """Whether vectors (…, 3) are unchanged by these changes of their components' signs."""
+    return np.allclose(np.asarray(vectors)[..., np.asarray(signs) < 0], 0.0, atol=1e-12)
+
+
+def given_motions(asked: ObjectiveTable, motions: Sequence[str]) -> dict[str, float]:
+    """The motions that a table gives, in their order."""
+    values = {motion: getattr(asked, motion) for motion in motions}
+    return {motion: value for motion, value in values.items() if value is not None}
+
+
+def require_motion(
+    targets: dict[str, float], weights: tuple[float, float], lengths: Sequence[str], example: str
+) -> None:
+    """Refuse a table without a motion, or without one that has a weight.
+
+    Parameters
+    ----------
+    targets : dict of float
+        The motions that are given.
+    weights : (2,)
+        `position_weight` of the motions in `lengths`, and `rotation_weight` of the others.
+    lengths : sequence of str
+        The motions that are lengths.
+    example : str
+        A motion as it could be given, such as `z = "5 mm"`.
+
+    Raises
+    ------
+    InvalidKey
+        If there is none.
+    """
+    if not targets:
+        raise InvalidKey(
+            example.split()[0], f"is missing, and so is every other motion; give at least one, e.g. {example}"
+        )
+    if not any(weights[0 if motion in lengths else 1] > 0 for motion in targets):
+        weight = "rotation_weight" if weights[1] == 0 else "position_weight"
+        raise InvalidKey(weight, "leaves no motion with a weight; make it positive")
+
+
+def unknown_obstacle(name: str, obstacles: Sequence[str]) -> Iterator[Fault]:
+    """The fault of an objective whose obstacle is not there."""
+    if name not in obstacles:
+        known = f"the obstacles are {', '.join(obstacles)}" if obstacles else "add a table [[obstacle]]"
+        yield "obstacle", f'there is no obstacle "{name}"; {known}'
