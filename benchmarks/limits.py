@@ -10,8 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.constraint import build_limit_functions, certify
 from pneumorph.geometry import starting_body
+from pneumorph.limits.certify import certify
+from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.problem import BodySpec, Limits
 
 DENSITIES = (0.22, 0.4, 0.6, 0.9, 1.27)  # control points per mm: 1k to 30k variables

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.constraint import build_limit_functions, certify
-from pneumorph.constraint.sampled import LimitSamples, sample_limits
 from pneumorph.geometry import DesignSpace, build_design_space, starting_body
+from pneumorph.limits.certify import certify
+from pneumorph.limits.rows.functions import build_limit_functions
+from pneumorph.limits.rows.samples import LimitSamples, sample_limits
 from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing

@@ -47,7 +47,7 @@ def test_help_comes_at_once(arguments):
 
 
 def test_arrays_are_double_from_the_first_use():
-    loaded_by("import pneumorph.constraint\nimport jax.numpy as jnp\nassert jnp.ones(1).dtype == 'float64'")
+    loaded_by("import pneumorph.limits\nimport jax.numpy as jnp\nassert jnp.ones(1).dtype == 'float64'")
 
 
 def test_public_names():

@@ -11,8 +11,8 @@ from records import entry, one_element
 from tiny import tiny
 
 from pneumorph.analysis import to_json
-from pneumorph.constraint import certify
 from pneumorph.geometry import starting_body
+from pneumorph.limits.certify import certify
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create
 

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pneumorph.analysis import GradientCheck, HistoryEntry, RunResult, SweepStep, TaskResult
-    from pneumorph.constraint import LimitReading
     from pneumorph.errors import ComputationError, MeshError, PneumorphError, ProblemError
     from pneumorph.interface.check import check_gradient
     from pneumorph.interface.design import Design, starting_design
     from pneumorph.interface.material import MaterialFit, fit_material
     from pneumorph.interface.runs import Run, design, designs, open_run
     from pneumorph.interface.sweep import Sweep
+    from pneumorph.limits.certify import LimitReading
     from pneumorph.problem import Problem, load
 
 __version__ = "0.1.0"
@@ -51,13 +51,13 @@ __all__ = [
 
 _MODULES = {
     "analysis": ("GradientCheck", "HistoryEntry", "RunResult", "SweepStep", "TaskResult"),
-    "constraint": ("LimitReading",),
     "errors": ("ComputationError", "MeshError", "PneumorphError", "ProblemError"),
     "interface.check": ("check_gradient",),
     "interface.design": ("Design", "starting_design"),
     "interface.material": ("MaterialFit", "fit_material"),
     "interface.runs": ("Run", "design", "designs", "open_run"),
     "interface.sweep": ("Sweep",),
+    "limits.certify": ("LimitReading",),
     "problem": ("Problem", "load"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 import pneumorph
 from pneumorph.cli import app
-from pneumorph.constraint import certify
 from pneumorph.geometry import starting_body
+from pneumorph.limits.certify import certify
 from pneumorph.problem import load
 from pneumorph.problem.starts import KINDS
 

@@ -13,9 +13,9 @@ from pneumorph.analysis import RunResult
 from pneumorph.cli.columns import columns_of, heading, row, width_of
 from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tasks_table
 from pneumorph.cli.screen import Screen
-from pneumorph.constraint import certify
 from pneumorph.geometry import starting_body
 from pneumorph.interface.runs import Run
+from pneumorph.limits.certify import certify
 from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
 

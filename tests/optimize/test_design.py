@@ -12,9 +12,9 @@ from texts import EXTEND, problem_text
 from tiny import tiny
 
 from pneumorph.analysis import to_json
-from pneumorph.constraint import certify
-from pneumorph.constraint.table import TABLE
 from pneumorph.errors import ComputationError, MeshError
+from pneumorph.limits.certify import certify
+from pneumorph.limits.table import TABLE
 from pneumorph.mechanics import Skin
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, MeshKept, Started, design
 from pneumorph.optimize.trial import analyse_trial

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from scipy import sparse
 from texts import problem_text
 
-from pneumorph.constraint import build_limit_functions, certify
-from pneumorph.constraint.sampled import KINDS, sample_limits
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import build_design_space
+from pneumorph.limits.certify import certify
+from pneumorph.limits.rows.functions import build_limit_functions
+from pneumorph.limits.rows.samples import KINDS, sample_limits
 from pneumorph.optimize import design
 from pneumorph.optimize import within as module
 from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.constraint.table import BY_NAME
 from pneumorph.errors import ProblemError
+from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize import design
 from pneumorph.optimize.events import DesignAccepted, Finished
 from pneumorph.optimize.states import TOLERANCE, StateLimits

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.constraint import LimitReport, certify
+from pneumorph.limits.certify import LimitReport, certify
 from pneumorph.optimize import within
 from pneumorph.optimize.standing import Setting
 from pneumorph.optimize.within import LOST, Within

@@ -16,12 +16,12 @@ from pneumorph.analysis import (
     run_gradient_check,
 )
 from pneumorph.cli.trust import asking
-from pneumorph.constraint import certify, without_rounding
-from pneumorph.constraint.table import BY_NAME
 from pneumorph.errors import ComputationError, printable
 from pneumorph.geometry import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
+from pneumorph.limits.certify import certify, without_rounding
+from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Rubber, rubbers_of
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, motion_of, part_note, warnings_of

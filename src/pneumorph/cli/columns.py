@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry
-from pneumorph.constraint.table import Limit, in_history
+from pneumorph.limits.table import Limit, in_history
 from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem, Task
 

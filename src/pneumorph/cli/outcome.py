@@ -12,10 +12,10 @@ from rich.text import Text
 
 from pneumorph.analysis import HistoryEntry, RunResult
 from pneumorph.cli.columns import MARK
-from pneumorph.constraint import LimitReading, without_rounding
-from pneumorph.constraint.table import BY_NAME, Limit, in_history
 from pneumorph.geometry import Body
 from pneumorph.interface.runs import Run
+from pneumorph.limits.certify import LimitReading, without_rounding
+from pneumorph.limits.table import BY_NAME, Limit, in_history
 from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of
 from pneumorph.problem import Problem
 

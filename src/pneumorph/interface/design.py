@@ -31,10 +31,10 @@ from pneumorph.analysis import (
     discretise,
     prepare_simulation,
 )
-from pneumorph.constraint import LimitReading, certify
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body, build_design_space, starting_body
 from pneumorph.interface.sweep import Sweep
+from pneumorph.limits.certify import LimitReading, certify
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.problem import Problem
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from pneumorph.constraint.table import BY_NAME
+from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics.material.judge import faults
 from pneumorph.output.format import format_pressures, motion_of
 

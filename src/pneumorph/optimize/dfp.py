@@ -14,8 +14,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.constraint import LimitFunctions
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.limits.rows.functions import LimitFunctions
 from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from pneumorph.analysis import Analysis, Discretisation, HistoryEntry, collect_task_results
-from pneumorph.constraint import LimitReport
+from pneumorph.limits.certify import LimitReport
 from pneumorph.optimize.states import StateLimits
 
 PHASES = ("geometry", "equilibrium", "gradient", "subproblem")

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint.report import Places, Points
-from pneumorph.constraint.rows import Rows, linearised
-from pneumorph.constraint.sampled import KINDS, LimitSamples
-from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.limits.certify.report import Places, Points
+from pneumorph.limits.rows.linearised import Rows, linearised
+from pneumorph.limits.rows.samples import KINDS, LimitSamples
+from pneumorph.limits.table import BY_NAME
 
 TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
 
@@ -42,7 +42,7 @@ def linear_limits(
     places: Mapping[str, Points] | None = None,
     broken: Places | None = None,
 ) -> LinearLimits:
-    """The limits linearised at the variables Φ (n,); see `constraint.rows.linearised` for the other parameters."""
+    """The limits linearised at the variables Φ (n,); see `limits.rows.linearised` for the other parameters."""
     rows = linearised(limits, space.body(phi), reach, least, places, broken)
     by_shape = sparse.csr_array(rows.jacobian @ space.L)
     # Products with a matrix take a fifth less time with short indices.

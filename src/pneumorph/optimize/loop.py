@@ -19,7 +19,7 @@ from pneumorph.analysis import (
     compute_sag,
     design_slopes,
 )
-from pneumorph.constraint import LimitReport
+from pneumorph.limits.certify import LimitReport
 from pneumorph.optimize.buckling import (
     buckles,
     judge_closely,

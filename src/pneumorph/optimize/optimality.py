@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint.sampled import LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.limits.rows.samples import LimitSamples
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.states import StateLimits

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, Slopes, analyse, checkpoint, design_slopes, discretise
-from pneumorph.constraint import LimitReport, build_limit_functions, certify
-from pneumorph.constraint.sampled import LimitSamples, sample_limits
 from pneumorph.errors import ComputationError
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.design_space import DesignSpace, build_design_space
+from pneumorph.limits.certify import LimitReport, certify
+from pneumorph.limits.rows.functions import build_limit_functions
+from pneumorph.limits.rows.samples import LimitSamples, sample_limits
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize.buckling import LateralStability, Stiffnesses, judge, unpack_at_rest
 from pneumorph.optimize.curvature import Curvature, no_curvature, unpack_curvature

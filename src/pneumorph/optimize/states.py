@@ -14,8 +14,8 @@ from pneumorph.analysis import (
     strain_shares,
     strain_slopes,
 )
-from pneumorph.constraint.table import TABLE, Limit
 from pneumorph.geometry import DesignSpace
+from pneumorph.limits.table import TABLE, Limit
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
 

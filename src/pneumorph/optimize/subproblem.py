@@ -1,7 +1,7 @@
 """The default sub-problem: sequential quadratic programs over smooth steps in a box.
 
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
-the step so far (`constraint.rows`) and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar
+the step so far (`limits.rows`) and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar
 1973) with accelerated gradients; an evaluation costs two products with a sparse matrix. The multipliers of the limits,
 called prices, are kept from design to design, by kind and knot-span cell. Limits that remain broken are repaired
 afterwards (`within.py`).
@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint.sampled import KINDS, LimitSamples
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.limits.rows.samples import KINDS, LimitSamples
 from pneumorph.optimize.accelerated import Map, advanced, at_rest, tightened
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.proxy import Proxy

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pneumorph.constraint import LimitReport, certify
-from pneumorph.constraint.report import Places, Points, joined
-from pneumorph.constraint.sampled import KINDS, LimitSamples
-from pneumorph.constraint.table import BY_NAME
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.limits.certify import LimitReport, certify
+from pneumorph.limits.certify.report import Places, Points, joined
+from pneumorph.limits.rows.samples import KINDS, LimitSamples
+from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.linear_limits import MARGIN, TOLERANCES, linear_limits
 from pneumorph.optimize.smoothing import Smoothing

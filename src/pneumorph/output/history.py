@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from pneumorph.analysis import HistoryEntry
-from pneumorph.constraint.table import in_history
+from pneumorph.limits.table import in_history
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
 from pneumorph.output.format import motion_of
 from pneumorph.problem import ContactArea, Custom, Limits, Maximize, Press, Problem

@@ -13,7 +13,7 @@ import numpy as np
 
 import pneumorph
 from pneumorph.analysis import HistoryEntry, TaskResult, to_json
-from pneumorph.constraint.table import in_history
+from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rotation, rubbers_of
 from pneumorph.output.cuts import view_of
 from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of, warnings_of

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.constraint.sampled import sample_limits
-from pneumorph.constraint.table import BY_NAME
-from pneumorph.constraint.usage import NAMES, Usage, usage
 from pneumorph.geometry import starting_body
+from pneumorph.limits.rows.samples import sample_limits
+from pneumorph.limits.shares import NAMES, Usage, usage
+from pneumorph.limits.table import BY_NAME
 from pneumorph.output.packed import Steps, in_steps
 from pneumorph.output.report_shapes import array_key
 from pneumorph.problem import Problem

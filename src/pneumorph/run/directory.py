@@ -19,9 +19,9 @@ import numpy as np
 
 from pneumorph.analysis import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
 from pneumorph.analysis.stored import floats
-from pneumorph.constraint.table import in_history
 from pneumorph.errors import NotWritten, ProblemError
 from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.problem.reinforcement import designed
 from pneumorph.run import atomic

@@ -1,0 +1,170 @@
+"""Samples of limits, and the choice of rows among them: the worst sample of every knot-span cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from pneumorph.geometry import Body
+from pneumorph.geometry.local import point_weights
+from pneumorph.limits.measures.grid import Grid, grid
+from pneumorph.limits.table import OF_SHAPE
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+SHAPE = ("curvature", "skew", "stretch", "area")
+KINDS = (*SHAPE, *(limit.name for limit in OF_SHAPE if limit.name not in SHAPE))
+"""Kinds of rows: the names of the limits in the table, in the order of their indices."""
+
+FINE, COARSE = (4, 8), (2, 4)
+"""Samples per knot span in q and r: fine ones for curvature, skew, stretch and area, coarse ones for distances."""
+
+
+CLOSE = -0.03
+"""Where c is above this, the worst point is searched between samples too."""
+
+DIGITS = 9
+"""Decimals to which values are rounded before they are compared."""
+
+BESIDE, SAME = 1e-3, 1e-6
+"""Distance in r from the ends at which samples of an end are compared, and in mm within which they are the same."""
+
+_UNITS = 10.0**DIGITS
+
+
+class RowBlock(NamedTuple):
+    """Several rows with equally many entries: kinds, cells and values (m,), columns and entries (m, k)."""
+
+    kind: Ints
+    cell: Ints
+    value: Floats
+    column: Ints
+    entry: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class LimitSamples:
+    """The limits of a problem and the samples from which rows are chosen; built by `sample_limits`.
+
+    Attributes
+    ----------
+    spec : problem.Limits
+    length : float
+        Length of the body, mm: its end discs lie at z = 0 and z = length.
+    fine, coarse : tuples of Grid
+        Samples of each surface, see `FINE` and `COARSE`.
+    spans : tuple of (int, int)
+        Knot spans of each surface in q and in r.
+    own_fine, own_coarse : tuples of (rows, columns) bool
+        Of samples that are images of each other in a symmetric body, the first: no other has a row.
+    own_spans : tuple of (n,) bool
+        Of its knot spans that are images of each other, the first: no other is certified.
+    """
+
+    spec: Limits
+    length: float
+    fine: tuple[Grid, ...]
+    coarse: tuple[Grid, ...]
+    spans: tuple[tuple[int, int], ...]
+    own_fine: tuple[Mask, ...]
+    own_coarse: tuple[Mask, ...]
+    own_spans: tuple[Mask, ...]
+
+    @property
+    def first(self) -> Ints:
+        """Index of each surface's first knot-span cell, and finally the number of all cells."""
+        return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
+
+
+def sample_limits(body: Body, spec: Limits, group: Sequence[Floats] = ()) -> LimitSamples:
+    """Build the samples for all bodies of a run, which share net shapes, starting sizes, length and symmetry.
+
+    The operations (3, 3) of the symmetry group act about (0, 0, length/2).
+    """
+    fine = tuple(grid(surface, FINE) for surface in body.surfaces)
+    coarse = tuple(grid(surface, COARSE) for surface in body.surfaces)
+    spans = tuple((surface.basis_q.spans, surface.basis_r.spans) for surface in body.surfaces)
+    middles = [tuple((np.arange(count) + 0.5) / count for count in counts) for counts in spans]
+    return LimitSamples(
+        spec=spec,
+        length=float(body.exterior.net[-1, 0, 2]),
+        fine=fine,
+        coarse=coarse,
+        spans=spans,
+        own_fine=_own(body, [(each.q, each.r) for each in fine], group),
+        own_coarse=_own(body, [(each.q, each.r) for each in coarse], group),
+        own_spans=tuple(mask.ravel() for mask in _own(body, middles, group)),
+    )
+
+
+def _own(body: Body, samples: Sequence[tuple[Floats, ...]], group: Sequence[Floats]) -> tuple[Mask, ...]:
+    """Of samples that the operations carry to each other, the first: a mask (rows, columns) for each surface, whose
+    samples are given by their q (columns,) and r (rows,)."""
+    shapes = [(len(r), len(q)) for q, r in samples]
+    places = []
+    for surface, (q, along) in zip(body.surfaces, samples, strict=True):
+        # All samples of a pole are one point, so the places are those beside it.
+        r = np.clip(along, BESIDE, 1.0 - BESIDE)
+        numbers, weights = point_weights(surface, np.tile(q, len(r)), np.repeat(r, len(q)))
+        places.append(np.einsum("mk,mkc->mc", weights, surface.net.reshape(-1, 3)[numbers]))
+    x = np.concatenate(places)
+    centre, tree, first = np.array([0.0, 0.0, body.exterior.net[-1, 0, 2] / 2.0]), KDTree(x), np.arange(len(x))
+    for operation in group:
+        distance, image = tree.query((x - centre) @ operation.T + centre)
+        first = np.where(distance < SAME, np.minimum(first, image), first)
+    split = np.split(first == np.arange(len(x)), np.cumsum([rows * columns for rows, columns in shapes])[:-1])
+    return tuple(mask.reshape(shape) for mask, shape in zip(split, shapes, strict=True))
+
+
+def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
+    """Knot-span cells (n,) of points (q, r) on the surface with index `number`."""
+    around, along = limits.spans[number]
+    return np.minimum((r * along).astype(np.int64), along - 1) * around + (q % 1.0 * around).astype(np.int64)
+
+
+def worst_samples(
+    c: Floats, own: Mask, per_span: tuple[int, int], spans: tuple[int, int], least: float
+) -> tuple[Ints, Ints, Ints]:
+    """Row, column and cell of the worst `own` samples of each cell, for values c (rows, columns) above `least`."""
+    # One of each half along r: if only one were kept, repairing it would alternately violate the other.
+    found = np.full(2 * spans[0] * spans[1], -1)
+    _pick(np.ascontiguousarray(c, dtype=float), own, per_span, spans, float(least), found)
+    half = np.flatnonzero(found >= 0)
+    row, column = np.divmod(found[half], c.shape[1])
+    return row, column, half // 2
+
+
+@numba.njit(cache=True, nogil=True)
+def _pick(c, own, per_span, spans, least, found):
+    """Write the worst samples above `least` to `found` (halves of cells,) by their indices; the first of equal ones."""
+    best = np.empty(len(found))
+    for row in range(c.shape[0]):
+        first = 2 * min(row // per_span[1], spans[1] - 1) * spans[0] + 2 * row // per_span[1] % 2
+        for column in range(c.shape[1]):
+            if own[row, column] and c[row, column] > least:
+                half, value = first + 2 * (column // per_span[0]), rounded(c[row, column])
+                if found[half] < 0 or value > best[half]:
+                    found[half], best[half] = row * c.shape[1] + column, value
+
+
+@numba.njit(cache=True, nogil=True)
+def rounded(value):
+    """A value to `DIGITS` decimals: rounding errors must not decide between equivalent samples of symmetric bodies."""
+    return np.rint(value * _UNITS) / _UNITS
+
+
+def worst_of_cells(c: Floats, cell: Ints) -> Ints:
+    """Indices of the largest value of each cell; the first of equal ones."""
+    order = np.lexsort((-np.round(c, DIGITS), cell))
+    return order[np.flatnonzero(np.diff(cell[order], prepend=-1))]

@@ -1,0 +1,212 @@
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pneumorph.geometry import TubeSurface, starting_body
+from pneumorph.limits.certify.cells import Accuracy, Bounds, Cells, knot_spans, recentred, refine, whole
+from pneumorph.limits.certify.hull_bounds import beyond, radius, rims
+from pneumorph.limits.certify.shape_bounds import NAMES, enclosed, polynomials
+from pneumorph.limits.certify.taylor import attained, bottom, inverse, modelled, taylor, top
+from pneumorph.limits.measures.formulas import measures
+from pneumorph.limits.measures.grid import grid
+from pneumorph.limits.measures.pole_frame import frame
+from pneumorph.problem import BodySpec
+
+BOUNDS = {"curvature": 0.3, "skew": 0.2, "stretch": 0.1, "area": -0.1}
+
+
+def bounded(surface, form="per_mm", bounds=BOUNDS):
+    accuracies = [Accuracy(bound, 1.01 * bound, 0.003 * abs(bound), 0.01) for bound in bounds.values()]
+    return enclosed(surface, knot_spans(surface), form, accuracies, [-np.inf] * 4)
+
+
+def sampled(surface, form="per_mm"):
+    found = measures(jnp.asarray(surface.net), grid(surface, (9, 15)), form)
+    return {name: -float(found.area.min()) if name == "area" else float(getattr(found, name).max()) for name in NAMES}
+
+
+def moved(ends, seed, wave, noise):
+    """A chamber whose net is moved at random within the design space."""
+    chamber = {"name": "A", "radius": "4 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "27 mm"], "ends": ends}
+    table = {"length": "30 mm", "radius": "8 mm", "control_density": "0.6 /mm", "chamber": [chamber]}
+    surface = starting_body(BodySpec.model_validate(table)).chambers[0]
+    rng = np.random.default_rng(seed)
+    net = surface.net * (1.0 + wave * np.cos(rng.uniform(0, 6) + 0.8 * surface.net[..., 2:]) * [1.0, 1.0, 0.0])
+    net = net + rng.normal(scale=noise, size=net.shape)
+    for end, ring in ((0, 1), (-1, -2)):
+        net[end] = net[end, 0] if ends == "pole" else net[end] * [1, 1, 0] + [0, 0, net[end, 0, 2]]
+        if ends == "pole":
+            net[ring, :, 2] = net[end, 0, 2]
+    return replace(surface, net=net)
+
+
+@given(
+    st.sampled_from(["flat", "pole"]),
+    st.integers(0, 99),
+    st.floats(0, 0.4),
+    st.floats(0, 0.04),
+    st.sampled_from(["per_mm", "printed"]),
+)
+@settings(max_examples=25, deadline=None)
+def test_enclosures_contain_every_sample_and_are_tight_at_the_limit(ends, seed, wave, noise, form):
+    surface = moved(ends, seed, wave, noise)
+    dense = sampled(surface, form)
+    # Limits right where the surface is.
+    bounds = {name: value if abs(value) > 1e-3 else BOUNDS[name] for name, value in dense.items()}
+    for name, found in bounded(surface, form, bounds).items():
+        assert np.all(found.seen <= found.upper + 1e-12)
+        assert dense[name] <= found.upper.max() + 1e-9
+        assert found.upper.max() <= found.seen.max() + 0.0101 * abs(bounds[name]) + 0.01 * abs(found.seen.max())
+
+
+def test_seen_values_are_attained_where_it_says():
+    surface = moved("pole", 1, 0.3, 0.05)
+    found = bounded(surface)["curvature"]
+    k = int(np.argmax(found.seen))
+    at = grid(surface, (1, 1))
+    here = replace(
+        at,
+        q=found.q[k : k + 1],
+        r=found.r[k : k + 1],
+        values_q=tuple(surface.basis_q.matrix(found.q[k], d) / surface.size[0] ** d for d in range(3)),
+        frame=frame(surface, [found.r[k]]),
+    )
+    assert float(measures(jnp.asarray(surface.net), here).curvature[0, 0]) == pytest.approx(found.seen[k], rel=0.02)
+
+
+def test_a_pole_without_tangent_plane_is_never_within_a_limit():
+    surface = moved("pole", 1, 0.0, 0.0)
+    net = surface.net.copy()
+    net[1, :, 2] += 0.2
+    assert bounded(replace(surface, net=net))["curvature"].upper.max() == np.inf
+
+
+@numba.njit
+def results(a, b):
+    """Coefficients and rest (4, 7) of the models a·b, a + b, a - 2b and 1/b, from those (7,) of a and b."""
+    one = taylor(a[0], a[1], a[2], a[3], a[4], a[5], a[6])
+    two = taylor(b[0], b[1], b[2], b[3], b[4], b[5], b[6])
+    found, bounds = np.empty((4, 7)), np.empty((4, 5))
+    for k, f in enumerate((one * two, one + two, one - two * 2.0, inverse(two))):
+        found[k] = np.array([f.c0, f.c1, f.c2, f.c3, f.c4, f.c5, f.rest])
+        value, s, t = attained(f)
+        bounds[k] = np.array([bottom(f), top(f), value, s, t])
+    return found, bounds
+
+
+@numba.njit
+def nothing(a, b):
+    """The rest of a·b²/(ab) - ab/a, which is zero but for it, from polynomials a and b (4, 4)."""
+    a, b = modelled(a), modelled(b)
+    return (a * b * b * inverse(b) * inverse(a) - a * b * inverse(a)).rest
+
+
+def test_models_are_of_third_order():
+    rng = np.random.default_rng(0)
+    polynomials = rng.normal(size=(2, 4, 4)) / np.exp(np.add.outer(np.arange(4), np.arange(4)))
+    polynomials[:, 0, 0] = 3.0
+    widths = []
+    for level in range(5):
+        half = np.full((1, 2), 0.5 * 0.5**level)
+        local = recentred(polynomials[None], Cells(np.zeros(1, dtype=int), np.full((1, 2), 0.4), half))
+        widths.append(nothing(local[0, 0], local[0, 1]))
+    rates = np.log2(np.array(widths[:-1]) / widths[1:])
+    assert rates[-1] == pytest.approx(3.0, abs=0.15)
+
+
+@given(st.integers(0, 999))
+@settings(max_examples=50, deadline=None)
+def test_models_contain_products_and_quotients(seed):
+    rng = np.random.default_rng(seed)
+    a, b = np.append(rng.normal(size=(2, 6)), 0.1 * rng.uniform(size=(2, 1)), axis=1)
+    b[0] += 8.0 * np.sign(b[0])
+    s, t = rng.uniform(-1, 1, size=(2, 40))
+
+    def polynomial(c, s, t):
+        return c[0] + c[1] * s + c[2] * t + c[3] * s * s + c[4] * s * t + c[5] * t * t
+
+    found, bounds = results(a, b)
+    for off_a, off_b in rng.uniform(-1, 1, size=(5, 2)):
+        x, y = polynomial(a, s, t) + off_a * a[6], polynomial(b, s, t) + off_b * b[6]
+        for model, (low, high, value, *at), exact in zip(found, bounds, (x * y, x + y, x - 2 * y, 1 / y), strict=True):
+            assert low - 1e-9 <= exact.min() and exact.max() <= high + 1e-9
+            if np.isfinite(model[6]):
+                assert np.all(np.abs(polynomial(model, s, t) - exact) <= model[6] + 1e-9)
+                assert value <= max(polynomial(model, *at) - model[6], model[0]) + 1e-12
+                assert value >= model[0]
+
+
+def test_polynomials_are_the_surface():
+    surface = moved("flat", 0, 0.2, 0.1)
+    part = knot_spans(surface)
+    made = polynomials(surface, part)
+    k, u, v = 100, 0.3, 0.8
+    powers = np.outer(v ** np.arange(4), u ** np.arange(4))
+    q, r = part.q[k, 0] + u * part.q[k, 1], part.r[k, 0] + v * part.r[k, 1]
+    np.testing.assert_allclose((part.x[k] * powers).sum(axis=(1, 2)), surface.points([q], [r])[0], atol=1e-12)
+    slopes = np.concatenate([surface.points([q], [r], 1, 0)[0], surface.points([q], [r], 0, 1)[0]])
+    scale = np.repeat(surface.size, 3)
+    np.testing.assert_allclose((made.parts[k] * powers).sum(axis=(1, 2)), slopes / scale, atol=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_extents_contain_every_sample(seed):
+    surface = moved("flat", seed, 0.3, 0.1)
+    part, accuracy = knot_spans(surface), Accuracy(4.0, 4.02, 0.003, 0.01)
+    q, r = np.linspace(0, 1, 400), np.linspace(0, 1, 1001)
+    x = surface.sample(q, r)
+    widest = np.hypot(x[..., 0], x[..., 1]).max()
+    found = radius(part, accuracy, -np.inf)
+    assert found.seen.max() <= widest + 1e-3
+    assert widest <= found.upper.max() <= found.seen.max() + 0.02
+
+    passed = np.maximum(4.0 - x[..., 2] - 4.0, x[..., 2] - 26.0).max()
+    found = beyond(part, 26.0, Accuracy(1.0, 1.0, 0.003, 0.01), -np.inf)
+    assert passed <= found.upper.max() + 1e-9
+    assert found.upper.max() <= passed + 0.02
+
+    share = np.minimum(r * surface.size[1] / 2.0, 1.0)[1:-1, None]
+    heights = (x[1:-1, :, 2] - x[0, 0, 2]) / share, (x[-1, 0, 2] - x[1:-1, :, 2]) / share[::-1]
+    for found, height in zip(
+        rims(surface, part, 2.0, Accuracy(-1.0, -0.995, 0.003, 0.01), -np.inf), heights, strict=True
+    ):
+        assert found.upper.max() >= -height.min() - 1e-9
+        assert found.upper.max() <= -height.min() + 0.03
+
+
+def test_torus(tube_from):
+    big, small = 10.0, 3.0
+
+    def position(q, r):
+        angle, around = np.pi * (r - 0.5), 2 * np.pi * q
+        rho = big + small * np.cos(angle)
+        return np.stack([rho * np.cos(around), rho * np.sin(around), small * np.sin(angle)], axis=-1)
+
+    surface: TubeSurface = tube_from(position, 60, 30, (2 * np.pi * big, np.pi * small))
+    found = bounded(surface, bounds=BOUNDS | {"curvature": 0.06})["curvature"]
+    inner = (found.r > 0.2) & (found.r < 0.8)
+    exact = 0.5 * (small**-2 + (big + small) ** -2)
+    assert exact * 0.99 <= found.upper[inner].max() <= exact * 1.02
+
+
+def test_halves_of_cells_cover_them():
+    seen = []
+
+    def evaluate(cells):
+        seen.append(cells)
+        n = len(cells.span)
+        vary = np.tile([1.0, 0.1], (n, 1)) if len(seen) == 1 else np.ones((n, 2))
+        return Bounds(np.full((n, 1), 2.0), np.full((n, 1), -1.0 - len(seen)), np.zeros((n, 1, 2)), vary)
+
+    upper, least, _ = refine(evaluate, whole(2), [Accuracy(1.0, 1.0, 0.1, 0.1)], [-np.inf], 2)
+    assert np.all(upper == 2.0) and np.all(least == -2.0)
+    assert [len(cells.span) for cells in seen[:3]] == [2, 4, 16]
+    for cells in seen:
+        assert np.bincount(cells.span, np.prod(2.0 * cells.half, axis=1)) == pytest.approx(np.ones(2))
+        assert np.all(cells.centre - cells.half >= 0.0) and np.all(cells.centre + cells.half <= 1.0)
+        assert len(np.unique(np.column_stack([cells.span, cells.centre]), axis=0)) == len(cells.span)
