@@ -20,7 +20,7 @@ from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium, part_of
 from pneumorph.mesh import mesh_body
 from pneumorph.problem import load
-from pneumorph.problem.symmetry import images_of
+from pneumorph.symmetry.part import images_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "bending.toml"
 NAMES = {1: "whole", 2: "half", 4: "quarter"}

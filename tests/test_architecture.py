@@ -14,6 +14,7 @@ PACKAGES = [
     "compiling",
     "numerics",
     "threads",
+    "symmetry",
     "problem",
     "geometry",
     "make",
@@ -41,6 +42,7 @@ ROOMS = {
 }
 # What a package must not know although it stands above.
 KEPT_APART = {
+    "symmetry": {"numerics"},
     "problem": {"numerics"},
     "geometry": {"numerics"},
     "mesh": {"numerics"},

@@ -11,7 +11,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry import adjusted_columns, build_design_space, starting_body
 from pneumorph.problem import Problem
 from pneumorph.problem.models import Symmetry
-from pneumorph.problem.symmetry import columns_multiple, operations
+from pneumorph.symmetry.operations import columns_multiple, operations
 
 ONE = [{"center": ["0 mm", "0 mm"], "span": ["3 mm", "37 mm"], "radius": "4 mm"}]
 POLE = [{"center": ["0 mm", "0 mm"], "span": ["3 mm", "37 mm"], "radius": "3 mm", "ends": "pole"}]

@@ -10,7 +10,7 @@ from pneumorph.limits.rows.linearised import linearised
 from pneumorph.limits.rows.samples import KINDS, sample_limits
 from pneumorph.limits.table import BY_NAME
 from pneumorph.problem import loads
-from pneumorph.problem.symmetry import operations
+from pneumorph.symmetry.operations import operations
 
 FILE = """
 [material]

@@ -29,8 +29,9 @@ from pneumorph.mesh import mesh_body, unfold
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.objective import Objective, equidistant
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import sector, turned, turns_of
 from pneumorph.sensitivity import boundary_gradient, gradient
+from pneumorph.symmetry.operations import turned
+from pneumorph.symmetry.part import sector, turns_of
 
 RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 SILICONE = neo_hookean_rubber(0.49, 4.9e3, 1.1e-9)

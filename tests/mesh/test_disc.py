@@ -11,7 +11,7 @@ from pneumorph.mesh import mesh_body, scaled_jacobian
 from pneumorph.mesh.plane import quality_of
 from pneumorph.mesh.surface import surface_mesh
 from pneumorph.mesh.tets import TRIANGLE_EDGES, area_and_volume
-from pneumorph.problem.symmetry import Part, sector
+from pneumorph.symmetry.part import Part, sector
 
 PARTS = {"whole": (), "half": ("xz",)}
 

@@ -13,7 +13,7 @@ from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfold
 from pneumorph.mesh.plane import triangulate
 from pneumorph.mesh.tets import TET_EDGES
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import NORMALS
+from pneumorph.symmetry.operations import NORMALS
 
 
 def problem(mirrors: str, *centres: tuple[float, float], radius: float = 2.0, ends: str = "flat") -> Problem:

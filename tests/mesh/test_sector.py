@@ -9,7 +9,8 @@ from pneumorph.geometry import starting_body
 from pneumorph.geometry.design_space import build_design_space
 from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfold
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import sector, turned, turns_of
+from pneumorph.symmetry.operations import turned
+from pneumorph.symmetry.part import sector, turns_of
 
 
 def problem(turns: int, radius: float, *centres: tuple[float, float], ends: str = "flat") -> Problem:

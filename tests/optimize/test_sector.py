@@ -21,8 +21,8 @@ from pneumorph.mechanics import NoEquilibrium, deformation_gradients, displaceme
 from pneumorph.mesh import mesh_body
 from pneumorph.optimize import DesignAccepted, Finished, Started, design
 from pneumorph.problem import loads
-from pneumorph.problem.symmetry import sector
 from pneumorph.sensitivity import taylor_test
+from pneumorph.symmetry.part import sector
 
 THIRD = (
     tiny(

@@ -44,7 +44,7 @@ from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
 from pneumorph.mesh.transfer import at_places, between_points, linear, locate, quadrature_points, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
-from pneumorph.problem.symmetry import Part, turns_of
+from pneumorph.symmetry.part import Part, turns_of
 
 Starts = Mapping[str, State] | Mapping[str, Guess]
 

@@ -36,7 +36,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import Part, turns_of
+from pneumorph.symmetry.part import Part, turns_of
 
 MOST_FACTORISATIONS = 40
 """Most factorisations of one search, so that it ends in reasonable time also where there is nothing to find."""

@@ -26,7 +26,8 @@ from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, chambers_of, is_cut, tet_gradient
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import MIRRORS, MOST_TURNS, onwards, turns_of
+from pneumorph.symmetry.operations import MIRRORS
+from pneumorph.symmetry.part import MOST_TURNS, onwards, turns_of
 
 MOST_FACTORISATIONS = 40
 """Most for the partly inflated states of a task: they are only shown, so a missing one does no harm."""

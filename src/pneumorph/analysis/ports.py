@@ -34,7 +34,7 @@ from pneumorph.mesh import TetMesh, mesh_body, scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES
 from pneumorph.objective import Features, measure_features
 from pneumorph.problem import Problem, reinforcements
-from pneumorph.problem.symmetry import MIRRORS
+from pneumorph.symmetry.operations import MIRRORS
 
 STIFFER = 100.0
 """Stiffness of tubes relative to the rubber: soft ones of silicone have less, those of polyurethane about as much."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.bspline import clamped, periodic
 from pneumorph.geometry.tube import Ends, TubeSurface, dome_fit
-from pneumorph.problem.symmetry import columns, columns_multiple
+from pneumorph.symmetry.operations import columns, columns_multiple
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Ripple

@@ -17,8 +17,8 @@ from pneumorph.geometry.tube import TubeSurface
 from pneumorph.geometry.wedge import Cones, cones_of
 from pneumorph.problem.models import Symmetry
 from pneumorph.problem.reinforcement import data_of, designed, reinforcements
-from pneumorph.problem.symmetry import operations
 from pneumorph.problem.variable import Variable
+from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Problem

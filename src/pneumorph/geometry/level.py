@@ -18,7 +18,7 @@ from scipy.optimize import root_scalar
 
 from pneumorph.geometry.body import starting_body
 from pneumorph.geometry.tube import TubeSurface
-from pneumorph.problem.symmetry import operations
+from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Problem, Region

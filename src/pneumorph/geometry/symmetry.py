@@ -65,7 +65,7 @@ def symmetric_basis(
         The starting body, which is symmetric.
     L : csr (3·n_points, n)
         Map from variables v to coordinates of control points; its columns are orthogonal.
-    group : list of (3, 3) arrays, see `problem.symmetry.operations`.
+    group : list of (3, 3) arrays, see `symmetry.operations`.
     length : float
         Length of the body, mm.
 

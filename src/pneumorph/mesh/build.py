@@ -21,7 +21,7 @@ from pneumorph.mesh.sector import with_sector
 from pneumorph.mesh.surface import beginnings, surface_mesh
 from pneumorph.mesh.volume import fill
 from pneumorph.mesh.wedge import following, named, with_half_planes
-from pneumorph.problem.symmetry import Part, turns_of
+from pneumorph.symmetry.part import Part, turns_of
 
 _TURN = np.radians(45)
 _FINER = (1.0, 0.93, 0.86, 0.8, 0.65, 0.5)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.mesh.plane import triangulate
 from pneumorph.mesh.tets import TRIANGLE_EDGES, is_cut
-from pneumorph.problem.symmetry import NORMALS
+from pneumorph.symmetry.operations import NORMALS
 
 Faces = dict[str, np.ndarray]
 

@@ -12,7 +12,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TRIANGLE_EDGES, TetMesh, is_cut, tet_gradient
-from pneumorph.problem.symmetry import NORMALS, onwards, turns_of
+from pneumorph.symmetry.operations import NORMALS
+from pneumorph.symmetry.part import onwards, turns_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from pneumorph.geometry import Level
 from pneumorph.mesh.cut import filled, line, open_edges
 from pneumorph.mesh.tets import TURNED
 from pneumorph.problem.regions import REST
-from pneumorph.problem.symmetry import NORMALS
+from pneumorph.symmetry.operations import NORMALS
 
 _IN_PLANE = 1e-4
 """How far from a plane nodes of its rings may be, mm: control points are rounded while a body is meshed."""

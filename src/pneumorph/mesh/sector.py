@@ -15,7 +15,7 @@ from pneumorph.errors import MeshError
 from pneumorph.mesh.cut import Faces, filled, line, open_edges
 from pneumorph.mesh.surface import UNLIKE
 from pneumorph.mesh.tets import TURNED, chambers_of
-from pneumorph.problem.symmetry import onwards, sector
+from pneumorph.symmetry.part import onwards, sector
 
 
 def with_sector(faces: Faces, nodes: np.ndarray, seam: np.ndarray, turns: int, size: float) -> tuple[Faces, np.ndarray]:

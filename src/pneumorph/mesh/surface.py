@@ -16,7 +16,8 @@ from pneumorph.mesh.patch import Patch, edges_of, patch_of
 from pneumorph.mesh.slant import UPRIGHT, slant_of
 from pneumorph.mesh.tets import TURNED
 from pneumorph.problem.regions import REST
-from pneumorph.problem.symmetry import MIRRORS, NORMALS, Part, beginning_of, onwards, turned, turns_of
+from pneumorph.symmetry.operations import MIRRORS, NORMALS, turned
+from pneumorph.symmetry.part import Part, beginning_of, onwards, turns_of
 
 UNLIKE = "the surfaces are not the same after a turn by one sector"
 _SHIFTS = (0.0, 0.5, 0.25)  # where a sector begins that may do so anywhere, as far as tried

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pneumorph.problem.symmetry import Part
+from pneumorph.symmetry.part import Part
 
 TET_EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 """Corner pairs whose mid-side nodes are columns 4…9 of a tetrahedron (VTK order)."""

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.mesh.tets import TURNED, Covered, TetMesh, chambers_of, is_cut
-from pneumorph.problem.symmetry import MIRRORS, NORMALS, turned, turns_of
+from pneumorph.symmetry.operations import MIRRORS, NORMALS, turned
+from pneumorph.symmetry.part import turns_of
 
 # Nodes of mirror images are reordered so that the orientation is preserved.
 _TET_IMAGE = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]

@@ -28,7 +28,7 @@ from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Connectivity, Values, connect
 from pneumorph.mechanics.material.energies import determinant
 from pneumorph.objective.rotations import continued_logarithm, polar_rotation
-from pneumorph.problem.symmetry import Part, images_of
+from pneumorph.symmetry.part import Part, images_of
 
 
 class Pressing(NamedTuple):

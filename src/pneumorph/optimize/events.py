@@ -7,7 +7,7 @@ from typing import Any
 
 from pneumorph.analysis import Fields, HistoryEntry
 from pneumorph.geometry import Body
-from pneumorph.problem.symmetry import Part
+from pneumorph.symmetry.part import Part
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from pneumorph.optimize.step import Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
-from pneumorph.problem.symmetry import operations
+from pneumorph.symmetry.operations import operations
 
 LARGEST = 3.0
 """Largest trust region, in reference steps."""

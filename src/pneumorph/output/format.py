@@ -11,7 +11,7 @@ from pneumorph.analysis import SweepStep, TaskResult
 from pneumorph.mechanics import Rubber
 from pneumorph.problem import ContactArea, Custom, MatchCurve, MatchSections, Maximize, Press, TargetMotion, Task
 from pneumorph.problem.regions import REST
-from pneumorph.problem.symmetry import Part, turns_of
+from pneumorph.symmetry.part import Part, turns_of
 
 WORDS = {
     "shift_x": "shift along x",

@@ -11,11 +11,11 @@ import numpy as np
 
 from pneumorph.problem import regions, reinforcement
 from pneumorph.problem.contact import PlaneSpec, TriangulatedSpec
-from pneumorph.problem.images import WITHIN, image, place, placed
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
 from pneumorph.problem.stl import MOST_TRIANGLES
-from pneumorph.problem.symmetry import operations
+from pneumorph.symmetry.images import WITHIN, image, place, placed
+from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
     from pneumorph.problem.whole import Problem

@@ -7,6 +7,7 @@ import math
 import warnings
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, Strict, model_validator
 from pydantic_core import CoreSchema
 
@@ -14,13 +15,13 @@ from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, renamed
 from pneumorph.problem.directions import Direction, Number, unit_vector
-from pneumorph.problem.images import WITHIN, copies, snapped
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives import ObjectiveSpec
 from pneumorph.problem.objectives.table import RotationVector
-from pneumorph.problem.symmetry import MOST_TURNS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Variable
+from pneumorph.symmetry.images import WITHIN, snapped
+from pneumorph.symmetry.part import MOST_TURNS
 
 RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(1, 10))}
 """Names of devices on Windows, which no file there can have."""
@@ -94,6 +95,22 @@ class ChamberSpec(Table):
             raise InvalidKey("copies", "would all be in one place; move center away from the body's axis")
         return self
 
+    def all_copies(self) -> "list[ChamberSpec]":
+        """This chamber and its copies around the axis, numbered from 1; the chamber itself if it is alone."""
+        if self.copies == 1:
+            return [self]
+        (x, y), angles = self.center, [2.0 * math.pi * number / self.copies for number in range(self.copies)]
+        centers = [(x * math.cos(a) - y * math.sin(a), x * math.sin(a) + y * math.cos(a)) for a in angles]
+        return [
+            self.model_copy(update={"name": f"{self.name}{number}", "center": center, "copies": 1})
+            for number, center in enumerate(centers, 1)
+        ]
+
+    def at(self, place: np.ndarray) -> "ChamberSpec":
+        """The chamber at another centre, span and radius (5,), see `symmetry.images.place`."""
+        x, y, start, end, radius = place.tolist()
+        return self.model_copy(update={"center": (x, y), "span": (start, end), "radius": radius})
+
 
 class BodySpec(Table):
     """The starting body: a cylinder from z = 0 to z = length with chambers in it; control_density in 1/mm."""
@@ -115,8 +132,9 @@ class BodySpec(Table):
 
     @model_validator(mode="after")
     def _all_chambers_in_their_places(self) -> "BodySpec":
-        chambers = tuple(each for chamber in self.chamber for each in copies(chamber))
-        object.__setattr__(self, "chamber", snapped(chambers, self.symmetry, self.length))
+        chambers = [each for chamber in self.chamber for each in chamber.all_copies()]
+        places = snapped(chambers, self.symmetry, self.length)
+        object.__setattr__(self, "chamber", tuple(map(ChamberSpec.at, chambers, places)))
         return self
 
     def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:

@@ -11,12 +11,12 @@ from pydantic import Field, model_validator
 
 from pneumorph import units
 from pneumorph.problem import wedges
-from pneumorph.problem.images import image
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import MOST_CHAMBERS, Length, PositiveLength
 from pneumorph.problem.names import Name
-from pneumorph.problem.symmetry import MIRRORS, NORMALS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.symmetry.images import image
+from pneumorph.symmetry.operations import MIRRORS, NORMALS
 
 if TYPE_CHECKING:
     from pneumorph.problem.whole import Problem

@@ -10,12 +10,12 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pneumorph import units
-from pneumorph.problem.images import image
 from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, Number
 from pneumorph.problem.regions import Angle
-from pneumorph.problem.symmetry import MIRRORS, NORMALS
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Share, Variable
+from pneumorph.symmetry.images import image
+from pneumorph.symmetry.operations import MIRRORS, NORMALS
 
 if TYPE_CHECKING:
     from pneumorph.problem.whole import Problem

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.problem.symmetry import columns, columns_multiple, operations
+from pneumorph.symmetry.operations import columns, columns_multiple, operations
 
 if TYPE_CHECKING:
     from pneumorph.problem.models import BodySpec, ChamberSpec, Ripple

@@ -21,7 +21,8 @@ from pneumorph.mechanics.elements.reinforcement import Reinforcement, connect_co
 from pneumorph.mechanics.elements.terms import ChamberPressure, Connectivity, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
-from pneumorph.problem.symmetry import NORMALS, Part, even_of, images_of, odd_of, onwards, turns_of
+from pneumorph.symmetry.operations import NORMALS
+from pneumorph.symmetry.part import Part, even_of, images_of, odd_of, onwards, turns_of
 
 
 @dataclass(frozen=True)

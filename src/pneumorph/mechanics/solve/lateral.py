@@ -23,7 +23,8 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.problem.symmetry import NORMALS, odd_of
+from pneumorph.symmetry.operations import NORMALS
+from pneumorph.symmetry.part import odd_of
 
 STEPS, CLOSE = 20, 0.01
 """Most steps of Lanczos' method, and its relative accuracy, which it mostly has after three or four."""

@@ -8,7 +8,7 @@ from math import nan
 import numpy as np
 
 from pneumorph.problem import Problem, regions, reinforcement
-from pneumorph.problem.symmetry import MIRRORS, operations
+from pneumorph.symmetry.operations import MIRRORS, operations
 
 Pressures = Mapping[str, float]
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from pneumorph.mechanics.solve.mirror import Pressures, applied_pressures, mirrors_of
 from pneumorph.problem import Problem, reinforcement
-from pneumorph.problem.images import image
-from pneumorph.problem.symmetry import MOST_TURNS, Part, beginning_of, images_of, onwards, operations, sector
+from pneumorph.symmetry.images import image
+from pneumorph.symmetry.operations import operations
+from pneumorph.symmetry.part import MOST_TURNS, Part, beginning_of, images_of, onwards, sector
 
 AXIAL = (-1.0, -1.0, 1.0)
 """Signs that half a turn about z gives the components of vectors and of rotations: what has none of the first two is

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from fractions import Fraction
 from math import lcm
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from pneumorph.problem.models import Symmetry
 
 MIRRORS = {"xz": (1.0, -1.0, 1.0), "yz": (-1.0, 1.0, 1.0), "xy": (1.0, 1.0, -1.0)}
 """Signs that reflection in each plane gives the components of a vector."""
@@ -18,14 +16,21 @@ MIRRORS = {"xz": (1.0, -1.0, 1.0), "yz": (-1.0, 1.0, 1.0), "xy": (1.0, 1.0, -1.0
 NORMALS = {"xz": 1, "yz": 0, "xy": 2}
 """Index of the component normal to each plane."""
 
-Part = tuple[str, ...]
-"""What of a body is solved: between the mirror planes "xz" and "yz", in this order, or a sector, see `sector`; nothing
-for the whole body."""
-
-MOST_TURNS = 24
-"""The largest order of a rotation, and number of sectors."""
-
 HALF_TURNS = {"x": (1.0, -1.0, -1.0), "y": (-1.0, 1.0, -1.0)}
+
+
+class Symmetry(Protocol):
+    """What generates the operations of a body: mirror planes of `MIRRORS`, the order of a rotation about z, whether a
+    point reflection and about which axis ("x", "y", or None) half a turn maps it to itself."""
+
+    @property
+    def mirror(self) -> Collection[str]: ...
+    @property
+    def rotation(self) -> int: ...
+    @property
+    def point(self) -> bool: ...
+    @property
+    def half_turn(self) -> str | None: ...
 
 
 def operations(symmetry: Symmetry) -> list[NDArray[np.float64]]:
@@ -60,25 +65,6 @@ def columns(radius: float, density: float, multiple: int = 1) -> int:
     return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
 
 
-def sector(turns: int) -> str:
-    """The name of a sector, one of a number of `turns`: between two cuts, the second the image of the first."""
-    return f"sector {turns}"
-
-
-def turns_of(part: Part) -> int:
-    """The number of sectors in the whole body; 1 where the part is none."""
-    return next((int(name.removeprefix("sector ")) for name in part if name.startswith("sector ")), 1)
-
-
-def beginning_of(middles: NDArray[np.float64], turns: int) -> float:
-    """Where a sector begins, in turns about z: far from the middles (n, 2) of all chambers beside the axis."""
-    if not len(middles):
-        return 0.0
-    angles = np.sort(np.arctan2(middles[:, 1], middles[:, 0]) / (2.0 * np.pi) % (1.0 / turns))
-    gaps = np.diff(angles, append=angles[0] + 1.0 / turns)
-    return float((angles + gaps / 2.0)[gaps.argmax()] % (1.0 / turns))
-
-
 def turned(turns: int) -> NDArray[np.float64]:
     """Rotations (turns, 3, 3) about z by multiples of a `turns`-th of a full one, the identity first."""
     angle = 2.0 * np.pi * np.arange(turns) / turns
@@ -88,31 +74,3 @@ def turned(turns: int) -> NDArray[np.float64]:
     matrices = np.tile(np.eye(3), (turns, 1, 1))
     matrices[:, :2, :2] = np.moveaxis(np.array([[cosine, -sine], [sine, cosine]]), 2, 0)
     return matrices
-
-
-def onwards(turns: int) -> NDArray[np.float64]:
-    """The rotation (3, 3) about z from a sector to the next; the identity where there is only one."""
-    return turned(turns)[1 % turns]
-
-
-def images_of(part: Part) -> NDArray[np.float64]:
-    """The operations (k, 3, 3) that map a part to all of the whole body, the identity first."""
-    images = turned(turns_of(part))
-    for plane in part:
-        if plane in MIRRORS:
-            images = np.concatenate([images, np.diag(MIRRORS[plane]) @ images])
-    return images
-
-
-def even_of(part: Part) -> NDArray[np.float64]:
-    """Ones (3,), with 0 for components of vectors that cancel over the whole body."""
-    return np.where(np.diagonal(images_of(part).mean(axis=0)) > 0.5, 1.0, 0.0)
-
-
-def odd_of(part: Part) -> NDArray[np.bool_]:
-    """Which components (6,) of a motion of the plate, translation and rotation vector, the symmetry forbids."""
-    images = images_of(part)
-    # A rotation vector is axial: an improper operation reverses the components that it keeps of ordinary vectors.
-    axial = np.linalg.det(images)[:, None, None] * images
-    kept = [np.diagonal(each.mean(axis=0)) for each in (images, axial)]
-    return np.concatenate(kept) < 0.5
