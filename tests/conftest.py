@@ -29,7 +29,7 @@ PLACES = count()
 
 def _configured(monkeypatch, tmp_path_factory):
     place = tmp_path_factory.getbasetemp() / "configuration" / str(next(PLACES))
-    for name in ("XDG_CONFIG_HOME", "APPDATA"):
+    for name in ("XDG_CONFIG_HOME", "WIN_PD_OVERRIDE_APPDATA"):
         monkeypatch.setenv(name, str(place))
 
 

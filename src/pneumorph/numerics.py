@@ -12,13 +12,13 @@
 """
 
 import os
-import sys
 from pathlib import Path
 
 os.environ.setdefault("KMP_BLOCKTIME", "0")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 import jax
+import platformdirs
 
 from pneumorph import compiling
 
@@ -27,13 +27,7 @@ def cache_folder() -> Path:
     """The folder named by PNEUMORPH_CACHE, or else pneumorph's folder in the platform's cache directory."""
     if chosen := os.environ.get("PNEUMORPH_CACHE"):
         return Path(chosen)
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA", "~/AppData/Local")
-    elif sys.platform == "darwin":
-        base = "~/Library/Caches"
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(base).expanduser() / "pneumorph"
+    return platformdirs.user_cache_path("pneumorph", appauthor=False, opinion=False)
 
 
 def _keep_compiled(folder: Path) -> None:

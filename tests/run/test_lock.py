@@ -16,12 +16,16 @@ from pneumorph.optimize import DesignAccepted
 from pneumorph.problem import loads
 from pneumorph.run import RunDirectory, StoredDesign, create, held, lock, open_run, resume
 
-fcntl = pytest.importorskip("fcntl")
-
 PROBLEM = loads(tiny())
 START = starting_body(PROBLEM.body)
 PRESSURES = {"extend": {"A": 0.06}}
-HOLDER = "import fcntl, sys; f = open(sys.argv[1], 'a'); fcntl.flock(f, fcntl.LOCK_EX); print(1, flush=True); input()"
+HOLDER = """
+import pathlib, sys
+from pneumorph.run import held
+with held(pathlib.Path(sys.argv[1])):
+    print(1, flush=True)
+    input()
+"""
 
 
 def record(run: RunDirectory, number: int) -> None:
@@ -68,7 +72,7 @@ def test_a_second_run_is_refused_before_it_changes_anything(run):
 
 def test_a_dead_process_leaves_no_lock(run):
     holder = subprocess.Popen(
-        [sys.executable, "-c", HOLDER, str(run.path / lock.NAME)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-c", HOLDER, str(run.path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )
     assert holder.stdout is not None and holder.stdout.readline() == b"1\n"
     assert "another run goes on in it" in refusal(resume, run.path, PROBLEM)
@@ -77,13 +81,12 @@ def test_a_dead_process_leaves_no_lock(run):
     assert resume(run.path, PROBLEM).latest() == 1
 
 
-def test_where_there_are_no_locks_it_goes_on(run, monkeypatch):
-    def unknown(*_):
-        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+@pytest.mark.parametrize("error", [OSError(errno.ENOLCK, "none"), NotImplementedError()])
+def test_where_there_are_no_locks_it_goes_on(run, monkeypatch, error):
+    def unknown(*_, **__):
+        raise error
 
-    monkeypatch.setattr(lock.fcntl, "flock", unknown)
-    assert resume(run.path, PROBLEM).latest() == 1
-    monkeypatch.setattr(lock, "fcntl", None)
+    monkeypatch.setattr(lock.FileLock, "acquire", unknown)
     with held(run.path), held(run.path):
         assert resume(run.path, PROBLEM).latest() == 1
 

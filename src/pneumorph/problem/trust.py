@@ -11,11 +11,12 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import platformdirs
 
 from pneumorph.errors import ProblemError, printable
 from pneumorph.problem.objectives import Custom
@@ -110,11 +111,6 @@ def _kept() -> set[str]:
 
 
 def _file() -> Path | None:
-    """Where fingerprints are kept: ``pneumorph/trusted`` in the user's configuration directory; None without a home."""
-    chosen = os.environ.get("XDG_CONFIG_HOME" if sys.platform != "win32" else "APPDATA", "")
-    if os.path.isabs(chosen):
-        return Path(chosen) / "pneumorph" / "trusted"
-    try:
-        return Path.home() / ".config" / "pneumorph" / "trusted"
-    except RuntimeError:
-        return None
+    """Where fingerprints are kept: ``trusted`` in the user's configuration directory; None without a home."""
+    folder = platformdirs.user_config_path("pneumorph", appauthor=False, roaming=True)
+    return folder / "trusted" if folder.is_absolute() else None

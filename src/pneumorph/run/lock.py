@@ -1,26 +1,28 @@
 """One run at a time in a directory: a lock that ends with its process, however that ends.
 
-Systems without `fcntl` (Windows) and file systems that know no locks have none: there, nothing keeps a second run out.
+On file systems that know no locks there is none: there, nothing keeps a second run out.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pneumorph.errors import ProblemError
+from filelock import FileLock, Timeout
 
-try:
-    import fcntl
-except ImportError:
-    fcntl = None
+from pneumorph.errors import ProblemError
+from pneumorph.problem.reading import read_bytes
 
 NAME = ".lock"
 """The file that is locked; it stays, and means nothing unless a process holds it."""
+
+WITHOUT_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
+"""What file systems say that know no locks."""
 
 
 @contextmanager
@@ -34,24 +36,33 @@ def held(directory: Path) -> Iterator[None]:
     OSError
         If it cannot be written.
     """
-    if fcntl is None:
-        yield
-        return
-    handle = os.open(directory / NAME, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
+    path = directory / NAME
+    lock = FileLock(path, timeout=0, thread_local=False)
     try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            holder = os.read(handle, 200).decode(errors="replace").strip() or "its process is not known"
-            raise ProblemError(
-                f"{directory}: another run goes on in it ({holder}); wait until it ends, or name another --out"
-            ) from None
-        except OSError:
-            pass
-        else:
-            with contextlib.suppress(OSError):
-                os.ftruncate(handle, 0)
-                os.write(handle, f"process {os.getpid()} on {socket.gethostname()}\n".encode())
+        lock.acquire()
+    except Timeout:
+        raise ProblemError(
+            f"{directory}: another run goes on in it ({_holder(path)}); wait until it ends, or name another --out"
+        ) from None
+    except NotImplementedError:
+        pass
+    except OSError as error:
+        if error.errno not in WITHOUT_LOCKS:
+            raise
+    else:
+        # Windows lets nobody write or read a locked file: there, messages do not name the process.
+        with contextlib.suppress(OSError):
+            path.write_text(f"process {os.getpid()} on {socket.gethostname()}\n")
+    try:
         yield
     finally:
-        os.close(handle)
+        lock.release()
+
+
+def _holder(path: Path) -> str:
+    """Which process holds a lock."""
+    try:
+        said = read_bytes(path, 200).decode(errors="replace").strip()
+    except OSError:
+        said = ""
+    return said or "its process is not known"
