@@ -112,5 +112,9 @@ def _kept() -> set[str]:
 
 def _file() -> Path | None:
     """Where fingerprints are kept: ``trusted`` in the user's configuration directory; None without a home."""
-    folder = platformdirs.user_config_path("pneumorph", appauthor=False, roaming=True)
+    try:
+        folder = platformdirs.user_config_path("pneumorph", appauthor=False, roaming=True)
+    except RuntimeError:
+        return None
+    # Older versions of platformdirs answer with "~".
     return folder / "trusted" if folder.is_absolute() else None
