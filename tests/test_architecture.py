@@ -11,6 +11,7 @@ PACKAGES = [
     "units",
     "interrupts",
     "processes",
+    "atomic",
     "compiling",
     "numerics",
     "threads",

@@ -32,7 +32,7 @@ def test_it_ends_at_once_where_nothing_is_to_be_saved(number, status):
 WRITING = """
 import os
 from pathlib import Path
-from pneumorph.run import atomic
+from pneumorph import atomic
 
 def wait(handle):
     print('ready', flush=True)

@@ -13,6 +13,7 @@ import pytest
 from records import entry, one_element
 from tiny import tiny
 
+from pneumorph import atomic
 from pneumorph.analysis import checkpoint
 from pneumorph.analysis.fields import Fields, unpack_fields
 from pneumorph.drive.single import Outcome, result
@@ -21,7 +22,7 @@ from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import mesh_body
 from pneumorph.problem import loads
-from pneumorph.run import RunDirectory, StoredDesign, atomic, create, resume
+from pneumorph.run import RunDirectory, StoredDesign, create, resume
 
 PROBLEM = loads(tiny())
 START = starting_body(PROBLEM.body)

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
-from pneumorph import compiling
+from pneumorph import atomic, compiling
 from pneumorph.analysis import Curve, SweepStep
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
@@ -24,7 +24,6 @@ from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.format import THROUGH_ITSELF, errors_of, format_pressures, part_note
 from pneumorph.problem import Task, Trust, load
-from pneumorph.run import atomic
 
 
 def simulate(

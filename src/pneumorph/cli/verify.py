@@ -13,8 +13,8 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
+from pneumorph import atomic
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.run import atomic
 from pneumorph.verify import Case, Unavailable, Verdict, calculix, cases
 
 PACKAGES = ("pneumorph", "jax", "numpy", "scipy", "netgen-mesher", "ngsolve")

@@ -14,13 +14,12 @@ import numpy as np
 import tomli_w
 from pydantic import TypeAdapter, ValidationError
 
-from pneumorph import units
+from pneumorph import atomic, units
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics.material.fit import TensionTest, material_keys
 from pneumorph.mechanics.material.judge import Fit, faults, fit_all, reports
 from pneumorph.problem.material import MODELS, Material
 from pneumorph.problem.tension import FEWEST, Reading, read_tension
-from pneumorph.run import atomic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph import atomic
 from pneumorph.analysis import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
 from pneumorph.analysis.stored import floats
 from pneumorph.errors import NotWritten, ProblemError
@@ -24,7 +25,6 @@ from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.problem.reinforcement import designed
-from pneumorph.run import atomic
 from pneumorph.run.differences import differences, in_words
 from pneumorph.run.lock import NAME, held
 from pneumorph.run.reading import complete_lines, read_arrays, read_json, reporting_damage

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from pneumorph import atomic
 from pneumorph.output.format import motion_of
 from pneumorph.output.sheet import Tile, draw_sheet
-from pneumorph.run import atomic, open_run
+from pneumorph.run import open_run
 from pneumorph.study.file import Member, Study
 
 
