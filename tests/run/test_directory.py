@@ -97,13 +97,13 @@ def test_a_kill_at_any_moment_of_recording(tmp_path, monkeypatch, moment):
     replace, append = atomic.os.replace, atomic.append_line
 
     def counted(action, torn):
-        def called(*arguments):
+        def called(*arguments, **options):
             nonlocal calls
             calls += 1
             if calls == moment + 1:
                 torn(*arguments)
                 raise Killed
-            action(*arguments)
+            action(*arguments, **options)
 
         return called
 
