@@ -15,11 +15,11 @@ from pathlib import Path
 
 from table import PAPER, Printed, outcome
 
-from pneumorph.analysis import HistoryEntry
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.output.format import format_duration
 from pneumorph.problem import load
 from pneumorph.problem.models import Symmetry
+from pneumorph.results import HistoryEntry
 from pneumorph.run import open_run
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"

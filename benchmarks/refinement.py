@@ -13,9 +13,9 @@ from pneumorph.analysis.checkpoint import unpack
 from pneumorph.errors import MeshError
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium, State
-from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem
 from pneumorph.problem.models import MeshSpec
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import open_run
 
 

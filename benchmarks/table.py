@@ -11,7 +11,8 @@ from math import radians
 from pathlib import Path
 from statistics import median
 
-from pneumorph.output.format import format_duration, motion_of
+from pneumorph.output.format import format_duration
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory, open_run
 
 

@@ -10,10 +10,10 @@ import pytest
 from records import entry, one_element
 from tiny import tiny
 
-from pneumorph.analysis import to_json
 from pneumorph.geometry import starting_body
 from pneumorph.limits.certify import certify
 from pneumorph.problem import loads
+from pneumorph.results import to_json
 from pneumorph.run import StoredDesign, create
 
 SCRIPT = Path(__file__).parents[1] / "benchmarks" / "recheck.py"

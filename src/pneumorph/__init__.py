@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pneumorph.analysis import GradientCheck, HistoryEntry, RunResult, SweepStep, TaskResult
+    from pneumorph.analysis import GradientCheck
     from pneumorph.errors import ComputationError, MeshError, PneumorphError, ProblemError
     from pneumorph.interface.check import check_gradient
     from pneumorph.interface.design import Design, starting_design
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pneumorph.interface.sweep import Sweep
     from pneumorph.limits.certify import LimitReading
     from pneumorph.problem import Problem, load
+    from pneumorph.results import HistoryEntry, RunResult, SweepStep, TaskResult
 
 __version__ = "0.1.0"
 
@@ -50,7 +51,7 @@ __all__ = [
 ]
 
 _MODULES = {
-    "analysis": ("GradientCheck", "HistoryEntry", "RunResult", "SweepStep", "TaskResult"),
+    "analysis": ("GradientCheck",),
     "errors": ("ComputationError", "MeshError", "PneumorphError", "ProblemError"),
     "interface.check": ("check_gradient",),
     "interface.design": ("Design", "starting_design"),
@@ -59,6 +60,7 @@ _MODULES = {
     "interface.sweep": ("Sweep",),
     "limits.certify": ("LimitReading",),
     "problem": ("Problem", "load"),
+    "results": ("HistoryEntry", "RunResult", "SweepStep", "TaskResult"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

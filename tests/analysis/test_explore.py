@@ -6,8 +6,9 @@ from texts import EXTEND, problem_text
 from tiny import tiny
 
 import pneumorph as pm
-from pneumorph.analysis import Explorer, Stopped, to_json
+from pneumorph.analysis import Explorer, Stopped
 from pneumorph.problem import loads
+from pneumorph.results import to_json
 
 
 def mirrored(mirrors: str, **changes: str) -> str:

@@ -10,10 +10,10 @@ from signals import arrive
 
 from pneumorph.analysis import simulate
 from pneumorph.cli import check, design
-from pneumorph.drive import single
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, Skin, sweep
 from pneumorph.output.pictures import Pictures
+from pneumorph.run import complete
 
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 BY_NAME = {"type": "object", "additionalProperties": {"type": "number"}}
@@ -190,7 +190,7 @@ def test_a_failure_tells_what_is_saved(run, tiny, tmp_path, no_pictures, monkeyp
         raise ComputationError("the body could not be meshed")
         yield
 
-    monkeypatch.setattr(single, "design", failing)
+    monkeypatch.setattr(complete, "design", failing)
     result = run("design", tiny, "--out", tmp_path / "run")
     assert result.exit_code == 1
     assert result.stderr.startswith("pneumorph: the body could not be meshed; no design was finished")

@@ -9,7 +9,6 @@ from rich.console import Console
 from runs import analysed, line, waving_run
 from tiny import tiny
 
-from pneumorph.analysis import RunResult
 from pneumorph.cli.columns import columns_of, heading, row, width_of
 from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tasks_table
 from pneumorph.cli.screen import Screen
@@ -18,6 +17,7 @@ from pneumorph.interface.runs import Run
 from pneumorph.limits.certify import certify
 from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
+from pneumorph.results import RunResult
 
 PROBLEM = loads(tiny().replace("[mesh]", '[limits]\nenvelope = { radius = "9 mm" }\n[mesh]'))
 KEPT = {"wall_mm": 3.0, "fold_mm": 2.0, "curvature": 0.1, "skew": 0.0, "stretch": 0.01, "envelope_mm": 8.0}

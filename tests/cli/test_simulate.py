@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from texts import EXTEND, problem_text
 
-from pneumorph.analysis import SweepStep
 from pneumorph.cli.simulate import _row
 from pneumorph.interface.design import starting_design
 from pneumorph.problem import load
+from pneumorph.results import SweepStep
 
 MORE = """
 [[task]]

@@ -11,7 +11,6 @@ from tiny import tiny
 from typer.testing import CliRunner
 
 import pneumorph as pm
-from pneumorph.analysis import Fields, to_json
 from pneumorph.cli import app
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import starting_body
@@ -19,6 +18,7 @@ from pneumorph.interface import design as module
 from pneumorph.mesh import mesh_body
 from pneumorph.output import render
 from pneumorph.problem import loads
+from pneumorph.results import Fields, to_json
 
 DESIGNS = 3
 

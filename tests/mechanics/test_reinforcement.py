@@ -6,11 +6,9 @@ from scipy.spatial.transform import Rotation
 from tiny import tiny
 
 from pneumorph import open_run, run
-from pneumorph.analysis import analyse_body, checkpoint, discretise, run_gradient_check, unpack_fields
+from pneumorph.analysis import analyse_body, checkpoint, collect_fields, discretise, run_gradient_check
 from pneumorph.analysis.analyse import analyse, mesh_of, predict_states
-from pneumorph.analysis.fields import collect_fields
 from pneumorph.analysis.slopes import design_gradient
-from pneumorph.drive import drive
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import (
@@ -30,6 +28,8 @@ from pneumorph.mesh import Covered
 from pneumorph.mesh.cover import RULE
 from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape
 from pneumorph.problem import Problem, loads
+from pneumorph.results import unpack_fields
+from pneumorph.run.complete import complete
 from pneumorph.sensitivity import taylor_test
 
 SMALL = 0.01
@@ -266,10 +266,10 @@ def test_an_angle_is_designed_and_resumed(tmp_path):
     """For extension fibres turn around the tube, beyond the magic angle, 54.7°; all results of a run know of it."""
     braid = '[[fibres]]\nname = "braid"\nstiffness = "40 N/mm"\n'
     asked = loads(tiny(iterations="1") + braid + 'winding = { start = "50 deg", min = "20 deg", max = "80 deg" }\n')
-    first = drive(run.create(tmp_path, asked), lambda event: None)
+    first = complete(run.create(tmp_path, asked), lambda event: None)
     assert first.completed
     again = asked.with_changes({"optimizer.iterations": 2})
-    drive(run.resume(tmp_path, again), lambda event: None)
+    complete(run.resume(tmp_path, again), lambda event: None)
     found = open_run(tmp_path)
     angles = [np.degrees(entry.reinforcements["braid"]["winding"]) for entry in found.history]
     assert angles[0] == pytest.approx(50.0) and len(angles) == 3

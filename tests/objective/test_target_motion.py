@@ -12,8 +12,8 @@ from pneumorph.geometry import starting_body
 from pneumorph.mechanics import mirrors_of
 from pneumorph.objective import Features, build_objectives
 from pneumorph.output.cuts import _wanted
-from pneumorph.output.format import motion_of
 from pneumorph.problem import TargetMotion, loads
+from pneumorph.results.achieved import motion_of
 
 SEVERAL = '{ kind = "motion", shift_y = "1 mm", axial = "3 mm", bending_y = "60 deg", torsion = "-9 deg" }'
 

@@ -11,7 +11,6 @@ import pytest
 from texts import EXTEND, problem_text
 from tiny import tiny
 
-from pneumorph.analysis import to_json
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.limits.certify import certify
 from pneumorph.limits.table import TABLE
@@ -19,6 +18,7 @@ from pneumorph.mechanics import Skin
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, MeshKept, Started, design
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import load, loads
+from pneumorph.results import to_json
 
 REST = """
 [limits]

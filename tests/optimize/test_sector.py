@@ -10,17 +10,18 @@ from pneumorph.analysis import (
     build_discretisation,
     carry_over,
     check_stability,
+    collect_fields,
     design_gradient,
     discretise,
 )
 from pneumorph.analysis.explore import Explorer
-from pneumorph.analysis.fields import Fields, collect_fields, nodal_stretch
 from pneumorph.errors import MeshError
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mechanics import NoEquilibrium, deformation_gradients, displacement, part_of
 from pneumorph.mesh import mesh_body
 from pneumorph.optimize import DesignAccepted, Finished, Started, design
 from pneumorph.problem import loads
+from pneumorph.results import Fields, nodal_stretch
 from pneumorph.sensitivity import taylor_test
 from pneumorph.symmetry.part import sector
 

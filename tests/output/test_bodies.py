@@ -12,7 +12,6 @@ from runs import inflated, waved
 from scipy.spatial.transform import Rotation
 from tiny import tiny
 
-from pneumorph.analysis import Fields
 from pneumorph.geometry import enclosed_volume, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.output import render
@@ -26,6 +25,7 @@ from pneumorph.output.sheet import sheet_figure
 from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Panel, Shape, Shell, View
 from pneumorph.problem import loads
+from pneumorph.results import Fields
 
 
 def problem_with(end_effector="", gravity="", **changes):

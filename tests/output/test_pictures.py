@@ -11,18 +11,20 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from tiny import tiny
 
-from pneumorph.analysis import analyse, collect_fields, discretise, nodal_stretch
+from pneumorph.analysis import analyse, collect_fields, discretise
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.mesh import mesh_body
 from pneumorph.output import history, pictures, render
 from pneumorph.output.figures import PLOTS
-from pneumorph.output.format import format_duration, format_pressures, motion_of
+from pneumorph.output.format import format_duration, format_pressures
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
 from pneumorph.output.shape import achieved_centre_line, target_centre_line
 from pneumorph.output.view import Job, Panel, Shape, View
 from pneumorph.problem import loads
+from pneumorph.results import nodal_stretch
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import StoredDesign, create
 
 

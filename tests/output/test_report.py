@@ -15,7 +15,6 @@ from texts import EXTEND, TWO_BESIDE, problem_text
 from tiny import tiny
 
 import pneumorph as pm
-from pneumorph.analysis import Fields, nodal_stretch, unpack_fields
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.geometry.tube import cap_points
@@ -29,6 +28,7 @@ from pneumorph.output.report import facts_and_shapes, page_of, write_report
 from pneumorph.output.report_limits import MOST, packed_usage
 from pneumorph.output.report_shapes import packed_states
 from pneumorph.problem import load, loads
+from pneumorph.results import Fields, nodal_stretch, unpack_fields
 from pneumorph.run import StoredDesign, create, open_run
 
 ROOT = Path(__file__).parents[2]

@@ -7,10 +7,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pneumorph.analysis import Curve, SweepStep
+from pneumorph.analysis import Curve
 from pneumorph.output.curves import curves_figure
 from pneumorph.output.figures import save
 from pneumorph.output.sweeps import csv_text, table
+from pneumorph.results import SweepStep
 
 
 def step(pressures, angle=0.5, force=None):

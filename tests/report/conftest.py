@@ -7,9 +7,9 @@ import pytest
 from runs import analysed, ended, waving_run
 from tiny import tiny
 
-from pneumorph.analysis import Fields
 from pneumorph.output.report import write_report
 from pneumorph.problem import loads
+from pneumorph.results import Fields
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 # Without a graphics card; as root, as in containers, there is no sandbox.

@@ -9,10 +9,10 @@ import pytest
 from records import ENTRY, entry, one_element
 
 from pneumorph import atomic
-from pneumorph.analysis import HistoryEntry, to_json
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.problem import load
+from pneumorph.results import HistoryEntry, to_json
 from pneumorph.run import StoredDesign, create, open_run, resume
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,12 +9,11 @@ import pytest
 from records import entry, one_element
 from tiny import tiny
 
-from pneumorph.drive import single
 from pneumorph.errors import NotWritten, ProblemError
 from pneumorph.geometry import starting_body
 from pneumorph.optimize import DesignAccepted
 from pneumorph.problem import loads
-from pneumorph.run import RunDirectory, StoredDesign, create, held, lock, open_run, resume
+from pneumorph.run import RunDirectory, StoredDesign, complete, create, held, lock, open_run, resume
 
 PROBLEM = loads(tiny())
 START = starting_body(PROBLEM.body)
@@ -60,7 +59,7 @@ def test_a_second_run_is_refused_before_it_changes_anything(run):
         for action in (
             lambda: create(run.path, PROBLEM),
             lambda: resume(run.path, PROBLEM),
-            lambda: single.drive(run, lambda event: None),
+            lambda: complete.complete(run, lambda event: None),
         ):
             message = refusal(action)
             assert message.startswith(f"{run.path}: another run goes on in it (process {os.getpid()} on ")
@@ -156,7 +155,7 @@ def test_directories_that_cannot_be_written(run, monkeypatch, number):
     with monkeypatch.context() as patch:
         patch.setattr(lock.os, "open", refused)
         with pytest.raises(NotWritten, match="make it writable"):
-            single.drive(run, lambda event: None)
+            complete.complete(run, lambda event: None)
     with monkeypatch.context() as patch:
         full(patch, 0, number)
         assert f"cannot be a run directory ({os.strerror(number)})" in refusal(resume, run.path, PROBLEM)
@@ -168,8 +167,8 @@ def test_a_run_ends_in_one_line_when_the_disk_is_full(run, monkeypatch):
     def accepted(problem, state):
         yield DesignAccepted(0, entry(0), START, PRESSURES, one_element(), {})
 
-    monkeypatch.setattr(single, "design", accepted)
+    monkeypatch.setattr(complete, "design", accepted)
     new = create(run.path.parent / "new", PROBLEM)
     full(monkeypatch, 2)
-    message = refusal(single.drive, new, lambda event: None, kind=NotWritten)
+    message = refusal(complete.complete, new, lambda event: None, kind=NotWritten)
     assert "No space left on device" in message and new.latest() is None

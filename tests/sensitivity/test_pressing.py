@@ -13,8 +13,8 @@ from pneumorph.mechanics import TOLERANCE
 from pneumorph.mechanics.contact.obstacles import Cylinder
 from pneumorph.objective import build_objectives
 from pneumorph.optimize import design
-from pneumorph.output.format import motion_of
 from pneumorph.problem import loads, stl
+from pneumorph.results.achieved import motion_of
 from pneumorph.sensitivity import TaylorTest, gradient
 
 WALL = """

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumorph.analysis import Fields, HistoryEntry, TaskResult
 from pneumorph.mesh import TetMesh
+from pneumorph.results import Fields, HistoryEntry, TaskResult
 
 TASK = TaskResult(
     pressures={"A": 0.06},

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 from records import entry, task_result
 
-from pneumorph.analysis import Fields, Inflation, RunResult, analyse, collect_fields, compute_inflation, discretise
-from pneumorph.drive.single import Outcome, result
+from pneumorph.analysis import analyse, collect_fields, compute_inflation, discretise
 from pneumorph.geometry import Body, build_design_space, starting_body
 from pneumorph.problem import Problem
+from pneumorph.results import Fields, Inflation, RunResult
 from pneumorph.run import RunDirectory, StoredDesign, create
+from pneumorph.run.complete import Outcome, result
 
 LIMITS = {"wall_mm": 2.5, "fold_mm": 2.0, "curvature": 0.1, "skew": 0.01, "stretch": 0.01, "envelope_mm": 9.5}
 

@@ -1,4 +1,4 @@
-"""Analysis of one design: mesh, equilibria of its tasks, gradient, and the results as reported and stored."""
+"""Analysis of one design: mesh, equilibria of its tasks, gradient, and what is reported and stored of it."""
 
 from pneumorph.analysis.analyse import (
     Analysis,
@@ -12,19 +12,9 @@ from pneumorph.analysis.analyse import (
     lateral_stiffness,
     predict_states,
 )
+from pneumorph.analysis.collect import collect_fields, collect_task_results, compute_inflation, compute_sag
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
-from pneumorph.analysis.fields import (
-    Fields,
-    Inflation,
-    collect_fields,
-    compute_inflation,
-    compute_sag,
-    nodal_stress,
-    nodal_stretch,
-    unpack_fields,
-)
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
-from pneumorph.analysis.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import (
     Slopes,
@@ -36,7 +26,6 @@ from pneumorph.analysis.slopes import (
     strain_shares,
     strain_slopes,
 )
-from pneumorph.analysis.task_results import collect_task_results
 
 __all__ = [
     "AnalysedBody",
@@ -45,17 +34,10 @@ __all__ = [
     "Discretisation",
     "Explored",
     "Explorer",
-    "Fields",
     "GradientCheck",
-    "HistoryEntry",
-    "Inflation",
-    "Motion",
-    "RunResult",
     "Simulation",
     "Slopes",
     "Stopped",
-    "SweepStep",
-    "TaskResult",
     "analyse",
     "analyse_body",
     "build_discretisation",
@@ -68,19 +50,14 @@ __all__ = [
     "design_gradient",
     "design_slopes",
     "discretise",
-    "from_json",
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",
     "margin_slopes",
     "margins",
-    "nodal_stress",
-    "nodal_stretch",
     "predict_states",
     "prepare_simulation",
     "run_gradient_check",
     "strain_shares",
     "strain_slopes",
-    "to_json",
-    "unpack_fields",
 ]

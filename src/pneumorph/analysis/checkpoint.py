@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -10,8 +9,6 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
-from pneumorph.analysis.fields import pack_covers, unpack_covers, unpack_mesh
-from pneumorph.analysis.stored import floats, indices
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import build_levels
 from pneumorph.geometry.design_space import DesignSpace
@@ -19,6 +16,7 @@ from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
+from pneumorph.results.fields import pack_covers, unpack_covers
 
 
 def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
@@ -44,50 +42,6 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
     arrays |= {f"param {name}": values for name, values in carrier.param.items()}
     arrays |= {f"state {name}": disc.model.vector(found.state) for name, found in analysis.equilibria.items()}
     return arrays
-
-
-def check(problem: Problem, state: Mapping[str, Any]) -> None:
-    """Check that a state is one from which the design loop can resume: kernels do not ask whether indices are in range.
-
-    Raises
-    ------
-    KeyError, ValueError
-        If it is not.
-    """
-    n = len(floats(state, "phi", None))
-    mesh = unpack_mesh(state, "mesh_straight", "mesh_tets")
-    controls = len(floats(state, "mesh_points", None, 3))
-    entries = len(floats(state, "mesh_B_data", None))
-    indices(state, "mesh_B_indices", entries, below=controls)
-    starts = indices(state, "mesh_B_indptr", None, below=entries + 1)
-    if not 2 <= len(starts) <= len(mesh.points) + 1 or starts[0] != 0 or starts[-1] != entries:
-        raise ValueError('"mesh_B_indptr" does not fit the mesh')
-    if (np.diff(starts.astype(np.int64)) < 0).any():
-        raise ValueError('"mesh_B_indptr" falls')
-    for name in ("mesh_fresh", "mesh_shift"):
-        if name in state:
-            floats(state, name, len(mesh.points), 3)
-    if "mesh_offset" in state:
-        floats(state, "mesh_offset", len(starts) - 1, 3)
-    for name in state:
-        if name.startswith("param "):
-            floats(state, name, None, 6, 2, most=2.0)
-    for task in problem.task:
-        floats(state, f"state {task.name}", None)
-        if f"at rest {task.name}" in state:
-            floats(state, f"at rest {task.name}", None)
-    for name, shape in (("phi", (None,)), ("slope", (None,)), ("steps", (None, n)), ("changes", (None, n))):
-        if "curvature_phi" in state:
-            floats(state, f"curvature_{name}", *shape)
-    for name in ("mesh_size", "radius", "dfp_iterations"):
-        if name in state or name != "dfp_iterations":
-            floats(state, name)
-    if "prices" in state:
-        floats(state, "prices", None, None)
-    if "dfp_slope" in state:
-        floats(state, "dfp_slope", None)
-    floats(state, "values", None)
-    indices(state, "iteration", below=10**9)
 
 
 def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tuple[Discretisation, Analysis]:

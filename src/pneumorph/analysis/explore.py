@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.analysis.analyse import mesh_of, refuse_friction
-from pneumorph.analysis.fields import Fields, nodal_stretch
-from pneumorph.analysis.records import SweepStep, TaskResult
 from pneumorph.analysis.simulate import step_of
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -36,6 +34,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
+from pneumorph.results import Fields, SweepStep, TaskResult, nodal_stretch
 from pneumorph.symmetry.part import Part, turns_of
 
 MOST_FACTORISATIONS = 40

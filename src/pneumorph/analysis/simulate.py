@@ -9,9 +9,8 @@ from typing import Any, cast
 import numpy as np
 
 from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.collect import by_region, poses_of, vector
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
-from pneumorph.analysis.records import SweepStep, Vector
-from pneumorph.analysis.task_results import by_region, poses_of, vector
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -37,6 +36,7 @@ from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.components import COMPONENT_OF, component_of
+from pneumorph.results.records import SweepStep, Vector
 
 BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
 """The plate components that each word of the option `block` holds at zero."""

@@ -9,12 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph.analysis import (
-    AnalysedBody,
-    analyse_body,
-    collect_task_results,
-    run_gradient_check,
-)
+from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, printable
 from pneumorph.geometry import adjusted_columns
@@ -24,9 +19,10 @@ from pneumorph.limits.certify import certify, without_rounding
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Rubber, rubbers_of
 from pneumorph.optimize.states import linear_states
-from pneumorph.output.format import format_pressures, motion_of, part_note, warnings_of
+from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Reinforcement, load, reinforcements
 from pneumorph.problem.reinforcement import data_of
+from pneumorph.results.achieved import motion_of
 
 
 def check(problem: Path, quick: bool, trust: bool) -> None:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from rich.text import Text
 
-from pneumorph.analysis import HistoryEntry
 from pneumorph.limits.table import Limit, in_history
-from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem, Task
+from pneumorph.results import HistoryEntry
+from pneumorph.results.achieved import motion_of
 
 MARK = "!"
 """Beside a value beyond its limit, and at the start of its row."""

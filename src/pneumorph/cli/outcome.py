@@ -10,14 +10,15 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from pneumorph.analysis import HistoryEntry, RunResult
 from pneumorph.cli.columns import MARK
 from pneumorph.geometry import Body
 from pneumorph.interface.runs import Run
 from pneumorph.limits.certify import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, Limit, in_history
-from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of
+from pneumorph.output.format import format_data, format_duration, format_pressures
 from pneumorph.problem import Problem
+from pneumorph.results import HistoryEntry, RunResult
+from pneumorph.results.achieved import motion_of
 
 
 def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[RenderableType]:

@@ -11,7 +11,6 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from pneumorph.analysis import HistoryEntry
 from pneumorph.cli.columns import columns_of, heading, row
 from pneumorph.optimize import (
     BroughtWithin,
@@ -25,6 +24,7 @@ from pneumorph.optimize import (
 )
 from pneumorph.output.format import format_duration, part_note
 from pneumorph.problem import Problem
+from pneumorph.results import HistoryEntry
 
 PHASES = {"geometry": "mesh", "equilibrium": "equilibrium", "gradient": "gradient", "subproblem": "sub-problem"}
 

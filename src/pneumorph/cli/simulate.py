@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from pneumorph import atomic, compiling
-from pneumorph.analysis import Curve, SweepStep
+from pneumorph.analysis import Curve
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.design import Design, starting_design
@@ -22,8 +22,10 @@ from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
-from pneumorph.output.format import THROUGH_ITSELF, errors_of, format_pressures, part_note
+from pneumorph.output.format import THROUGH_ITSELF, format_pressures, part_note
 from pneumorph.problem import Task, Trust, load
+from pneumorph.results import SweepStep
+from pneumorph.results.achieved import errors_of
 
 
 def simulate(

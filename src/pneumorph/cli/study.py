@@ -12,13 +12,14 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph import compiling
-from pneumorph.analysis import HistoryEntry
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.interrupts import Interrupted, deferred
-from pneumorph.output.format import format_duration, motion_of
+from pneumorph.output.format import format_duration
 from pneumorph.output.render import NoPicture
 from pneumorph.output.study_page import write_study_page
+from pneumorph.results import HistoryEntry
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import open_run
 from pneumorph.study import Study, load_study, write_sheet, write_summary
 from pneumorph.study.cluster import connected, run_members

@@ -19,10 +19,7 @@ from pneumorph.analysis import (
     Curve,
     Discretisation,
     Explorer,
-    Fields,
-    HistoryEntry,
     Simulation,
-    TaskResult,
     analyse,
     collect_fields,
     collect_task_results,
@@ -37,6 +34,7 @@ from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.certify import LimitReading, certify
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.problem import Problem
+from pneumorph.results import Fields, HistoryEntry, TaskResult
 
 if TYPE_CHECKING:
     import pyvista

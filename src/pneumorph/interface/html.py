@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics.material.judge import faults
-from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.format import format_pressures
+from pneumorph.results.achieved import motion_of
 
 if TYPE_CHECKING:
     from pneumorph.interface.design import Design

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from pneumorph import drive, run
-from pneumorph.analysis import HistoryEntry, RunResult
+from pneumorph import run
 from pneumorph.errors import ProblemError
 from pneumorph.interface.design import Design
 from pneumorph.objective import build_objectives
@@ -16,6 +15,8 @@ from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
 from pneumorph.problem import Problem, Trust, admit, codes_of, load
 from pneumorph.problem.reinforcement import starting_from
+from pneumorph.results import HistoryEntry, RunResult
+from pneumorph.run.complete import Outcome, complete
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,7 @@ class Run:
             self, RequestedPicture(picture, design, cut, at, task, format), None if path is None else Path(path)
         )
 
-    def complete(self, show: Callable[[Event], None] | None = None) -> drive.Outcome:
+    def complete(self, show: Callable[[Event], None] | None = None) -> Outcome:
         """Run the design loop to its end, from the last stored design.
 
         Parameters
@@ -193,7 +194,7 @@ class Run:
         ComputationError
             If the loop fails; the designs so far are then stored.
         """
-        return drive.drive(self.directory, show or (lambda event: None))
+        return complete(self.directory, show or (lambda event: None))
 
 
 def design(

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pneumorph.analysis import Curve, Simulation, SweepStep, to_json
+from pneumorph.analysis import Curve, Simulation
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import COMPONENTS
-from pneumorph.output.format import WORDS
 from pneumorph.output.sweeps import csv_text, table
 from pneumorph.problem.components import MOTION_OF
+from pneumorph.results import SweepStep, to_json
+from pneumorph.results.achieved import WORDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pneumorph.analysis import Fields, HistoryEntry
 from pneumorph.geometry import Body
+from pneumorph.results import Fields, HistoryEntry
 from pneumorph.symmetry.part import Part
 
 

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pneumorph.analysis import Analysis, Discretisation, HistoryEntry, collect_task_results
+from pneumorph.analysis import Analysis, Discretisation, collect_task_results
 from pneumorph.limits.certify import LimitReport
 from pneumorph.optimize.states import StateLimits
+from pneumorph.results import HistoryEntry
 
 PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
 

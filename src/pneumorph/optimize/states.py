@@ -6,14 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.analysis import (
-    Analysis,
-    Discretisation,
-    margin_slopes,
-    margins,
-    strain_shares,
-    strain_slopes,
-)
+from pneumorph.analysis import Analysis, Discretisation, margin_slopes, margins, strain_shares, strain_slopes
 from pneumorph.geometry import DesignSpace
 from pneumorph.limits.table import TABLE, Limit
 from pneumorph.optimize.buckling import LateralStability, lateral_rows

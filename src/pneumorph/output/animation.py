@@ -14,7 +14,6 @@ from PIL import Image
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import cg
 
-from pneumorph.analysis import Fields, HistoryEntry, TaskResult, nodal_stretch
 from pneumorph.geometry import Body
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh import TetMesh
@@ -22,13 +21,15 @@ from pneumorph.output import render
 from pneumorph.output.bodies import Layout, compose, job_of, lay_out, title_lines
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
-from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.format import format_pressures
 from pneumorph.output.laid import laid_of
 from pneumorph.output.marks import task_marks
 from pneumorph.output.scenes import Scene, gravity_of, highest_stretch
 from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Shape, View
 from pneumorph.problem import Problem
+from pneumorph.results import Fields, HistoryEntry, TaskResult, nodal_stretch
+from pneumorph.results.achieved import motion_of
 
 DOTS = 140
 """Per inch of a frame."""

@@ -11,10 +11,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from pneumorph.analysis import Curve, SweepStep
+from pneumorph.analysis import Curve
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, Figure, plain
 from pneumorph.output.sweeps import AXES, reactions, touched
+from pneumorph.results import SweepStep
 
 DASHES = ("-", "--", ":", "-.")
 SHOWN = 0.02

@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from pneumorph.analysis import TaskResult
 from pneumorph.output.view import View
 from pneumorph.problem import MatchCurve, MatchSections, Maximize, Problem, Reach, TargetMotion, Task
+from pneumorph.results import TaskResult
 
 Cut = Literal["yz", "xz", "xy", "none"]
 

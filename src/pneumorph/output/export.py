@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from pneumorph.analysis import Fields
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import configure, guided_of, loads_of, model_of, rubbers_of
 from pneumorph.mechanics.material.energies import neo_hookean
@@ -14,6 +13,7 @@ from pneumorph.output.abaqus import abaqus_input
 from pneumorph.output.grid import grid
 from pneumorph.problem import Problem, reinforcements
 from pneumorph.problem.regions import materials
+from pneumorph.results import Fields
 
 FORMATS = ("vtu", "inp")
 """ParaView and VTK; CalculiX and Abaqus."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
-from pneumorph.analysis import Fields, nodal_stress
 from pneumorph.mechanics import rubbers_of
 from pneumorph.problem import Problem
 from pneumorph.problem.regions import REST
+from pneumorph.results import Fields, nodal_stress
 
 
 def grid(problem: Problem, fields: Fields) -> pv.UnstructuredGrid:

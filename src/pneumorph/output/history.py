@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from pneumorph.analysis import HistoryEntry
 from pneumorph.limits.table import in_history
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
-from pneumorph.output.format import motion_of
 from pneumorph.problem import ContactArea, Custom, Limits, Maximize, Press, Problem
+from pneumorph.results import HistoryEntry
+from pneumorph.results.achieved import motion_of
 
 PHASES = {
     "geometry": ("mesh", "#8da0b3"),

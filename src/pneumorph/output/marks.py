@@ -15,13 +15,13 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.patheffects import withStroke
 from scipy.spatial import ConvexHull
 
-from pneumorph.analysis import TaskResult
 from pneumorph.mechanics import rotation
 from pneumorph.output.figures import INK, SMALL
 from pneumorph.output.shape import target_centre_line
 from pneumorph.output.view import Shape, Shell, View
 from pneumorph.problem import MatchCurve, MatchSections, Problem, Reach, TargetMotion, Task
 from pneumorph.problem.components import MOTIONS
+from pneumorph.results import TaskResult
 
 LOAD = "#7b2d8b"
 """Colour of forces and moments."""

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pneumorph.analysis import SweepStep, TaskResult
 from pneumorph.mechanics.contact.pose import View, pose_of
 from pneumorph.mechanics.setup import center_of, placed, shape_of
 from pneumorph.output.view import Shell
 from pneumorph.problem import PlaneSpec, Problem, Task, TriangulatedSpec
+from pneumorph.results import SweepStep, TaskResult
 
 SAG = 0.02
 """How far the triangles of round obstacles are from them, as a fraction of the body's radius."""

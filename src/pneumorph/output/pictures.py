@@ -8,7 +8,6 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from pneumorph.analysis import Fields, HistoryEntry, TaskResult
 from pneumorph.output.animation import Film, evolution, inflation, save_gif
 from pneumorph.output.bodies import Row, bodies_figure
 from pneumorph.output.figures import PLOTS, save
@@ -21,6 +20,7 @@ from pneumorph.output.shape import shape_figure
 from pneumorph.output.view import View
 from pneumorph.problem import MatchCurve, MatchSections, Problem
 from pneumorph.problem.reinforcement import starting_from
+from pneumorph.results import Fields, HistoryEntry, TaskResult
 from pneumorph.run import RunDirectory
 
 NO_FIELDS = "its displacements are not stored (runs of early versions do not have them)"

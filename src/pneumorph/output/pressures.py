@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from pneumorph.analysis import HistoryEntry
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
 from pneumorph.problem import Problem, Task
+from pneumorph.results import HistoryEntry
 
 PER_ROW = 2
 KILO = 1e3

@@ -8,13 +8,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from pneumorph.analysis import HistoryEntry
 from pneumorph.atomic import write_bytes
 from pneumorph.errors import ProblemError
 from pneumorph.output.packed import as_text, pack
 from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import Known, packed_usage
 from pneumorph.output.report_shapes import packed_nets, packed_obstacles, packed_states
+from pneumorph.results import HistoryEntry
 from pneumorph.run import RunDirectory
 
 PAGE = "page/report.html"

@@ -12,11 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneumorph
-from pneumorph.analysis import HistoryEntry, TaskResult, to_json
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rotation, rubbers_of
 from pneumorph.output.cuts import view_of
-from pneumorph.output.format import format_data, format_duration, format_pressures, motion_of, warnings_of
+from pneumorph.output.format import format_data, format_duration, format_pressures, warnings_of
 from pneumorph.output.shape import target_centre_line
 from pneumorph.problem import (
     ContactArea,
@@ -31,6 +30,8 @@ from pneumorph.problem import (
     TargetPose,
     Task,
 )
+from pneumorph.results import HistoryEntry, TaskResult, to_json
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory
 
 MOST_STEP = 3_000_000

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import Fields, HistoryEntry, SweepStep, TaskResult, nodal_stretch
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
 from pneumorph.problem import PlaneSpec, Problem
+from pneumorph.results import Fields, HistoryEntry, SweepStep, TaskResult, nodal_stretch
 from pneumorph.run import RunDirectory, StoredDesign
 
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])

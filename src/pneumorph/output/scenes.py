@@ -7,14 +7,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pneumorph.analysis import Fields, TaskResult
 from pneumorph.output.cuts import task_view, view_of
-from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.format import format_pressures
 from pneumorph.output.laid import laid_of
 from pneumorph.output.marks import Marks, clamp_of, loads_at, task_marks
 from pneumorph.output.obstacles import obstacles_of
 from pneumorph.output.view import Laid, Shape, Shell, View
 from pneumorph.problem import Problem
+from pneumorph.results import Fields, TaskResult
+from pneumorph.results.achieved import motion_of
 
 MOST = 0.998
 """Quantile of the stretch at which the colour scale ends, so that one sharp corner does not stretch it."""

@@ -13,13 +13,13 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from scipy.interpolate import make_interp_spline
 
-from pneumorph.analysis import TaskResult
 from pneumorph.mechanics import rotation
 from pneumorph.objective.curve import section_targets
 from pneumorph.objective.features import equidistant
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, plain
-from pneumorph.output.format import motion_of
 from pneumorph.problem import MatchCurve, MatchSections, Task
+from pneumorph.results import TaskResult
+from pneumorph.results.achieved import motion_of
 
 FINE = 200
 """Points along every centre line."""

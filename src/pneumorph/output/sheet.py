@@ -22,9 +22,10 @@ from pneumorph.output.bodies import (
     line_height,
 )
 from pneumorph.output.figures import INK, PAGE, SMALL, TEXT, Figure, save
-from pneumorph.output.format import format_pressures, motion_of
+from pneumorph.output.format import format_pressures
 from pneumorph.output.pictures import final_scenes
 from pneumorph.output.scenes import Scene, highest_stretch
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory
 
 MOST_PER_ROW = 4

@@ -7,8 +7,9 @@ import io
 from collections.abc import Sequence
 from math import degrees, isnan, nan
 
-from pneumorph.analysis import Curve, SweepStep
+from pneumorph.analysis import Curve
 from pneumorph.mechanics import COMPONENTS
+from pneumorph.results import SweepStep
 
 AXES = ("x", "y", "z")
 UNITS = {name: "N" if name in COMPONENTS[:3] else "N*mm" for name in COMPONENTS}

@@ -9,7 +9,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from pneumorph.analysis import Explored, Explorer, Stopped, to_json
+from pneumorph.analysis import Explored, Explorer, Stopped
 from pneumorph.errors import PneumorphError
 from pneumorph.interface.runs import open_run
 from pneumorph.mechanics import rubbers_of
@@ -17,6 +17,7 @@ from pneumorph.output.format import warnings_of
 from pneumorph.output.packed import pack
 from pneumorph.output.report_shapes import packed_state
 from pneumorph.problem import Problem
+from pneumorph.results import to_json
 
 MOST_DESIGNS = 3
 """Designs whose meshes and states are kept, the latest."""

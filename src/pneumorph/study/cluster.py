@@ -16,10 +16,10 @@ from dask.system import CPU_COUNT
 from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed
 from distributed.system import MEMORY_LIMIT
 
-from pneumorph.analysis import HistoryEntry, from_json
 from pneumorph.errors import ProblemError, short
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.processes import temporary_folder
+from pneumorph.results import HistoryEntry, from_json
 from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import jax
 
-from pneumorph.analysis import HistoryEntry, to_json
-from pneumorph.drive import drive
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.output.pictures import run_pictures
 from pneumorph.output.report import write_report
 from pneumorph.problem import Problem
+from pneumorph.results import HistoryEntry, to_json
 from pneumorph.run import differences, in_words, open_run, resume
+from pneumorph.run.complete import complete
 
 TOPIC = "pneumorph"
 
@@ -64,7 +64,7 @@ def run_member(
 
     run = resume(directory, problem)
     try:
-        outcome = drive(run, show)
+        outcome = complete(run, show)
     except ComputationError as error:
         return MemberEnd(name, False, str(error))
     run_pictures(run)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph import atomic
-from pneumorph.output.format import motion_of
 from pneumorph.output.sheet import Tile, draw_sheet
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import open_run
 from pneumorph.study.file import Member, Study
 

@@ -5,9 +5,9 @@ import pytest
 from records import one_element
 from tiny import tiny
 
-from pneumorph.analysis import nodal_stress, nodal_stretch
 from pneumorph.mechanics import neo_hookean_rubber, rubber_of
 from pneumorph.problem import loads
+from pneumorph.results import nodal_stress, nodal_stretch
 
 MESH = one_element().mesh
 SHEAR = 0.49

@@ -2,38 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
-from pneumorph.analysis.stored import floats, indices
-from pneumorph.mechanics import (
-    Configuration,
-    Equilibrium,
-    NoEquilibrium,
-    Rubber,
-    State,
-    Tangent,
-    configure,
-    guided_of,
-    loads_of,
-    solve,
-)
-from pneumorph.mechanics.elements.kinematics import deformation_gradients, largest_stretch, volume_ratio
-from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import Covered, TetMesh, unfold
-from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TURNED, chambers_of, is_cut, tet_gradient
-from pneumorph.problem import Problem
+from pneumorph.mesh.tets import TET_RULE, TURNED, chambers_of, is_cut, tet_gradient
+from pneumorph.results.arrays import floats, indices
 from pneumorph.symmetry.operations import MIRRORS
 from pneumorph.symmetry.part import MOST_TURNS, onwards, turns_of
-
-MOST_FACTORISATIONS = 40
-"""Most for the partly inflated states of a task: they are only shown, so a missing one does no harm."""
-
-PARTS = tuple(part / 6 for part in range(1, 6))
-"""Fractions of the pressures of a task at which the last design is stored, to show how it inflates."""
 
 SAME = 1e-6
 """Nodes in the cuts of a sector are images of each other if they are no farther apart than this, mm."""
@@ -85,7 +63,7 @@ class Fields:
     @property
     def skin(self) -> np.ndarray:
         """Sorted numbers (S,) of the nodes on the surfaces, to which cuts do not belong."""
-        return _skin(self.mesh)
+        return skin_of(self.mesh)
 
     def whole(self) -> Fields:
         """The same fields on the whole body."""
@@ -94,7 +72,7 @@ class Fields:
     def unfolded(self, keep: Collection[str]) -> Fields:
         """The same fields on the mesh unfolded about the cuts of its part, but for those to `keep`."""
         image = unfold(self.mesh, keep)
-        skin = _skin(image.mesh)
+        skin = skin_of(image.mesh)
         source, turn = np.searchsorted(self.skin, image.source[skin]), image.turn[skin].astype(np.float32)
         return Fields(
             image.mesh,
@@ -128,7 +106,7 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
         return [key.removeprefix(f"{kind} ") for key in arrays if key.startswith(f"{kind} ")]
 
     mesh = unpack_mesh(arrays, "points", "tets")
-    nodes, skin = len(mesh.points), len(_skin(mesh))
+    nodes, skin = len(mesh.points), len(skin_of(mesh))
     u = {name: floats(arrays, f"u {name}", nodes, 3) for name in named("u")}
     stretch = {name: floats(arrays, f"stretch {name}", nodes) for name in named("stretch")}
     if set(u) != set(stretch):
@@ -206,110 +184,7 @@ def unpack_covers(arrays: Mapping[str, np.ndarray]) -> dict[str, Covered]:
     return found
 
 
-def collect_fields(
-    disc: Discretisation,
-    analysis: Analysis,
-    sag: np.ndarray | None = None,
-    inflation: Mapping[str, Inflation] | None = None,
-) -> Fields:
-    """Collect the fields of an analysed design."""
-    mesh = disc.morph.mesh.at(analysis.X)
-    u = {name: found.u for name, found in analysis.equilibria.items()}
-    return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})
-
-
-def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
-    """Displacements (N, 3) in mm without pressures; None without weight and plate loads, or without an equilibrium."""
-    effector = problem.end_effector
-    if problem.gravity is None and not any((*effector.force, *effector.moment)):
-        return None
-    laid = next(iter(analysis.configurations.values())).loads.laid
-    loads = loads_of(problem, disc.model, {}, laid=laid)
-    at = configure(disc.model, analysis.X, loads, guided_of(problem))
-    # With another solver: those of the tasks keep the factorisations from which the next design starts.
-    found = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
-    return found.u if isinstance(found, Equilibrium) else None
-
-
-def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
-    """Find the surfaces of a design at the fractions `PARTS` of every task's pressures, if it has any.
-
-    The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
-    reported, also where the body has several. Where the path is lost, or takes too long, the states found so far are
-    kept.
-    """
-    mesh = disc.morph.mesh.at(analysis.X)
-    skin = _skin(mesh)
-    # A solver of its own, as for the sag.
-    tangent, found = Tangent(disc.model), {}
-    for task, pressures in analysis.pressures.items():
-        if not any(pressures.values()):
-            continue
-        way = _lowered(analysis.configurations[task], analysis.equilibria[task].state, tangent)
-        states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
-        if states:
-            parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
-            found[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
-    return found
-
-
-def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
-    """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
-    full, left = at.loads, MOST_FACTORISATIONS
-    for part in reversed(PARTS):
-        to = replace(at, loads=full._replace(pressure=part * full.pressure))
-        answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left)
-        if isinstance(answer, NoEquilibrium):
-            return
-        at, state, left = to, answer.state, left - answer.factorisations
-        yield part, answer
-
-
-def _skin(mesh: TetMesh) -> np.ndarray:
+def skin_of(mesh: TetMesh) -> np.ndarray:
+    """Sorted numbers (S,) of the nodes on the surfaces of a mesh, to which cuts do not belong."""
     surfaces = [faces.ravel() for name, faces in mesh.faces.items() if not is_cut(name)]
     return np.unique(np.concatenate(surfaces))
-
-
-def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
-    """Largest principal stretch at the nodes (N,), from displacements u (N, 3) in mm."""
-    return _at_nodes(mesh, largest_stretch(deformation_gradients(mesh.tets, mesh.points, u)).T)
-
-
-def nodal_stress(mesh: TetMesh, u: np.ndarray, rubbers: Mapping[str, Rubber]) -> np.ndarray:
-    """Von Mises stress at the nodes (N,) in MPa, of the Cauchy stress; hydrostatic stress does not contribute.
-
-    `rubbers` are those of the mesh's regions; of a mesh without regions there is one. Where rubbers meet, it is a mean.
-    """
-    F = deformation_gradients(mesh.tets, mesh.points, u)
-    regions = mesh.regions or {name: np.arange(len(mesh.tets)) for name in rubbers}
-    stress = np.empty(F.shape[2:])
-    for name, own in regions.items():
-        stress[:, own] = _von_mises(F[..., own], rubbers[name])
-    return _at_nodes(mesh, stress.T)
-
-
-def _von_mises(F: np.ndarray, rubber: Rubber) -> np.ndarray:
-    """Von Mises stress (...) in MPa at deformation gradients F (3, 3, ...)."""
-    nominal = nominal_stress(rubber.isochoric, F, np.array(rubber.parameters))
-    stress = np.einsum("ik...,jk...->ij...", nominal, F) / volume_ratio(F)
-    mean = (stress[0, 0] + stress[1, 1] + stress[2, 2]) / 3.0
-    deviator = stress - mean * np.eye(3).reshape(3, 3, *[1] * (F.ndim - 2))
-    return np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1)))
-
-
-def _at_nodes(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
-    """A field (N,) from values (M, 4) at the quadrature points, averaged over the elements at every corner node.
-
-    Mid-side nodes get the mean of the ends of their edge: too few elements share them for an average of their own.
-    """
-    # Linear extrapolation from the four points of the rule to the corners.
-    barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
-    # On the other side of a cut of a sector are the elements at the images of its nodes.
-    images, sources = mesh.tied
-    source = np.arange(len(mesh.points))
-    source[images] = sources
-    at_corners, corners = values @ np.linalg.inv(barycentric).T, source[mesh.tets[:, :4]].ravel()
-    count = np.bincount(corners, minlength=len(mesh.points))
-    field = (np.bincount(corners, at_corners.ravel(), minlength=len(mesh.points)) / np.maximum(count, 1))[source]
-    field[mesh.tets[:, 4:]] = field[mesh.tets[:, TET_EDGES]].mean(axis=2)
-    return field

@@ -9,8 +9,8 @@ import pytest
 from records import entry, one_element, task_result
 from tiny import tiny
 
-from pneumorph.analysis import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json, unpack_fields
 from pneumorph.problem import loads
+from pneumorph.results import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json, unpack_fields
 from pneumorph.run import open_run
 
 WRITTEN_BY_0_1_0 = (

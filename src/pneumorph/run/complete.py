@@ -10,11 +10,11 @@ from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 
 import pneumorph
-from pneumorph.analysis import HistoryEntry, Motion, RunResult
 from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
-from pneumorph.output.format import motion_of
 from pneumorph.problem import Problem
+from pneumorph.results import HistoryEntry, Motion, RunResult
+from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory, StoredDesign, held
 
 
@@ -35,7 +35,7 @@ class Outcome:
     stable: Mapping[str, bool] = field(default_factory=dict)
 
 
-def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
+def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
     """Run the design loop, from the checkpoint if there is one, and write ``result.json`` at its end.
 
     `show` is called with every event, for an accepted design once it is on disk.
@@ -52,10 +52,10 @@ def drive(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
             stack.enter_context(held(run.path))
         except OSError as error:
             raise NotWritten(f"{run.path}: cannot be written ({error.strerror}); make it writable") from None
-        return _driven(run, show)
+        return _complete(run, show)
 
 
-def _driven(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
+def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
     state = run.resumable()
     try:
         for event in design(run.problem, state):

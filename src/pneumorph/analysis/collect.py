@@ -1,0 +1,143 @@
+"""What is reported and stored of an analysed design: results task by task, and fields."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
+from pneumorph.mechanics import (
+    Configuration,
+    Equilibrium,
+    Model,
+    NoEquilibrium,
+    State,
+    Tangent,
+    configure,
+    guided_of,
+    loads_of,
+    rotation_vector,
+    solve,
+)
+from pneumorph.objective import Features
+from pneumorph.problem import Problem
+from pneumorph.results import Fields, Inflation, TaskResult, nodal_stretch
+from pneumorph.results.fields import skin_of
+from pneumorph.results.records import Vector
+
+MOST_FACTORISATIONS = 40
+"""Most for the partly inflated states of a task: they are only shown, so a missing one does no harm."""
+
+PARTS = tuple(part / 6 for part in range(1, 6))
+"""Fractions of the pressures of a task at which the last design is stored, to show how it inflates."""
+
+
+def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
+    """Collect the result of every task of an analysed design, by the task's name."""
+    found = {}
+    for name, equilibrium in analysis.equilibria.items():
+        objective = disc.objectives[name]
+        moved = objective.features(disc.model, analysis.configurations[name].X, equilibrium.state)
+        translations, rotations = poses_of(disc.model, moved)
+        found[name] = TaskResult(
+            pressures=analysis.pressures[name],
+            objective=analysis.values[name],
+            errors={key: float(error(moved)) for key, error in objective.errors.items()},
+            translation=vector(moved.translation),
+            rotation=vector(moved.rotation),
+            section_positions=tuple(map(vector, np.asarray(moved.section_position))),
+            section_rotations=tuple(vector(rotation_vector(turn)) for turn in np.asarray(moved.section_rotation)),
+            volumes=equilibrium.volumes,
+            max_stretch=equilibrium.max_stretch,
+            beyond_validity=disc.model.beyond_validity(equilibrium.stretches),
+            stable=equilibrium.stable,
+            region_stretches=by_region(equilibrium.stretches),
+            contact={name: vector(on.force) for name, on in moved.contact.items()},
+            contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
+            contact_area={name: float(on.area) for name, on in moved.contact.items()},
+            pose_translations=translations,
+            pose_rotations=rotations,
+            self_intersecting=analysis.self_intersecting[name],
+        )
+    return found
+
+
+def poses_of(model: Model, moved: Features) -> tuple[dict[str, Vector], dict[str, Vector]]:
+    """Displacements and rotation vectors of free obstacles."""
+    free = [] if model.contact is None else list(model.contact.free)
+    poses = {name: np.asarray(moved.pose[name]) for name in free}
+    return {name: vector(pose[:3]) for name, pose in poses.items()}, {
+        name: vector(pose[3:]) for name, pose in poses.items()
+    }
+
+
+def by_region(stretches: Mapping[str, float]) -> Mapping[str, float]:
+    """The largest stretch of every region of a body that has several."""
+    return stretches if len(stretches) > 1 else {}
+
+
+def vector(components) -> Vector:
+    """Three components as Python floats."""
+    return cast(Vector, tuple(map(float, np.asarray(components))))
+
+
+def collect_fields(
+    disc: Discretisation,
+    analysis: Analysis,
+    sag: np.ndarray | None = None,
+    inflation: Mapping[str, Inflation] | None = None,
+) -> Fields:
+    """Collect the fields of an analysed design."""
+    mesh = disc.morph.mesh.at(analysis.X)
+    u = {name: found.u for name, found in analysis.equilibria.items()}
+    return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})
+
+
+def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
+    """Displacements (N, 3) in mm without pressures; None without weight and plate loads, or without an equilibrium."""
+    effector = problem.end_effector
+    if problem.gravity is None and not any((*effector.force, *effector.moment)):
+        return None
+    laid = next(iter(analysis.configurations.values())).loads.laid
+    loads = loads_of(problem, disc.model, {}, laid=laid)
+    at = configure(disc.model, analysis.X, loads, guided_of(problem))
+    # With another solver: those of the tasks keep the factorisations from which the next design starts.
+    found = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
+    return found.u if isinstance(found, Equilibrium) else None
+
+
+def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
+    """Find the surfaces of a design at the fractions `PARTS` of every task's pressures, if it has any.
+
+    The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
+    reported, also where the body has several. Where the path is lost, or takes too long, the states found so far are
+    kept.
+    """
+    mesh = disc.morph.mesh.at(analysis.X)
+    skin = skin_of(mesh)
+    # A solver of its own, as for the sag.
+    tangent, found = Tangent(disc.model), {}
+    for task, pressures in analysis.pressures.items():
+        if not any(pressures.values()):
+            continue
+        way = _lowered(analysis.configurations[task], analysis.equilibria[task].state, tangent)
+        states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
+        if states:
+            parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
+            found[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
+    return found
+
+
+def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
+    """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
+    full, left = at.loads, MOST_FACTORISATIONS
+    for part in reversed(PARTS):
+        to = replace(at, loads=full._replace(pressure=part * full.pressure))
+        answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left)
+        if isinstance(answer, NoEquilibrium):
+            return
+        at, state, left = to, answer.state, left - answer.factorisations
+        yield part, answer

@@ -1,0 +1,20 @@
+"""Results as records and stored fields, and what follows from them without a solution."""
+
+from pneumorph.results.fields import Fields, Inflation, unpack_fields
+from pneumorph.results.nodal import nodal_stress, nodal_stretch
+from pneumorph.results.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
+
+__all__ = [
+    "Fields",
+    "HistoryEntry",
+    "Inflation",
+    "Motion",
+    "RunResult",
+    "SweepStep",
+    "TaskResult",
+    "from_json",
+    "nodal_stress",
+    "nodal_stretch",
+    "to_json",
+    "unpack_fields",
+]

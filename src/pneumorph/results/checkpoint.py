@@ -1,0 +1,56 @@
+"""Check of a stored checkpoint: the arrays from which the design loop resumes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pneumorph.problem import Problem
+from pneumorph.results.arrays import floats, indices
+from pneumorph.results.fields import unpack_mesh
+
+
+def check(problem: Problem, state: Mapping[str, Any]) -> None:
+    """Check that a state is one from which the design loop can resume: kernels do not ask whether indices are in range.
+
+    Raises
+    ------
+    KeyError, ValueError
+        If it is not.
+    """
+    n = len(floats(state, "phi", None))
+    mesh = unpack_mesh(state, "mesh_straight", "mesh_tets")
+    controls = len(floats(state, "mesh_points", None, 3))
+    entries = len(floats(state, "mesh_B_data", None))
+    indices(state, "mesh_B_indices", entries, below=controls)
+    starts = indices(state, "mesh_B_indptr", None, below=entries + 1)
+    if not 2 <= len(starts) <= len(mesh.points) + 1 or starts[0] != 0 or starts[-1] != entries:
+        raise ValueError('"mesh_B_indptr" does not fit the mesh')
+    if (np.diff(starts.astype(np.int64)) < 0).any():
+        raise ValueError('"mesh_B_indptr" falls')
+    for name in ("mesh_fresh", "mesh_shift"):
+        if name in state:
+            floats(state, name, len(mesh.points), 3)
+    if "mesh_offset" in state:
+        floats(state, "mesh_offset", len(starts) - 1, 3)
+    for name in state:
+        if name.startswith("param "):
+            floats(state, name, None, 6, 2, most=2.0)
+    for task in problem.task:
+        floats(state, f"state {task.name}", None)
+        if f"at rest {task.name}" in state:
+            floats(state, f"at rest {task.name}", None)
+    for name, shape in (("phi", (None,)), ("slope", (None,)), ("steps", (None, n)), ("changes", (None, n))):
+        if "curvature_phi" in state:
+            floats(state, f"curvature_{name}", *shape)
+    for name in ("mesh_size", "radius", "dfp_iterations"):
+        if name in state or name != "dfp_iterations":
+            floats(state, name)
+    if "prices" in state:
+        floats(state, "prices", None, None)
+    if "dfp_slope" in state:
+        floats(state, "dfp_slope", None)
+    floats(state, "values", None)
+    indices(state, "iteration", below=10**9)
