@@ -14,13 +14,12 @@ from records import entry, one_element
 from tiny import tiny
 
 from pneumorph import atomic
-from pneumorph.analysis import checkpoint
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import build_design_space, starting_body
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh import mesh_body
 from pneumorph.problem import loads
-from pneumorph.results import Fields, unpack_fields
+from pneumorph.results import Fields, checkpoint, unpack_fields
 from pneumorph.run import RunDirectory, StoredDesign, create, resume
 from pneumorph.run.complete import Outcome, result
 

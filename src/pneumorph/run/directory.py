@@ -18,13 +18,12 @@ from typing import Any
 import numpy as np
 
 from pneumorph import atomic
-from pneumorph.analysis import checkpoint
 from pneumorph.errors import NotWritten, ProblemError
 from pneumorph.geometry import Body, TubeSurface, starting_body
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.problem.reinforcement import designed
-from pneumorph.results import Fields, HistoryEntry, RunResult, from_json, to_json, unpack_fields
+from pneumorph.results import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
 from pneumorph.results.arrays import floats
 from pneumorph.run.differences import differences, in_words
 from pneumorph.run.lock import NAME, held
