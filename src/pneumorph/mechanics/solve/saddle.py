@@ -24,6 +24,7 @@ from pneumorph.mechanics.solve.balance import (
     length,
     ratios_at,
     residual_at,
+    residual_rounding,
     smallest_ratio,
     stepped_ratios,
     supported,
@@ -35,6 +36,10 @@ SMALLEST_STEP = 1 / 64
 QUICK, SLOW = 0.2, 0.7
 """Contraction below which an old factorisation is kept, and the one that is tolerated while it smooths a rough start:
 an assembly with factorisation costs about twelve back-solves."""
+
+HALVED = 0.5
+"""A residual no larger than rounding errors is as good as none where a step with the state's own tangent leaves more
+than this part of it: those of stiff sheets and fibres are larger than the tolerance under small loads."""
 
 SMOOTH = 0.02
 """Relative residual below which a start does not count as rough."""
@@ -98,6 +103,10 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
             direction, fresh = supported(at, tangent.precondition(-residual)), True
         borne = QUICK if size < SMOOTH else SLOW
         moved = _moved(at, tangent, vector, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
+        stuck = fresh and (moved is None or np.linalg.norm(moved[1]) > HALVED * np.linalg.norm(residual))
+        if stuck and size * scale <= residual_rounding(at, vector):
+            tolerance = max(tolerance, size)
+            continue
         if moved is None and fresh:
             return "Newton's method found no step that leads nearer"
         if moved is None:
