@@ -13,7 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.analysis import analyse, discretise
-from pneumorph.geometry import Body, build_design_space, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.objective import maximize
 from pneumorph.problem import Problem, loads
 from pneumorph.run import open_run

@@ -16,7 +16,8 @@ import numpy as np
 
 from pneumorph.analysis import Analysis, analyse, carry_over, design_gradient, discretise, predict_states
 from pneumorph.analysis.checkpoint import unpack
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.run import open_run
 

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.limits.certify import certify
 from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.problem import BodySpec, Limits

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from table import PAPER, Printed, outcome
 
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube import build_design_space, starting_body
 from pneumorph.output.format import format_duration
 from pneumorph.problem import load
 from pneumorph.problem.models import Symmetry

@@ -11,7 +11,8 @@ import sys
 from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, collect_task_results, discretise
 from pneumorph.analysis.checkpoint import unpack
 from pneumorph.errors import MeshError
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium, State
 from pneumorph.problem import Problem
 from pneumorph.problem.models import MeshSpec

@@ -29,11 +29,11 @@ from statistics import median
 import matplotlib.pyplot as plt
 import numpy as np
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber, solve
 from pneumorph.mechanics.assembly.hessian import tangent
-from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, TRIANGLE_RULE, TetMesh
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.verify import calculix, symbolic
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 

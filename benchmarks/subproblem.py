@@ -14,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.geometry import DesignSpace, build_design_space, starting_body
+from pneumorph.geometry import DesignSpace
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.certify import certify
 from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.limits.rows.samples import LimitSamples, sample_limits

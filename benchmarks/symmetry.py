@@ -16,9 +16,10 @@ from statistics import median
 import numpy as np
 
 from pneumorph.analysis import analyse, build_discretisation, check_stability, design_gradient, predict_states
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium, part_of
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import load
 from pneumorph.symmetry.part import images_of
 

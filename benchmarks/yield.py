@@ -196,7 +196,8 @@ def predict(folder: Path) -> None:
     import numpy as np
 
     from pneumorph.analysis import analyse, design_gradient, discretise
-    from pneumorph.geometry import build_design_space, starting_body
+    from pneumorph.geometry.tube.start import starting_body
+    from pneumorph.geometry.tube.variables import build_design_space
     from pneumorph.mechanics import NoEquilibrium
     from pneumorph.optimize.smoothing import build_smoothing
     from pneumorph.problem import load

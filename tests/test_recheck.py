@@ -10,7 +10,7 @@ import pytest
 from records import entry, one_element
 from tiny import tiny
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube import starting_body
 from pneumorph.limits.certify import certify
 from pneumorph.problem import loads
 from pneumorph.results import to_json

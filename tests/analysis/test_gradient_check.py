@@ -6,7 +6,7 @@ from tiny import tiny
 from pneumorph.analysis import GradientCheck, analyse_body, gradient, run_gradient_check
 from pneumorph.analysis.gradient import is_flat
 from pneumorph.errors import MeshError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import loads
 from pneumorph.sensitivity import TaylorTest
 

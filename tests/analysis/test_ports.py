@@ -6,9 +6,10 @@ from netgen.occ import Cylinder, Glue, OCCGeometry, X, Z
 
 from pneumorph.analysis.ports import Port, compared, with_and_without, with_tubes
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import starting_body
-from pneumorph.mesh import TetMesh, mesh_body, scaled_jacobian, unfold
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.mesh import TetMesh, scaled_jacobian, unfold
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import load
 
 RADIUS, HEIGHT = 2.0, 10.0

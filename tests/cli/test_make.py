@@ -7,7 +7,7 @@ import sys
 import pytest
 from records import entry, one_element
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import load
 from pneumorph.run import create
 from pneumorph.run.directory import StoredDesign

@@ -12,7 +12,7 @@ from tiny import tiny
 from pneumorph.cli.columns import columns_of, heading, row, width_of
 from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tasks_table
 from pneumorph.cli.screen import Screen
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import Run
 from pneumorph.limits.certify import certify
 from pneumorph.optimize import DesignRejected, Remeshed

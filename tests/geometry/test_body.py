@@ -3,7 +3,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pneumorph.geometry import cap_points, enclosed_volume, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import cap_points, enclosed_volume
 
 Q, R = np.linspace(0.0, 1.0, 181), np.linspace(0.0, 1.0, 211)
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.problem import Problem
 
 

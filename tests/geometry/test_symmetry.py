@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import adjusted_columns, build_design_space, starting_body
+from pneumorph.geometry.tube.start import adjusted_columns, starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.problem import Problem
 from pneumorph.problem.models import Symmetry
 from pneumorph.symmetry.operations import columns_multiple, operations

@@ -11,7 +11,7 @@ from tiny import tiny
 import pneumorph as pm
 from pneumorph.analysis import analyse, collect_fields, discretise
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import build_design_space
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.interface import design as module
 from pneumorph.interface import sweep as sweeps
 from pneumorph.problem import loads

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 import pneumorph as pm
 from pneumorph.cli import app
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface import design as module
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.output import render
 from pneumorph.problem import loads
 from pneumorph.results import Fields, to_json

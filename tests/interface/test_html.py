@@ -7,9 +7,9 @@ from runs import waving_run
 from tiny import tiny
 
 import pneumorph as pm
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube import starting_body
 from pneumorph.interface.html import MOST_ROWS, table
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import loads
 from pneumorph.results import Fields
 

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.problem import BodySpec, Limits
 
 

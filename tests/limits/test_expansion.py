@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from texts import problem_text
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.limits.measures import expansion
 from pneumorph.limits.measures.distances import sampled_surface
 from pneumorph.limits.measures.grid import SampledFields

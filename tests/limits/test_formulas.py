@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pneumorph.geometry import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.measures.formulas import Form, measures
 from pneumorph.limits.measures.grid import grid
 

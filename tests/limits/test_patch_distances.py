@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
-from pneumorph.geometry import cap_points, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import cap_points
 from pneumorph.limits.certify.cells import Accuracy, knot_spans
 from pneumorph.limits.certify.patch_distances import gaps, nearest, patches, without_discs
 from pneumorph.limits.certify.quadratic_bounds import clears, workspace

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from pneumorph.geometry import cap_points
+from pneumorph.geometry.tube.surface import cap_points
 from pneumorph.limits.certify import certify
 from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.limits.table import BY_NAME

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pneumorph.geometry import TubeSurface, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.certify.cells import Accuracy, Bounds, Cells, knot_spans, recentred, refine, whole
 from pneumorph.limits.certify.hull_bounds import beyond, radius, rims
 from pneumorph.limits.certify.shape_bounds import NAMES, enclosed, polynomials

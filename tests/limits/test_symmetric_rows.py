@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.certify.report import certify
 from pneumorph.limits.rows.linearised import linearised
 from pneumorph.limits.rows.samples import KINDS, sample_limits

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.geometry import Body, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import BodySpec
 
 

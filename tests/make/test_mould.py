@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.make.mould.bill import bill
 from pneumorph.make.mould.files import make_mould
 from pneumorph.make.mould.pieces import pieces

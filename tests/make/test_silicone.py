@@ -8,7 +8,8 @@ import pytest
 pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import enclosed_volume, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import enclosed_volume
 from pneumorph.make.checks import Check
 from pneumorph.make.mould.proof import part
 from pneumorph.make.mould.split import bounds

@@ -8,7 +8,7 @@ import pytest
 from netgen.occ import OCCGeometry
 from scipy.interpolate import BSpline
 
-from pneumorph.geometry import enclosed_volume
+from pneumorph.geometry.tube.surface import enclosed_volume
 
 make = pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 from pneumorph.make.patches import ALONG, patches  # noqa: E402

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, enclosed_volume
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import enclosed_volume
 
 make = pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 manifold3d = pytest.importorskip("manifold3d")

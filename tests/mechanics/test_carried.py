@@ -9,7 +9,8 @@ from tiny import tiny
 
 from pneumorph.analysis import analyse, build_discretisation, carry_over, discretise, predict_states
 from pneumorph.analysis.analyse import mesh_of
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     Guess,
     State,

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
@@ -21,7 +22,7 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import lateral_slope, taylor_test
 

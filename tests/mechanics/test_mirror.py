@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     NoEquilibrium,
     Skin,
@@ -18,8 +19,8 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import Objective, equidistant
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import boundary_gradient, gradient

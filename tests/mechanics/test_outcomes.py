@@ -5,7 +5,8 @@ import pytest
 from tiny import TINY
 
 from pneumorph.analysis import Analysis, analyse, discretise
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     Equilibrium,
     NoEquilibrium,

@@ -16,7 +16,10 @@ from pneumorph.analysis import (
     run_gradient_check,
 )
 from pneumorph.analysis.analyse import mesh_of
-from pneumorph.geometry import Body, build_design_space, build_linings, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.lining import build_linings
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     Equilibrium,
     Tangent,
@@ -28,7 +31,7 @@ from pneumorph.mechanics import (
     rubbers_of,
     solve,
 )
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 
 LENGTH, PRESSURE, RADII = 64.0, 0.06, (4.0, 5.5, 8.0)

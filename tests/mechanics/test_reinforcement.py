@@ -10,7 +10,8 @@ from pneumorph.analysis import analyse_body, checkpoint, collect_fields, discret
 from pneumorph.analysis.analyse import analyse, mesh_of, predict_states
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     TOLERANCE,
     Equilibrium,
@@ -25,8 +26,7 @@ from pneumorph.mechanics import (
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane, connect_covered
 from pneumorph.mechanics.elements.terms import Loads, Local
 from pneumorph.mesh import Covered
-from pneumorph.mesh.cover import RULE
-from pneumorph.mesh.tets import TetMesh, triangle_gradient, triangle_shape
+from pneumorph.mesh.tets import RULE, TetMesh, triangle_gradient, triangle_shape
 from pneumorph.problem import Problem, loads
 from pneumorph.results import unpack_fields
 from pneumorph.run.complete import complete

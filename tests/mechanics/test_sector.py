@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     NoEquilibrium,
     Skin,
@@ -25,8 +26,9 @@ from pneumorph.mechanics.assembly.potential import tangent_product
 from pneumorph.mechanics.contact.contact import Contact, Pairs
 from pneumorph.mechanics.contact.obstacles import surface_of
 from pneumorph.mechanics.solve.balance import residual_at
-from pneumorph.mesh import mesh_body, unfold
+from pneumorph.mesh import unfold
 from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import Objective, equidistant
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import boundary_gradient, gradient

@@ -32,7 +32,7 @@ from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
 from pneumorph.mechanics.elements.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
 from pneumorph.mechanics.material import energies
 from pneumorph.mesh import Covered
-from pneumorph.mesh.cover import RULE
+from pneumorph.mesh.tets import RULE
 from pneumorph.verify.solids import tube
 
 SOFT, STIFF = neo_hookean_rubber(0.49, 4.80, 1.1e-9), neo_hookean_rubber(1.3, 9.0, 1.4e-9)

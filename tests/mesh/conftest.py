@@ -6,8 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.geometry import Body, TubeSurface, starting_body
-from pneumorph.mesh import Morph, mesh_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.mesh import Morph
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import BodySpec, ChamberSpec, Ripple
 
 LENGTH = 40.0

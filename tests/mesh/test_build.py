@@ -5,9 +5,10 @@ import pytest
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body
-from pneumorph.geometry.tube import enclosed_volume
-from pneumorph.mesh import Morph, mesh_body, scaled_jacobian
+from pneumorph.geometry.tube.surface import enclosed_volume
+from pneumorph.mesh import Morph, scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TET_RULE, tet_gradient
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.mesh.volume import fill
 
 
@@ -93,6 +94,6 @@ def test_a_flat_element_makes_another_attempt(tube: Body, monkeypatch: pytest.Mo
             mesh.points[mesh.tets[:, 4:]] = mesh.points[mesh.tets[:, TET_EDGES]].mean(axis=2)
         return mesh
 
-    monkeypatch.setattr("pneumorph.mesh.build.fill", with_flat_element)
+    monkeypatch.setattr("pneumorph.mesh.tube.build.fill", with_flat_element)
     check(tube, mesh_body(tube, 3.0), 0.1)
     assert len(filled) == 2

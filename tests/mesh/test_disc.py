@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.tube import enclosed_volume
-from pneumorph.mesh import mesh_body, scaled_jacobian
+from pneumorph.geometry.tube.surface import enclosed_volume
+from pneumorph.mesh import scaled_jacobian
 from pneumorph.mesh.plane import quality_of
-from pneumorph.mesh.surface import surface_mesh
 from pneumorph.mesh.tets import TRIANGLE_EDGES, area_and_volume
+from pneumorph.mesh.tube import mesh_body
+from pneumorph.mesh.tube.surface import surface_mesh
 from pneumorph.symmetry.part import Part, sector
 
 PARTS = {"whole": (), "half": ("xz",)}

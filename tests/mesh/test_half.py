@@ -7,11 +7,12 @@ from hypothesis import strategies as st
 from wholes import boundary, named, solid
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import starting_body
-from pneumorph.geometry.design_space import build_design_space
-from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfold
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.mesh import needs_remesh, scaled_jacobian, unfold
 from pneumorph.mesh.plane import triangulate
 from pneumorph.mesh.tets import TET_EDGES
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 from pneumorph.symmetry.operations import NORMALS
 

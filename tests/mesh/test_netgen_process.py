@@ -11,8 +11,9 @@ import pytest
 from signals import heard, interrupted, start
 
 from pneumorph.errors import ComputationError, MeshError
-from pneumorph.geometry import starting_body
-from pneumorph.mesh import mesh_body, netgen_process, scaled_jacobian
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.mesh import netgen_process, scaled_jacobian
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import load
 
 # A tetrahedron with an edge of 2 mm.

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from pneumorph.geometry import Body, Wedge, build_levels, build_linings, build_wedges, starting_body
-from pneumorph.geometry.design_space import build_design_space
-from pneumorph.mesh import Morph, TetMesh, mesh_body, scaled_jacobian, unfold
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.level import build_levels
+from pneumorph.geometry.tube.lining import build_linings
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.geometry.tube.wedge import Wedge, build_wedges
+from pneumorph.mesh import Morph, TetMesh, scaled_jacobian, unfold
 from pneumorph.mesh.tets import TET_FACES, TET_RULE, tet_gradient
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 
 STIFF = {"model": "neo-hookean", "shear_modulus": "2 MPa", "bulk_modulus": "20 MPa", "density": "2 g/cm^3"}

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pneumorph.geometry import Body
-from pneumorph.mesh import Morph, mesh_body, relax, scaled_jacobian
+from pneumorph.mesh import Morph, relax, scaled_jacobian
+from pneumorph.mesh.tube import mesh_body
 
 
 def widened(body: Body, factor: float) -> np.ndarray:

@@ -5,9 +5,10 @@ import pytest
 from wholes import boundary, named, solid
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import starting_body
-from pneumorph.geometry.design_space import build_design_space
-from pneumorph.mesh import mesh_body, needs_remesh, scaled_jacobian, unfold
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.mesh import needs_remesh, scaled_jacobian, unfold
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 from pneumorph.symmetry.operations import turned
 from pneumorph.symmetry.part import sector, turns_of

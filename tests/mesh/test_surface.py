@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.tube import enclosed_volume
-from pneumorph.mesh.surface import SurfaceMesh, surface_mesh
+from pneumorph.geometry.tube.surface import enclosed_volume
 from pneumorph.mesh.tets import TRIANGLE_EDGES, area_and_volume
+from pneumorph.mesh.tube.surface import SurfaceMesh, surface_mesh
 
 BODIES = ["tube", "pole_tube", "bellows"]
 

@@ -3,8 +3,9 @@
 import numpy as np
 
 from pneumorph.geometry import Body
-from pneumorph.mesh import Morph, mesh_body, transfer
+from pneumorph.mesh import Morph, transfer
 from pneumorph.mesh.transfer import locate
+from pneumorph.mesh.tube import mesh_body
 
 
 def wavy(points: np.ndarray) -> np.ndarray:

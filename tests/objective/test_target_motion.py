@@ -8,7 +8,7 @@ from tiny import tiny
 
 from pneumorph.analysis import analyse_body, run_gradient_check
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import mirrors_of
 from pneumorph.objective import Features, build_objectives
 from pneumorph.output.cuts import _wanted

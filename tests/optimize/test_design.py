@@ -122,7 +122,7 @@ def test_a_mesh_that_serves_is_not_replaced_by_a_much_finer_one(three, monkeypat
         raise MeshError("surfaces may touch")
 
     monkeypatch.setattr("pneumorph.optimize.trial.needs_remesh", lambda *_: "it is worn")
-    monkeypatch.setattr("pneumorph.mesh.build.fill", fails)
+    monkeypatch.setattr("pneumorph.mesh.tube.build.fill", fails)
     run(2, state=accepted(events)[1].state)
     coarse, tried[:] = min(tried), []
     assert coarse >= 0.8 * problem.mesh.size

@@ -5,9 +5,10 @@ import pytest
 from tiny import tiny
 
 from pneumorph.analysis import Analysis, analyse, build_discretisation, carry_over, design_gradient, discretise
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.optimize import DesignAccepted, Finished, Started, design
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test

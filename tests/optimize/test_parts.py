@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 from texts import problem_text
 
-from pneumorph.geometry.body import starting_body
-from pneumorph.geometry.design_space import build_design_space
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.certify import certify
 from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.limits.rows.samples import KINDS, sample_limits

@@ -16,9 +16,10 @@ from pneumorph.analysis import (
 )
 from pneumorph.analysis.explore import Explorer
 from pneumorph.errors import MeshError
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium, deformation_gradients, displacement, part_of
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.optimize import DesignAccepted, Finished, Started, design
 from pneumorph.problem import loads
 from pneumorph.results import Fields, nodal_stretch
@@ -130,7 +131,7 @@ def test_where_a_cut_cannot_be_meshed_the_whole_body_is(problem, monkeypatch):
     def refuse(*given):
         raise MeshError("the profiles of two surfaces cross in a plane")
 
-    monkeypatch.setattr("pneumorph.mesh.build.with_sector", refuse)
+    monkeypatch.setattr("pneumorph.mesh.tube.build.with_sector", refuse)
     assert discretise(problem, starting_body(problem.body)).model.part == ()
 
 

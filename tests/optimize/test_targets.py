@@ -9,7 +9,8 @@ from texts import problem_text
 
 from pneumorph.analysis import analyse, collect_task_results, design_gradient, design_slopes, discretise, predict_states
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.objective import Objective
 from pneumorph.problem import loads

@@ -7,7 +7,8 @@ import pytest
 from tiny import tiny
 
 from pneumorph.analysis import analyse, discretise
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize import trial
 from pneumorph.optimize.history import Clock

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from installed import needs
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import (
     Tangent,
     build_loads,
@@ -16,8 +16,8 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TET_FACES
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.output.abaqus import FACES, abaqus_input, element_faces, plate_nodes
 from pneumorph.verify import calculix
 from pneumorph.verify.actuator import linear_actuator

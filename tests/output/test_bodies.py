@@ -12,8 +12,8 @@ from runs import inflated, waved
 from scipy.spatial.transform import Rotation
 from tiny import tiny
 
-from pneumorph.geometry import enclosed_volume, starting_body
-from pneumorph.mesh import mesh_body
+from pneumorph.geometry.tube import enclosed_volume, starting_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.output import render
 from pneumorph.output.animation import MOST_FRAMES, evolution, filled_in, inflation, save_gif
 from pneumorph.output.bodies import bodies_figure

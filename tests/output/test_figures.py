@@ -14,7 +14,7 @@ from records import entry, task_result
 from runs import waved
 from tiny import tiny
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.output.figures import COLOURS, COLUMN, DOTS, PAGE, PLOTS, save
 from pneumorph.output.history import OVER, draw_limits, history_figure
 from pneumorph.output.pressures import pressures_figure

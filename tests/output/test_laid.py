@@ -8,7 +8,7 @@ from tiny import tiny
 
 from pneumorph.analysis.analyse import mesh_of
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.make.mould.sheet import reinforcing
 from pneumorph.output.export import export
 from pneumorph.output.laid import laid_handles, laid_of

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from tiny import tiny
 
 from pneumorph.analysis import analyse, collect_fields, discretise
-from pneumorph.geometry import build_design_space, starting_body
-from pneumorph.mesh import mesh_body
+from pneumorph.geometry.tube import build_design_space, starting_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.output import history, pictures, render
 from pneumorph.output.figures import PLOTS
 from pneumorph.output.format import format_duration, format_pressures

@@ -16,12 +16,12 @@ from tiny import tiny
 
 import pneumorph as pm
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import starting_body
-from pneumorph.geometry.tube import cap_points
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import cap_points
 from pneumorph.limits.certify import certify
 from pneumorph.limits.shares import usage
 from pneumorph.limits.table import BY_NAME
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.output import report_limits
 from pneumorph.output.packed import Steps, in_parts, in_steps, pack, unpack
 from pneumorph.output.report import facts_and_shapes, page_of, write_report

@@ -6,7 +6,7 @@ import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import build_linings
+from pneumorph.geometry.tube.lining import build_linings
 from pneumorph.mechanics import mirrors_of
 from pneumorph.problem import loads
 

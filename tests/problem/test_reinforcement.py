@@ -7,7 +7,9 @@ import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import build_covers, build_design_space, starting_body
+from pneumorph.geometry.tube.cover import build_covers
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.problem import loads
 from pneumorph.problem.reinforcement import starting_from
 

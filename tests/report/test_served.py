@@ -13,7 +13,7 @@ from runs import analysed, ended, line, waved, waving_run
 from tiny import tiny
 
 import pneumorph as pm
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create
 from pneumorph.serve.server import Server

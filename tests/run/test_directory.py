@@ -10,7 +10,7 @@ from records import ENTRY, entry, one_element
 
 from pneumorph import atomic
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import load
 from pneumorph.results import HistoryEntry, to_json
 from pneumorph.run import StoredDesign, create, open_run, resume

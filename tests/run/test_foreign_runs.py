@@ -15,9 +15,10 @@ from tiny import tiny
 
 from pneumorph import atomic
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.interface.runs import open_run
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import loads
 from pneumorph.results import Fields, checkpoint, unpack_fields
 from pneumorph.run import RunDirectory, StoredDesign, create, resume

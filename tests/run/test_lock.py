@@ -10,7 +10,7 @@ from records import entry, one_element
 from tiny import tiny
 
 from pneumorph.errors import NotWritten, ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.optimize import DesignAccepted
 from pneumorph.problem import loads
 from pneumorph.run import RunDirectory, StoredDesign, complete, create, held, lock, open_run, resume

@@ -5,7 +5,8 @@ import pytest
 from tiny import tiny
 
 from pneumorph.analysis import analyse, discretise, margin_slopes, margins
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import TOLERANCE
 from pneumorph.problem import Problem, loads
 from pneumorph.sensitivity import taylor_test

@@ -8,7 +8,7 @@ from tiny import tiny
 
 from pneumorph.analysis import analyse, analyse_body, collect_task_results
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import TOLERANCE
 from pneumorph.mechanics.contact.obstacles import Cylinder
 from pneumorph.objective import build_objectives

@@ -5,7 +5,8 @@ import pytest
 from tiny import tiny
 
 from pneumorph.analysis import analyse, discretise, strain_shares, strain_slopes
-from pneumorph.geometry import build_design_space, starting_body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import TOLERANCE
 from pneumorph.objective.strain import ABOVE
 from pneumorph.problem import Problem, loads

@@ -9,7 +9,7 @@ from runs import analysed, line, waving_run
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.output.packed import unpack
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create

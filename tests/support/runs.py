@@ -7,7 +7,8 @@ import numpy as np
 from records import entry, task_result
 
 from pneumorph.analysis import analyse, collect_fields, compute_inflation, discretise
-from pneumorph.geometry import Body, build_design_space, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube import build_design_space, starting_body
 from pneumorph.problem import Problem
 from pneumorph.results import Fields, Inflation, RunResult
 from pneumorph.run import RunDirectory, StoredDesign, create

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from pneumorph.geometry import Body, enclosed_volume
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import enclosed_volume
 from pneumorph.mesh.tets import TET_FACES, TetMesh
 
 

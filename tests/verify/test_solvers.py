@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from installed import needs
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.verify import calculix, ring, solvers, symbolic
 from pneumorph.verify.actuator import several_rubbers
 from pneumorph.verify.solids import octant

@@ -10,8 +10,12 @@ from functools import cached_property
 import numpy as np
 
 from pneumorph.errors import ComputationError, MeshError, ProblemError
-from pneumorph.geometry import Body, build_covers, build_levels, build_linings, build_wedges
+from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.geometry.tube.cover import build_covers
+from pneumorph.geometry.tube.level import build_levels
+from pneumorph.geometry.tube.lining import build_linings
+from pneumorph.geometry.tube.wedge import build_wedges
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -40,8 +44,9 @@ from pneumorph.mechanics import (
     whole_of,
 )
 from pneumorph.mechanics.solve.balance import unloaded
-from pneumorph.mesh import Morph, Unfolded, mesh_body, unfold
+from pneumorph.mesh import Morph, Unfolded, unfold
 from pneumorph.mesh.transfer import at_places, between_points, linear, locate, quadrature_points, transfer
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem, reinforcements
 from pneumorph.symmetry.part import Part, turns_of

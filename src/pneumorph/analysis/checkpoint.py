@@ -10,8 +10,8 @@ from scipy import sparse
 
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import build_levels
 from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.geometry.tube.level import build_levels
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh

@@ -18,7 +18,8 @@ from pneumorph.analysis.analyse import (
 )
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.errors import ComputationError, MeshError
-from pneumorph.geometry import Body, DesignSpace, build_design_space
+from pneumorph.geometry import Body, DesignSpace
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium, part_of
 from pneumorph.problem import Pressure, Problem
 from pneumorph.problem.reinforcement import designed

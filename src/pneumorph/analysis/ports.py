@@ -15,7 +15,8 @@ import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, refuse_friction
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, build_covers
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.cover import build_covers
 from pneumorph.mechanics import (
     Equilibrium,
     NoEquilibrium,
@@ -30,8 +31,9 @@ from pneumorph.mechanics import (
     rubber_of,
     solve,
 )
-from pneumorph.mesh import TetMesh, mesh_body, scaled_jacobian
+from pneumorph.mesh import TetMesh, scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import Features, measure_features
 from pneumorph.problem import Problem, reinforcements
 from pneumorph.symmetry.operations import MIRRORS

@@ -12,7 +12,7 @@ from rich.text import Text
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, printable
-from pneumorph.geometry import adjusted_columns
+from pneumorph.geometry.tube.start import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.limits.certify import certify, without_rounding

@@ -12,7 +12,7 @@ from pneumorph.cli.outcome import outcome
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, NotWritten, ProblemError
-from pneumorph.geometry import adjusted_columns
+from pneumorph.geometry.tube.start import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import rubbers_of

@@ -4,24 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from pneumorph.geometry.body import Body, starting_body
-from pneumorph.geometry.level import Sides, sides_of
-from pneumorph.geometry.symmetry import column_squares, symmetric_basis
-from pneumorph.geometry.tube import TubeSurface
-from pneumorph.geometry.wedge import Cones, cones_of
-from pneumorph.problem.models import Symmetry
-from pneumorph.problem.reinforcement import data_of, designed, reinforcements
-from pneumorph.problem.variable import Variable
-from pneumorph.symmetry.operations import operations
-
-if TYPE_CHECKING:
-    from pneumorph.problem import BodySpec, Problem
+from pneumorph.geometry.body import Body
 
 Array = NDArray[np.float64]
 ByTask = Mapping[str, Mapping[str, float]]
@@ -164,126 +152,3 @@ class DesignSpace:
         by_pressure = [dp.get(free.task, {}).get(free.chamber, 0.0) / free.scale for free in self.free_pressures]
         by_datum = [0.0 if laid is None else laid[free.place] / free.scale for free in self.free_data]
         return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure, by_datum])
-
-
-def build_design_space(problem: Problem, body: Body) -> DesignSpace:
-    """Build the design variables of a problem with the starting body `body`."""
-    sides, cones = sides_of(problem), cones_of(problem, body)
-    each = list(zip(body.surfaces, sides, cones, strict=True))
-    blocks = [_variable_of_coordinate(*one) for one in each]
-    counts = [int(block.max()) + 1 for block in blocks]
-    shifts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    variable = np.concatenate(
-        [np.where(block >= 0, block + shift, -1).ravel() for block, shift in zip(blocks, shifts, strict=True)]
-    )
-    n_shape = sum(counts)
-    moving = np.flatnonzero(variable >= 0)
-    own = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=(len(variable), n_shape))
-    turn = _turn(np.concatenate([one.angle.ravel() for one in cones]))
-    coordinates = turn.T @ body.control_points().ravel()
-    L, offset = sparse.csr_matrix(turn @ own), turn @ np.where(variable < 0, coordinates, 0.0)
-    shape = (own.T @ coordinates) / column_squares(own)
-    if problem.body.symmetry != Symmetry():
-        L, offset, shape = _symmetric(problem.body, L, offset, shape)
-    low, high = (np.concatenate([_limits(*one, name).ravel() for one in each]) for name in ("low", "high"))
-    least, most = _bounds(sparse.csr_matrix(turn.T @ L), turn.T @ offset, low, high)
-
-    pressures, data, variables = [], [], []
-    fixed: dict[str, dict[str, float]] = {}
-    for task in problem.task:
-        fixed[task.name] = {}
-        for chamber, pressure in task.pressure.items():
-            if not pressure.free:
-                fixed[task.name][chamber] = pressure.start
-                continue
-            pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
-            variables.append(pressure)
-    names = {each.name: list(data_of(each)) for each in reinforcements(problem)}
-    for name, own in designed(problem).items():
-        for key, datum in own.items():
-            place = list(names).index(name), names[name].index(key)
-            data.append(FreeDatum(name, key, place, datum.start, _scale(datum)))
-            variables.append(datum)
-    # Those that are no shape, in mm of Φ.
-    others = np.array([[_scale(each) * bound for bound in (each.start, each.min, each.max)] for each in variables])
-    values, lower, upper = others.reshape(-1, 3).T
-    return DesignSpace(
-        reference=body,
-        L=L,
-        offset=offset,
-        start=np.concatenate([shape, values]),
-        lower=np.concatenate([least, lower]),
-        upper=np.concatenate([most, upper]),
-        free_pressures=tuple(pressures),
-        free_data=tuple(data),
-        fixed_pressures=fixed,
-        reinforcements=len(names),
-    )
-
-
-def _scale(variable: Variable) -> float:
-    """What of Φ, in mm, one unit of a variable that is no shape is."""
-    return SPAN / (variable.max - variable.min)
-
-
-def _turn(angle: Array) -> sparse.csr_matrix:
-    """From coordinates of control points in frames at angles (n_points,) about z to x, y and z, (3·n, 3·n)."""
-    cosine, sine = (np.where(np.abs(part) < 1e-15, 0.0, part) for part in (np.cos(angle), np.sin(angle)))
-    blocks = np.zeros((len(angle), 3, 3))
-    blocks[:, 0, 0], blocks[:, 0, 1], blocks[:, 1, 0], blocks[:, 1, 1], blocks[:, 2, 2] = cosine, -sine, sine, cosine, 1
-    point, row, column = np.nonzero(blocks)
-    places = (3 * point + row, 3 * point + column)
-    return sparse.csr_matrix((blocks[point, row, column], places), shape=(3 * len(angle), 3 * len(angle)))
-
-
-def _limits(surface: TubeSurface, sides: Sides, cones: Cones, name: str) -> Array:
-    """Bounds (n_r, n_q, 3) of the control points of a surface in their frames, the lower or the upper ones."""
-    across, along = (
-        getattr(cones, name),
-        np.broadcast_to(getattr(sides, name)[:, None, None], (*surface.net.shape[:2], 1)),
-    )
-    return np.concatenate([across, along], axis=2)
-
-
-def _bounds(L: sparse.csr_matrix, offset: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Least and largest values of the shape variables with which coordinates L Φ + offset keep their bounds."""
-    # A variable that moves a bounded coordinate is the only one, and moves images by its own amount, perhaps backwards
-    # or, on mirror planes, in part.
-    row, column = L.nonzero()
-    share = np.asarray(L[row, column]).ravel()
-    some = (np.isfinite(low) | np.isfinite(high))[row] & (np.abs(share) > 1e-9)
-    row, column, share = row[some], column[some], share[some]
-    ends = [(bound[row] - offset[row]) / share for bound in (low, high)]
-    count = len(column_squares(L))
-    least, most = np.full(count, -np.inf), np.full(count, np.inf)
-    np.maximum.at(least, column, np.minimum(*ends))
-    np.minimum.at(most, column, np.maximum(*ends))
-    return least, most
-
-
-def _symmetric(
-    spec: BodySpec, L: sparse.csr_matrix, offset: Array, shape: Array
-) -> tuple[sparse.csr_matrix, Array, Array]:
-    """The map from the independent variables of a symmetric body: its L, offset and starting values."""
-    basis, projector = symmetric_basis(starting_body(spec), L, operations(spec.symmetry), spec.length)
-    # The operations leave the body's centre fixed, so they are applied to coordinates relative to it.
-    middle = np.tile([0.0, 0.0, spec.length / 2.0], len(offset) // 3)
-    centre = (L.T @ middle) / column_squares(L)
-    shape = centre + projector @ (shape - centre)
-    independent = (basis.T @ shape) / column_squares(basis)
-    return sparse.csr_matrix(L @ basis), offset + L @ (shape - basis @ independent), independent
-
-
-def _variable_of_coordinate(surface: TubeSurface, sides: Sides, cones: Cones) -> NDArray[np.int64]:
-    """Index of the variable of each coordinate of a net in its frames, (n_r, n_q, 3); -1 if the coordinate is fixed."""
-    group = np.arange(surface.net.size).reshape(surface.net.shape)
-    for row, beside in ((0, 1), (-1, -2)):
-        if surface.ends == "pole":
-            group[row] = group[row, 0]
-            group[beside, :, 2] = group[row, 0, 2]
-        else:
-            group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
-    group[..., 2] = np.where(np.isin(group[..., 2], group[sides.held, :, 2]), -1, group[..., 2])
-    group[..., :2][cones.held] = -1
-    names, numbers = np.unique(group, return_inverse=True)
-    return numbers.reshape(group.shape) - int(names[0] < 0)

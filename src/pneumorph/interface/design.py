@@ -29,7 +29,9 @@ from pneumorph.analysis import (
     prepare_simulation,
 )
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.geometry import Body, build_design_space, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.certify import LimitReading, certify
 from pneumorph.mechanics import NoEquilibrium

@@ -21,7 +21,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Shape
 
-from pneumorph.geometry import TubeSurface, cap_points, enclosed_volume
+from pneumorph.geometry.tube.surface import TubeSurface, cap_points, enclosed_volume
 from pneumorph.make.printing import read_3mf, read_stl
 from pneumorph.make.step import read_step
 from pneumorph.make.triangles import Triangles

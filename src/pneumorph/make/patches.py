@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from pneumorph.geometry import Basis, TubeSurface
+from pneumorph.geometry import Basis
+from pneumorph.geometry.tube.surface import TubeSurface
 
 Array = NDArray[np.float64]
 

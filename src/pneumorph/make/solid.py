@@ -17,7 +17,7 @@ from OCP.gp import gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
-from pneumorph.geometry import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.make.patches import Patch, patches
 
 # mm, the default of OpenCASCADE; points that should coincide differ by rounding, which is eight orders smaller.

@@ -19,7 +19,8 @@ from OCP.TopoDS import TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
 from pneumorph import __version__
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.make.solid import fill_chamber, solid
 
 # Otherwise OpenCASCADE prints messages for every file it writes.

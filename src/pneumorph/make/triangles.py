@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,5 @@
 """Meshes of quadratic tetrahedra that follow the exact surfaces of a body."""
 
-from pneumorph.mesh.build import mesh_body
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.relax import relax
@@ -14,7 +13,6 @@ __all__ = [
     "Morph",
     "TetMesh",
     "Unfolded",
-    "mesh_body",
     "needs_remesh",
     "relax",
     "scaled_jacobian",

@@ -45,6 +45,12 @@ TRIANGLE_RULE = (
 )
 """Points and weights of the six-point rule of degree 4 on the unit triangle (Dunavant 1985)."""
 
+RULE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]])
+"""The three points of the rule of degree 2 on the unit triangle, each of weight 1/6.
+
+They have fewer conditions than a sheet that hardly stretches has with more points, which could not bend with its face.
+"""
+
 
 def tet_shape(xi: np.ndarray) -> np.ndarray:
     """Quadratic shape functions at local points ``xi`` (..., 3); returns (..., 10)."""

@@ -2,7 +2,7 @@
 
 Its rows are non-negative and sum to at most one, so bounds on the raw variables bound the step: no control point moves
 farther than the trust region along x, y or z (where neighbours have coordinates turned about z, see
-`geometry/wedge.py`, than √2 times it). Without smoothing the control nets fold after about ten designs.
+`geometry/tube/wedge.py`, than √2 times it). Without smoothing the control nets fold after about ten designs.
 """
 
 from __future__ import annotations

@@ -11,8 +11,9 @@ import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, Slopes, analyse, checkpoint, design_slopes, discretise
 from pneumorph.errors import ComputationError
-from pneumorph.geometry.body import starting_body
-from pneumorph.geometry.design_space import DesignSpace, build_design_space
+from pneumorph.geometry.design_space import DesignSpace
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.certify import LimitReport, certify
 from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.limits.rows.samples import LimitSamples, sample_limits

@@ -9,8 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pneumorph.mesh import Covered, TetMesh
-from pneumorph.mesh.cover import RULE
-from pneumorph.mesh.tets import triangle_gradient, triangle_shape
+from pneumorph.mesh.tets import RULE, triangle_gradient, triangle_shape
 from pneumorph.output.view import LAID, Laid
 from pneumorph.problem import FibresSpec, Problem, reinforcements
 

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.output.figures import COLOURS, COLUMN, SMALL, TEXT, Figure, plain
 
 HEIGHTS = 400

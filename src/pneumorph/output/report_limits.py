@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.limits.rows.samples import sample_limits
 from pneumorph.limits.shares import NAMES, Usage, usage
 from pneumorph.limits.table import BY_NAME

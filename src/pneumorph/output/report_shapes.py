@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube import TubeSurface, starting_body
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.output.view import Shell
 
 DENSITY = 3

@@ -27,7 +27,7 @@ FEWEST = 14
 """Control points around a surface of which a part reaches around the axis by more than half a turn.
 
 Any four in a row, each within 45° of its place, are then on one side of some plane through the axis that has the
-half-planes on the other (`geometry/wedge.py`).
+half-planes on the other (`geometry/tube/wedge.py`).
 """
 
 _EPS = 1e-9

@@ -19,7 +19,9 @@ import numpy as np
 
 from pneumorph import atomic
 from pneumorph.errors import NotWritten, ProblemError
-from pneumorph.geometry import Body, TubeSurface, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.problem.reinforcement import designed

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.geometry import Body, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import Problem
 
 PRESSURE = 0.06

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -28,8 +28,9 @@ from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.obstacles import Obstacle, Plane, distances, pressure, sample_places, surface_of
 from pneumorph.mechanics.solve.balance import unloaded
-from pneumorph.mesh import TetMesh, mesh_body
+from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 from pneumorph.verify.actuator import LINEAR, PRESSURE
 from pneumorph.verify.homogeneous import UNIAXIAL, homogeneous, neo_hookean

@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.geometry import Body, build_levels, build_wedges, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.level import build_levels
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.wedge import build_wedges
 from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber
-from pneumorph.mesh import TetMesh, mesh_body
+from pneumorph.mesh import TetMesh
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 from pneumorph.problem.regions import REST
 from pneumorph.verify.homogeneous import UNIAXIAL, homogeneous, neo_hookean

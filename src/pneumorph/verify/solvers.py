@@ -8,7 +8,9 @@ from functools import cache, partial
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, build_linings, starting_body
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.lining import build_linings
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -19,8 +21,8 @@ from pneumorph.mechanics import (
     model_of,
     solve,
 )
-from pneumorph.mesh import mesh_body
 from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import Problem
 from pneumorph.verify import calculix as ccx
 from pneumorph.verify import symbolic

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -22,7 +22,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.solve.balance import unloaded
-from pneumorph.mesh import mesh_body
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.verify.actuator import PRESSURE, linear_actuator
 from pneumorph.verify.verdict import Verdict, relative
 

@@ -23,7 +23,7 @@ from numpy.polynomial.legendre import leggauss
 
 from pneumorph.analysis.analyse import mesh_of
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import NoEquilibrium, Tangent, configure, loads_of, mirrors_of, model_of, solve
 from pneumorph.problem import Problem
 from pneumorph.verify.verdict import Verdict, absolute, at_least, relative

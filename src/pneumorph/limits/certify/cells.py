@@ -15,7 +15,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.geometry import Basis, TubeSurface
+from pneumorph.geometry import Basis
+from pneumorph.geometry.tube.surface import TubeSurface
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]

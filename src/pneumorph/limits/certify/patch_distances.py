@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.geometry import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.certify.branch_and_bound import approach, candidates, least_distances, nearest_centres, spheres
 from pneumorph.limits.certify.cells import Accuracy, KnotSpans, power
 from pneumorph.limits.certify.hull_bounds import FROM_POWERS

@@ -14,8 +14,8 @@ import numpy as np
 from jax import Array
 from numpy.typing import NDArray
 
-from pneumorph.geometry import TubeSurface
-from pneumorph.geometry.local import nonzero_functions
+from pneumorph.geometry.tube.local import nonzero_functions
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.measures.pole_frame import Frame, frame
 from pneumorph.limits.measures.spline_fields import combined
 

@@ -18,8 +18,8 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pneumorph.geometry import TubeSurface
-from pneumorph.geometry.local import pieces
+from pneumorph.geometry.tube.local import pieces
+from pneumorph.geometry.tube.surface import TubeSurface
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Meridian(NamedTuple):
     Attributes
     ----------
     pieces : (spans, 4, 4) array
-        Coefficients of the basis functions in r, see `geometry.local.pieces`.
+        Coefficients of the basis functions in r, see `geometry.tube.local.pieces`.
     parallels : (n_r,) array
         Control values of S.
     poles : bool

@@ -11,8 +11,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.geometry import TubeSurface
-from pneumorph.geometry.local import pieces
+from pneumorph.geometry.tube.local import pieces
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.measures.derivatives import FLAGS, differentiate, forms_of, measures_of
 from pneumorph.limits.measures.formulas import Form
 from pneumorph.limits.measures.grid import Grid

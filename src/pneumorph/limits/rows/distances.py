@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.local import point_weights
+from pneumorph.geometry.tube.local import point_weights
 from pneumorph.limits.certify.report import Pairs
 from pneumorph.limits.measures import expansion
 from pneumorph.limits.measures.distances import SampledSurface, closest_within, nearest_fold, sampled_surface

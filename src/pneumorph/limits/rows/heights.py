@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.local import nonzero_functions, point_weights
+from pneumorph.geometry.tube.local import nonzero_functions, point_weights
 from pneumorph.limits.certify.report import Points
 from pneumorph.limits.measures.grid import SampledFields
 from pneumorph.limits.measures.spline_fields import combined

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.local import point_weights
+from pneumorph.geometry.tube.local import point_weights
 from pneumorph.limits.measures.grid import Grid, grid
 from pneumorph.limits.table import OF_SHAPE
 

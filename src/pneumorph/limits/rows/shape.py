@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.certify.report import Points
 from pneumorph.limits.measures.formulas import MIN_AREA
 from pneumorph.limits.measures.grid import Grid

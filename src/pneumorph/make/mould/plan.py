@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, TubeSurface, enclosed_volume
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import TubeSurface, enclosed_volume
 from pneumorph.make.mould.release import Release, partings
 from pneumorph.make.mould.samples import Samples, sampled
 from pneumorph.make.mould.stems import INTO, Stem, ports, support

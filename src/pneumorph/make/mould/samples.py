@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from pneumorph.geometry import TubeSurface, cap_points
+from pneumorph.geometry.tube.surface import TubeSurface, cap_points
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body, TubeSurface
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.make.mould.samples import Samples
 
 Array = NDArray[np.float64]

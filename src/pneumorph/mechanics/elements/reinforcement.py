@@ -21,8 +21,8 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values, connect
-from pneumorph.mesh.cover import Covered
 from pneumorph.mesh.tets import triangle_gradient
+from pneumorph.mesh.tube.cover import Covered
 
 
 def connect_covered(covered: Covered) -> Connectivity:

@@ -10,11 +10,15 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Level, Lining, TubeSurface, Wedge
-from pneumorph.mesh.disc import with_sound_discs
-from pneumorph.mesh.patch import Patch, edges_of, patch_of
-from pneumorph.mesh.slant import UPRIGHT, slant_of
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.level import Level
+from pneumorph.geometry.tube.lining import Lining
+from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.wedge import Wedge
 from pneumorph.mesh.tets import TURNED
+from pneumorph.mesh.tube.disc import with_sound_discs
+from pneumorph.mesh.tube.patch import Patch, edges_of, patch_of
+from pneumorph.mesh.tube.slant import UPRIGHT, slant_of
 from pneumorph.problem.regions import REST
 from pneumorph.symmetry.operations import MIRRORS, NORMALS, turned
 from pneumorph.symmetry.part import Part, beginning_of, onwards, turns_of

@@ -9,18 +9,22 @@ from itertools import product
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body, Cover, Level, Lining, Wedge
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.cover import Cover
+from pneumorph.geometry.tube.level import Level
+from pneumorph.geometry.tube.lining import Lining
+from pneumorph.geometry.tube.wedge import Wedge
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.cover import covered
 from pneumorph.mesh.cut import with_cut_regions
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.relax import relax
-from pneumorph.mesh.section import with_sections
-from pneumorph.mesh.sector import with_sector
-from pneumorph.mesh.surface import beginnings, surface_mesh
+from pneumorph.mesh.tube.cover import covered
+from pneumorph.mesh.tube.section import with_sections
+from pneumorph.mesh.tube.sector import with_sector
+from pneumorph.mesh.tube.surface import beginnings, surface_mesh
+from pneumorph.mesh.tube.wedge import following, named, with_half_planes
 from pneumorph.mesh.volume import fill
-from pneumorph.mesh.wedge import following, named, with_half_planes
 from pneumorph.symmetry.part import Part, turns_of
 
 _TURN = np.radians(45)

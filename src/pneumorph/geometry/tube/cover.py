@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.geometry.body import starting_body
+from pneumorph.geometry.tube.start import starting_body
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec

@@ -8,45 +8,14 @@ orbit's first point.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
-
-from pneumorph.geometry.body import Body
 
 Array = NDArray[np.float64]
-_SAME = 1e-6  # mm; control points closer than this are considered identical
-
-
-def images(body: Body, operation: Array, length: float) -> NDArray[np.int64]:
-    """For each control point, the index (n_points,) of the one to which an operation about (0, 0, length/2) maps it.
-
-    Raises
-    ------
-    ValueError
-        If the body is not symmetric under the operation.
-    """
-    centre = np.array([0.0, 0.0, length / 2.0])
-    moved = [(surface.net - centre) @ operation.T + centre for surface in body.surfaces]
-    answer = np.empty(body.n_points, dtype=np.int64)
-    for net, where in zip(moved, body.slices, strict=True):
-        rows, columns = net.shape[:2]
-        # One row is enough, and it is an inner one: at poles and end rows many control points may coincide.
-        row = rows // 3
-        there = rows - 1 - row if operation[2, 2] < 0 else row
-        for other, start in zip(body.surfaces, (part.start for part in body.slices), strict=True):
-            if other.net.shape != net.shape:
-                continue
-            distance, column = KDTree(other.net[there]).query(net[row])
-            if distance.max() < _SAME and len(np.unique(column)) == columns:
-                order = np.arange(rows)[:: -1 if operation[2, 2] < 0 else 1]
-                answer[where] = (start + order[:, None] * columns + column).ravel()
-                break
-        else:
-            raise ValueError("a surface of the body has no image under one of its symmetries")
-    return answer
 
 
 def column_squares(matrix: sparse.csr_matrix) -> Array:
@@ -55,19 +24,17 @@ def column_squares(matrix: sparse.csr_matrix) -> Array:
 
 
 def symmetric_basis(
-    body: Body, L: sparse.csr_matrix, group: list[Array], length: float
+    L: sparse.csr_matrix, group: Sequence[Array], images: Sequence[NDArray[np.int64]]
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Basis of the symmetric shapes among all shapes L v.
 
     Parameters
     ----------
-    body : Body
-        The starting body, which is symmetric.
     L : csr (3·n_points, n)
         Map from variables v to coordinates of control points; its columns are orthogonal.
-    group : list of (3, 3) arrays, see `symmetry.operations`.
-    length : float
-        Length of the body, mm.
+    group : sequence of (3, 3) arrays, see `operations`.
+    images : sequence of (n_points,) int arrays
+        By operation, the control point to which it maps each.
 
     Returns
     -------
@@ -80,8 +47,7 @@ def symmetric_basis(
     count = len(entries)
     back = sparse.diags_array(1.0 / entries) @ L.T
     projector = sparse.csr_array((count, count))
-    for operation in group:
-        to = images(body, operation, length)
+    for operation, to in zip(group, images, strict=True):
         permutation = sparse.csr_array((np.ones(len(to)), (to, np.arange(len(to)))), shape=(len(to),) * 2)
         projector = projector + sparse.csr_array(back @ sparse.kron(permutation, operation) @ L)
     projector = sparse.csr_array(projector / len(group))

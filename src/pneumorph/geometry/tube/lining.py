@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.geometry.body import starting_body
-from pneumorph.geometry.tube import TubeSurface
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import TubeSurface
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, ChamberSpec, Region

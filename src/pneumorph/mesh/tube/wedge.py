@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from pneumorph.geometry import Wedge
+from pneumorph.geometry.tube.wedge import Wedge
 from pneumorph.mesh.cut import filled, line, open_edges
 from pneumorph.mesh.tets import TRIANGLE_RULE, TURNED, TetMesh, triangle_gradient
 from pneumorph.problem.regions import REST

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pneumorph.geometry import Level
+from pneumorph.geometry.tube.level import Level
 from pneumorph.mesh.cut import filled, line, open_edges
 from pneumorph.mesh.tets import TURNED
 from pneumorph.problem.regions import REST

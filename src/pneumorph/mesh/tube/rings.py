@@ -13,8 +13,9 @@ from itertools import pairwise
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Lining, TubeSurface
-from pneumorph.mesh.interfaces import steps_through
+from pneumorph.geometry.tube.lining import Lining
+from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.mesh.tube.interfaces import steps_through
 
 _SAMPLES_PER_SPAN = 4
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface

@@ -13,8 +13,8 @@ from scipy.sparse.linalg import splu
 
 from pneumorph.errors import MeshError
 from pneumorph.mesh.cut import Faces, filled, line, open_edges
-from pneumorph.mesh.surface import UNLIKE
 from pneumorph.mesh.tets import TURNED, chambers_of
+from pneumorph.mesh.tube.surface import UNLIKE
 from pneumorph.symmetry.part import onwards, sector
 
 

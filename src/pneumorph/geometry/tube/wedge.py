@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
-from pneumorph.geometry.body import Body, starting_body
-from pneumorph.geometry.tube import TubeSurface
+from pneumorph.geometry.body import Body
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.problem.regions import REST
 from pneumorph.problem.wedges import crosses, edges, gap_around, gaps
 

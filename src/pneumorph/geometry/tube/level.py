@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
-from pneumorph.geometry.body import starting_body
-from pneumorph.geometry.tube import TubeSurface
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.geometry import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface
 
 _AROUND, _ALONG = 240, 80  # places on a chamber that a line may go through
 _FASTEST = 24  # places by which a line may go around from one place along to the next

@@ -14,10 +14,10 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from pneumorph.geometry import TubeSurface
-from pneumorph.mesh.patch import Patch
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.mesh.plane import quality_of, triangulate
 from pneumorph.mesh.tets import TRIANGLE_EDGES
+from pneumorph.mesh.tube.patch import Patch
 
 _POOR = 0.1
 """Quality of a disc's worst triangle (see `quality_of`) below which the disc is triangulated anew."""

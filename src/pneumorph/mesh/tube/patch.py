@@ -9,11 +9,13 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from pneumorph.geometry import Lining, TubeSurface, Wedge
-from pneumorph.mesh.interfaces import Sheet, steps_through, with_interface
-from pneumorph.mesh.rings import Around, disc_rings, strip, tube_rings
-from pneumorph.mesh.slant import UPRIGHT, Slant
+from pneumorph.geometry.tube.lining import Lining
+from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.wedge import Wedge
 from pneumorph.mesh.tets import TRIANGLE_EDGES
+from pneumorph.mesh.tube.interfaces import Sheet, steps_through, with_interface
+from pneumorph.mesh.tube.rings import Around, disc_rings, strip, tube_rings
+from pneumorph.mesh.tube.slant import UPRIGHT, Slant
 from pneumorph.problem.regions import REST
 
 

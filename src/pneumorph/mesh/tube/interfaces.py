@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.geometry import Lining
+from pneumorph.geometry.tube.lining import Lining
 from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.problem.regions import REST
 

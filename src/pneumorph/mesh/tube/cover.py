@@ -12,15 +12,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry.cover import Cover
-from pneumorph.mesh.tets import Covered, chambers_of, triangle_gradient
+from pneumorph.geometry.tube.cover import Cover
+from pneumorph.mesh.tets import RULE, Covered, chambers_of, triangle_gradient
 from pneumorph.problem.reinforcement import EXTERIOR
-
-RULE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]])
-"""The three points of the rule of degree 2 on the unit triangle, each of weight 1/6.
-
-They have fewer conditions than a sheet that hardly stretches has with more points, which could not bend with its face.
-"""
 
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 _OUTWARDS = [0, 2, 1, 5, 4, 3]

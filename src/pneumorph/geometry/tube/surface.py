@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -17,6 +17,9 @@ Ends = Literal["flat", "pole"]
 @dataclass(frozen=True, eq=False)
 class TubeSurface:
     """One boundary surface of the body.
+
+    Flat ends are discs whose points (1 - s)·centre + s·rim(q) are linear in the end row's control points
+    (`cap_points`).
 
     r runs from base to tip. q runs so that r_q × r_r points from solid to void: counter-clockwise seen from the tip on
     the exterior, clockwise on a chamber.
@@ -40,6 +43,19 @@ class TubeSurface:
     ends: Ends
     size: tuple[float, float]
     cavity: bool
+
+    @property
+    def n_points(self) -> int:
+        """Number of control points."""
+        return self.net.shape[0] * self.net.shape[1]
+
+    def control_points(self) -> NDArray[np.float64]:
+        """The net row by row (r, then q), (n_points, 3) in mm."""
+        return self.net.reshape(-1, 3)
+
+    def with_control_points(self, points: NDArray[np.float64]) -> TubeSurface:
+        """The same tube with other control points, (n_points, 3) in mm."""
+        return replace(self, net=points.reshape(self.net.shape))
 
     @cached_property
     def basis_q(self) -> Basis:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.geometry.bspline import Basis
-from pneumorph.geometry.tube import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
