@@ -51,7 +51,7 @@ class Morph:
     far mid-side nodes are from the middle of their chords. A single one with quadratic elements moves mid-side nodes
     away from the middle of edges that stay straight, so that elements fold much sooner. Nodes in a mirror plane do not
     move normal to it; within it, those that are on no surface follow the others. Nodes in a plane across the axis where
-    another rubber begins do not move along it either. Those in half-planes between rubbers (see `mesh/tube/wedge.py`) count
+    another rubber begins do not move along it either. Those in half-planes between rubbers (`mesh/tube/wedge.py`) count
     as surface nodes: where they are is linear in these, so B and b have rows for them. Of a sector, nodes of the second
     cut are images of those of the first, and nodes on the axis stay on it.
 
