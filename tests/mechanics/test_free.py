@@ -12,7 +12,8 @@ from pneumorph.mechanics.contact.free import Free, middle_of, points_of, spin_of
 from pneumorph.mechanics.contact.obstacles import Box, Obstacle, Plane, Sphere, pressure, surface_of
 from pneumorph.mechanics.solve.forces import contact_forces
 from pneumorph.objective import Objective
-from pneumorph.objective.target import press, target_pose
+from pneumorph.objective.kinds import pose, press
+from pneumorph.objective.kinds.kind import Scope
 from pneumorph.problem import Press, TargetPose
 from pneumorph.sensitivity import gradient
 from pneumorph.verify.solids import tube
@@ -75,9 +76,10 @@ def test_gradients_through_touch_are_exact(resting, pressed):
     """Of the pose and of the force, by the places of the nodes and by the pressure."""
     at, tangent, found = resting
     asked = TargetPose.model_validate({"kind": "pose", "obstacle": "it", "z": "1 mm", "turn_y": "2 deg"})
-    objective = target_pose(asked)
+    scope = Scope("task[0].objective", 1.0, obstacles=("it",))
+    objective = pose.build(asked, scope)
     if pressed:
-        objective = press(Press(kind="press", obstacle="it", direction=(0.3, 0.0, 1.0)))
+        objective = press.build(Press(kind="press", obstacle="it", direction=(0.3, 0.0, 1.0)), scope)
         objective = replace(objective, value=lambda f: f.contact["it"].normal + f.pose["it"][0] * f.pose["it"][2])
     exact = gradient(at, tangent, found, objective)
     rng = np.random.default_rng(2)

@@ -11,7 +11,8 @@ import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
-from pneumorph.objective import Features, build_objectives, custom, deadline
+from pneumorph.objective import Features, build_objectives, deadline
+from pneumorph.objective.kinds import custom
 from pneumorph.problem import load, loads
 from pneumorph.run import create, open_run
 from pneumorph.study import load_study

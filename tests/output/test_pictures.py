@@ -14,13 +14,14 @@ from tiny import tiny
 from pneumorph.analysis import analyse, collect_fields, discretise
 from pneumorph.geometry.tube import build_design_space, starting_body
 from pneumorph.mesh.tube import mesh_body
+from pneumorph.objective.kinds import target_of
 from pneumorph.output import history, pictures, render
 from pneumorph.output.figures import PLOTS
 from pneumorph.output.format import format_duration, format_pressures
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
-from pneumorph.output.shape import achieved_centre_line, target_centre_line
+from pneumorph.output.shape import achieved_centre_line
 from pneumorph.output.view import Job, Panel, Shape, View
 from pneumorph.problem import loads
 from pneumorph.results import nodal_stretch
@@ -144,22 +145,22 @@ def test_targets_and_designed_pressures_have_their_pictures(body, tmp_path, monk
 
 
 def test_a_target_of_orientations_is_straight_pieces_along_them():
-    line = target_centre_line(arm(task_text("turns", TURNS)).task[0].objective, 24.0)
+    target = target_of(arm(task_text("turns", TURNS)).task[0].objective, 24.0)
     # A quarter turn about y lays the first half along x; the rotation vector (0, 90°, 90°) turns z to this direction.
     turned = Rotation.from_rotvec([0.0, np.pi / 2, np.pi / 2]).apply([0.0, 0.0, 1.0])
-    np.testing.assert_allclose(line.points, [[0, 0, 0], [12, 0, 0], [12, 0, 0] + 12 * turned], atol=1e-12)
-    np.testing.assert_allclose(line.sections, [[6, 0, 0], [12, 0, 0] + 6 * turned], atol=1e-12)
+    np.testing.assert_allclose(target.line, [[0, 0, 0], [12, 0, 0], [12, 0, 0] + 12 * turned], atol=1e-12)
+    np.testing.assert_allclose(target.sections, [[6, 0, 0], [12, 0, 0] + 6 * turned], atol=1e-12)
 
 
 def test_curves_run_from_the_base_through_the_sections():
     asked = arm(task_text("curve", CURVE)).task[0].objective
-    target = target_centre_line(asked, 24.0)
-    np.testing.assert_allclose(target.points[[0, -1]], [[0, 0, 0], [9, 0, 20]], atol=1e-9)
+    target = target_of(asked, 24.0)
+    np.testing.assert_allclose(target.line[[0, -1]], [[0, 0, 0], [9, 0, 20]], atol=1e-9)
     achieved = achieved_centre_line(answer(4, 0.1), 24.0)
     np.testing.assert_allclose(achieved.points[[0, -1]], [[0, 0, 0], [0, 0, 25]], atol=1e-9)
-    for line in (target, achieved):
-        distance, _ = KDTree(line.points).query(line.sections)
-        assert len(line.sections) == 4 and distance.max() < 0.1
+    for line, sections in ((target.line, target.sections), achieved):
+        distance, _ = KDTree(line).query(sections)
+        assert len(sections) == 4 and distance.max() < 0.1
 
 
 def test_three_units_have_three_scales():

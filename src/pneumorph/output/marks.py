@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -15,12 +14,11 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.patheffects import withStroke
 from scipy.spatial import ConvexHull
 
-from pneumorph.mechanics import rotation
+from pneumorph.objective.kinds import target_of
+from pneumorph.objective.kinds.kind import Target
 from pneumorph.output.figures import INK, SMALL
-from pneumorph.output.shape import target_centre_line
 from pneumorph.output.view import Shape, Shell, View
-from pneumorph.problem import MatchCurve, MatchSections, Problem, Reach, TargetMotion, Task
-from pneumorph.problem.components import MOTIONS
+from pneumorph.problem import Problem, Task
 from pneumorph.results import TaskResult
 
 LOAD = "#7b2d8b"
@@ -94,35 +92,23 @@ def loads_at(problem: Problem, tip: np.ndarray) -> list[Arrow]:
 def task_marks(problem: Problem, task: Task, found: TaskResult) -> Marks:
     """Loads and target of a task, on the body that it moves."""
     length = problem.body.length
-    rest = np.array([0.0, 0.0, length])
-    tip = rest + found.translation
-    arrows = loads_at(problem, tip)
-    place = turn = None
-    match task.objective:
-        case MatchCurve() | MatchSections() as asked:
-            target = target_centre_line(asked, length)
-            reached = np.reshape(found.section_positions, (-1, 3))
-            return Marks(arrows, target.points, target.sections, reached, outlined=True)
-        case Reach(position=place, rotation=turn):
-            place = None if place is None else np.array(place)
-        case TargetMotion(bending_x=about_x, bending_y=about_y, targets=targets):
-            moved = _asked(targets, MOTIONS[:3], found.translation)
-            place = None if moved is None else rest + moved
-            # A twist alone does not change where the plate looks.
-            bends = about_x is not None or about_y is not None
-            turn = _asked(targets, MOTIONS[3:], found.rotation) if bends else None
-    looks = NOTHING
-    if turn is not None:
+    tip = np.array([0.0, 0.0, length]) + found.translation
+    motion = np.array([*found.translation, *found.rotation])
+    target = target_of(task.objective, length, motion) or Target()
+    reached = np.reshape(found.section_positions, (-1, 3)) if len(target.line) else NOTHING
+    looks, place = NOTHING, target.place
+    if target.axis is not None:
         at = tip if place is None else place
-        looks = np.array([at, at + ARROW * length * np.asarray(rotation(jnp.array(turn)))[:, 2]])
-    return Marks(arrows, place=NOTHING if place is None else place[None], looks=looks, outlined=True)
-
-
-def _asked(targets: Mapping[str, float], motions: Sequence[str], reached: Sequence[float]) -> np.ndarray | None:
-    """Three motions as they are asked for and, where they are free, as they are reached; None if all are free."""
-    if not any(name in targets for name in motions):
-        return None
-    return np.array([targets.get(name, there) for name, there in zip(motions, reached, strict=True)])
+        looks = np.array([at, at + ARROW * length * target.axis])
+    return Marks(
+        loads_at(problem, tip),
+        target.line,
+        target.sections,
+        reached,
+        place=NOTHING if place is None else place[None],
+        looks=looks,
+        outlined=True,
+    )
 
 
 def clamp_of(shape: Shape | Shell) -> np.ndarray:

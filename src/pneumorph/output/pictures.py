@@ -8,6 +8,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from pneumorph.objective.kinds import target_of
 from pneumorph.output.animation import Film, evolution, inflation, save_gif
 from pneumorph.output.bodies import Row, bodies_figure
 from pneumorph.output.figures import PLOTS, save
@@ -18,7 +19,7 @@ from pneumorph.output.render import Drawing, NoPicture
 from pneumorph.output.scenes import Scene, highest_stretch, scenes_of
 from pneumorph.output.shape import shape_figure
 from pneumorph.output.view import View
-from pneumorph.problem import MatchCurve, MatchSections, Problem
+from pneumorph.problem import Problem
 from pneumorph.problem.reinforcement import starting_from
 from pneumorph.results import Fields, HistoryEntry, TaskResult
 from pneumorph.run import RunDirectory
@@ -101,7 +102,8 @@ def compared_shapes(run: RunDirectory, history: list[HistoryEntry], name: str, n
 
 def tasks_with_shapes(problem: Problem) -> list[str]:
     """The names of tasks with a target curve or target sections."""
-    return [task.name for task in problem.task if isinstance(task.objective, MatchCurve | MatchSections)]
+    targets = {task.name: target_of(task.objective, problem.body.length) for task in problem.task}
+    return [name for name, target in targets.items() if target is not None and len(target.line)]
 
 
 def _called(number: int, history: list[HistoryEntry]) -> str:

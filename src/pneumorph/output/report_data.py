@@ -8,28 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 import pneumorph
 from pneumorph.limits.table import in_history
-from pneumorph.mechanics import rotation, rubbers_of
+from pneumorph.mechanics import rubbers_of
+from pneumorph.objective.kinds import target_of
 from pneumorph.output.cuts import view_of
 from pneumorph.output.format import format_data, format_duration, format_pressures, warnings_of
-from pneumorph.output.shape import target_centre_line
-from pneumorph.problem import (
-    ContactArea,
-    Custom,
-    MatchCurve,
-    MatchSections,
-    Maximize,
-    Press,
-    Problem,
-    Reach,
-    TargetMotion,
-    TargetPose,
-    Task,
-)
+from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry, TaskResult, to_json
 from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory
@@ -91,16 +78,14 @@ def _task(problem: Problem, task: Task) -> dict[str, Any]:
 
 def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
     """The target of a task: a curve with sections on it, or a position and a direction of the plate; None without."""
-    match task.objective:
-        case MatchCurve() | MatchSections() as asked:
-            target = target_centre_line(asked, problem.body.length)
-            some = target.points if len(target.points) <= FINE else target.points[:: len(target.points) // FINE]
-            return {"line": np.round([*some, target.points[-1]], 3).tolist(), "sections": target.sections.tolist()}
-        case Reach(position=place, rotation=turn):
-            axis = None if turn is None else np.asarray(rotation(jnp.array(turn)))[:, 2].tolist()
-            return {"place": None if place is None else list(place), "axis": axis}
-        case Maximize() | TargetMotion() | TargetPose() | Press() | ContactArea() | Custom():
-            return None
+    target = target_of(task.objective, problem.body.length)
+    if target is None:
+        return None
+    line, place, axis = target.line, target.place, target.axis
+    if len(line):
+        some = line if len(line) <= FINE else line[:: len(line) // FINE]
+        return {"line": np.round([*some, line[-1]], 3).tolist(), "sections": target.sections.tolist()}
+    return {"place": None if place is None else place.tolist(), "axis": None if axis is None else axis.tolist()}
 
 
 def _warnings(problem: Problem, tasks: Mapping[str, TaskResult]) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -13,16 +12,15 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from scipy.interpolate import make_interp_spline
 
-from pneumorph.mechanics import rotation
-from pneumorph.objective.curve import section_targets
 from pneumorph.objective.features import equidistant
+from pneumorph.objective.kinds import target_of
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, plain
-from pneumorph.problem import MatchCurve, MatchSections, Task
+from pneumorph.problem import Task
 from pneumorph.results import TaskResult
 from pneumorph.results.achieved import motion_of
 
 FINE = 200
-"""Points along every centre line."""
+"""Points along the centre line of a body."""
 
 AXES = ("x", "y", "z")
 STYLES: Mapping[str, Mapping[str, Any]] = {
@@ -53,22 +51,6 @@ class CentreLine(NamedTuple):
     sections: np.ndarray
 
 
-def target_centre_line(asked: MatchCurve | MatchSections, length: float) -> CentreLine:
-    """The target of a task as a centre line.
-
-    Orientations alone do not determine one: it is drawn as straight pieces of length/n, each along the axis of its
-    section and with the section in its middle.
-    """
-    if isinstance(asked, MatchCurve):
-        points, fractions = np.array(asked.control_points), equidistant(asked.sections, length).middle / length
-        line, _ = section_targets(points, asked.degree, np.linspace(0.0, 1.0, FINE))
-        sections, _ = section_targets(points, asked.degree, fractions)
-        return CentreLine(line, sections)
-    axes = np.array([np.asarray(rotation(jnp.array(turn)))[:, 2] for turn in asked.rotations])
-    joints = np.vstack([np.zeros(3), np.cumsum(axes * length / len(axes), axis=0)])
-    return CentreLine(joints, (joints[:-1] + joints[1:]) / 2)
-
-
 def achieved_centre_line(found: TaskResult, length: float) -> CentreLine:
     """The result of a task as a centre line: a smooth curve from the base through the sections to the tip."""
     sections = np.array(found.section_positions)
@@ -85,14 +67,15 @@ def shape_figure(
     Parameters
     ----------
     task : Task
-        With the objective `match_curve` or `match_sections`.
+        One whose target is a centre line.
     length : length of the body, mm.
     first, last : results of the two designs in this task.
     names : of the two designs.
     """
-    assert isinstance(task.objective, MatchCurve | MatchSections)
+    target = target_of(task.objective, length)
+    assert target is not None
     lines = {name: achieved_centre_line(found, length) for name, found in (("start", first), ("final", last))}
-    lines["target"] = target_centre_line(task.objective, length)
+    lines["target"] = CentreLine(target.line, target.sections)
     limits = _limits(lines)
     span = np.ptp(limits, axis=1)
     x, y, z = span * (COLUMN - 2 * GAP - 2 * EDGE) / (span[1] + span[2])

@@ -12,23 +12,24 @@ from jax import Array
 
 from pneumorph.errors import ProblemError
 from pneumorph.objective.deadline import PROCESSOR, TooLong, deadline
-from pneumorph.objective.features import Features, Pressing
+from pneumorph.objective.features import Features, Pressing, equidistant
+from pneumorph.objective.kinds.kind import Scope
+from pneumorph.objective.objective import Objective
 from pneumorph.problem import Custom
 
 FILE = "<objective>"
 
-Names = tuple[str, ...]
 
-
-def custom(key: str, asked: Custom, chambers: Names, obstacles: Names = ()) -> Callable[[Features], Array]:
+def build(asked: Custom, scope: Scope) -> Objective:
     """Load a user's objective function, and check that it returns one number for features of this problem's shapes.
 
     Raises
     ------
     ProblemError
-        If there is no such function, or it fails or does not return a number; names `key` and the line of the code.
+        If there is no such function, or it fails or does not return a number; names the key and the line of the code.
     """
     space: dict[str, Any] = {}
+    key = scope.key
     _guarded(key, lambda: exec(compile(asked.code, FILE, "exec"), space))
     function = space.get(asked.function)
     if not callable(function):
@@ -36,11 +37,11 @@ def custom(key: str, asked: Custom, chambers: Names, obstacles: Names = ()) -> C
     none = Features(
         jnp.zeros(3),
         jnp.zeros(3),
-        {name: jnp.zeros(()) for name in chambers},
+        {name: jnp.zeros(()) for name in scope.chambers},
         jnp.zeros((asked.sections, 3)),
         jnp.zeros((asked.sections, 3, 3)),
-        {name: Pressing(jnp.zeros(3), jnp.zeros(()), jnp.zeros(())) for name in obstacles},
-        {name: jnp.zeros(6) for name in obstacles},
+        {name: Pressing(jnp.zeros(3), jnp.zeros(()), jnp.zeros(())) for name in scope.obstacles},
+        {name: jnp.zeros(6) for name in scope.obstacles},
     )
 
     def measure(f: Features) -> Array:
@@ -52,7 +53,7 @@ def custom(key: str, asked: Custom, chambers: Names, obstacles: Names = ()) -> C
             f"{key}.function: {asked.function} returns an array of shape {found.shape} and type {found.dtype}; "
             "make it return one real number"
         )
-    return measure
+    return Objective(measure, equidistant(asked.sections, scope.length))
 
 
 def _guarded(key: str, call: Callable[[], Any]) -> Any:

@@ -1,0 +1,55 @@
+"""What there is to know of a kind of objective, and where it aims in plain points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pneumorph.objective.objective import Objective
+
+
+class Scope(NamedTuple):
+    """What of a problem objectives depend on: their key in the file, the body's length in mm, and names."""
+
+    key: str
+    length: float
+    chambers: tuple[str, ...] = ()
+    obstacles: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """Where the body should be, in mm from the centre of the base.
+
+    Attributes
+    ----------
+    line, sections : (n, 3), (S, 3)
+        A centre line, and the centres of sections on it; empty without.
+    place : (3,) or None
+        Of the tip's centre.
+    axis : (3,) or None
+        The unit vector along which the plate should face.
+    """
+
+    line: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    sections: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    place: np.ndarray | None = None
+    axis: np.ndarray | None = None
+
+
+def nowhere(asked: Any, length: float, motion: np.ndarray | None) -> None:
+    """The target of objectives that have none in space."""
+    return None
+
+
+class Kind(NamedTuple):
+    """The functions of a kind: the objective that its table asks for, and its target on a body of some length (mm).
+
+    The target of what leaves something free is filled up with the motion (6,) of the tip, if that is known.
+    """
+
+    build: Callable[[Any, Scope], Objective]
+    target: Callable[[Any, float, np.ndarray | None], Target | None] = nowhere
