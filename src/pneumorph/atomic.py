@@ -66,7 +66,8 @@ def opened(path: Path, follow: bool = True) -> Iterator[Folder]:
         If there is none, or it is a link that must not be followed.
     """
     if not follow and _is_link(path):
-        raise NotADirectoryError(errno.ENOTDIR, "it is a link, which is not followed; put a folder there", str(path))
+        words = f"{path.name} is a link, which is not followed; put a folder there"
+        raise NotADirectoryError(errno.ENOTDIR, words, str(path))
     handle = None
     if _BY_HANDLE:
         # Again: it may have become one.

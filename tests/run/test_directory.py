@@ -124,6 +124,7 @@ def test_a_kill_at_any_moment_of_recording(tmp_path, monkeypatch, moment):
     assert open_run(tmp_path).latest() == expected
 
     again = resume(tmp_path, PROBLEM)
+    again.begin()
     assert again.latest() == expected
     assert [entry.iteration for entry in again.history()] == list(range(expected + 1))
     assert sorted(path.name for path in (tmp_path / "designs").glob("[!.]*")) == [
@@ -153,7 +154,10 @@ def test_a_torn_last_line_is_ignored_and_trimmed(tmp_path, cut):
     whole = history.read_bytes()
     history.write_bytes(whole + whole.splitlines(keepends=True)[-1][:cut])
     assert [entry.iteration for entry in open_run(tmp_path).history()] == [0, 1]
-    resume(tmp_path, PROBLEM)
+    torn = history.read_bytes()
+    again = resume(tmp_path, PROBLEM)
+    assert history.read_bytes() == torn, "nothing is changed before it goes on"
+    again.begin()
     assert history.read_bytes() == whole
 
 
@@ -165,14 +169,17 @@ def test_resume_before_the_first_design(tmp_path):
     assert resume(empty, PROBLEM).latest() is None
     run = create(tmp_path / "begun", PROBLEM)
     atomic.append_line(run.path / "history.jsonl", json.dumps(to_json(line(0))))
-    assert resume(run.path, PROBLEM).latest() is None
-    assert run.history() == []
+    again = resume(run.path, PROBLEM)
+    again.begin()
+    assert again.latest() is None and run.history() == []
 
 
 def test_resume_may_change_the_number_of_iterations(tmp_path):
     run_of(tmp_path, 2)
     longer = PROBLEM.model_copy(update={"optimizer": PROBLEM.optimizer.model_copy(update={"iterations": 100})})
-    assert resume(tmp_path, longer).latest() == 1
+    again = resume(tmp_path, longer)
+    assert again.latest() == 1 and open_run(tmp_path).problem == PROBLEM
+    again.begin()
     assert open_run(tmp_path).problem.optimizer.iterations == 100
 
 

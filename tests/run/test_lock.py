@@ -9,7 +9,7 @@ import pytest
 from records import entry, one_element
 from tiny import tiny
 
-from pneumorph.errors import NotWritten, ProblemError
+from pneumorph.errors import ComputationError, NotWritten, ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.optimize import DesignAccepted
 from pneumorph.problem import loads
@@ -98,7 +98,9 @@ def test_other_directories_get_no_file(tmp_path):
 
 def test_changes_that_are_harmless_and_that_are_not(run):
     same = PROBLEM.with_changes({"optimizer.iterations": 9, "title": "Longer", "make.chord": False, "make.wall": False})
-    assert resume(run.path, same).latest() == 1 and open_run(run.path).problem == same
+    again = resume(run.path, same)
+    again.begin()
+    assert again.latest() == 1 and open_run(run.path).problem == same
     before = contents(run)
     changed = PROBLEM.with_changes({"mesh.size": "5 mm", "task[0].pressure.A": "50 kPa", "limits.skew": 0.1})
     message = refusal(resume, run.path, changed)
@@ -132,6 +134,7 @@ def test_a_full_disk_leaves_what_there_is_whole(run, monkeypatch, calls):
     assert open_run(run.path).latest() == 1
     assert not list(run.path.rglob(".*.new"))
     again = resume(run.path, PROBLEM)
+    again.begin()
     record(again, 2)
     assert [entry.iteration for entry in again.history()] == [0, 1, 2] and again.latest() == 2
 
@@ -158,7 +161,8 @@ def test_directories_that_cannot_be_written(run, monkeypatch, number):
             complete.complete(run, lambda event: None)
     with monkeypatch.context() as patch:
         full(patch, 0, number)
-        assert f"cannot be a run directory ({os.strerror(number)})" in refusal(resume, run.path, PROBLEM)
+        again = resume(run.path, PROBLEM)
+        assert f"cannot be written ({os.strerror(number)})" in refusal(again.begin, kind=NotWritten)
         assert "cannot be a run directory" in refusal(create, run.path.parent / "new", PROBLEM)
     assert contents(run) == before and open_run(run.path).latest() == 1
 
@@ -172,3 +176,64 @@ def test_a_run_ends_in_one_line_when_the_disk_is_full(run, monkeypatch):
     full(monkeypatch, 2)
     message = refusal(complete.complete, new, lambda event: None, kind=NotWritten)
     assert "No space left on device" in message and new.latest() is None
+
+
+def test_a_state_that_cannot_be_resumed_from_changes_nothing(run, monkeypatch):
+    """Whether it is refused as it is read, or by the loop, with an unfinished design and another number of designs."""
+    (run.path / "designs" / "0002.npz").write_bytes(b"half")
+    with (run.path / "history.jsonl").open("a") as history:
+        history.write('{"iteration": 2')
+    longer = PROBLEM.with_changes({"optimizer.iterations": 9})
+    before = contents(run)
+    refusal(lambda: complete.complete(resume(run.path, longer), lambda event: None))
+    assert contents(run) == before
+    monkeypatch.setattr(RunDirectory, "resumable", lambda self: {})
+    for kind in (ComputationError, ProblemError):
+
+        def refused(problem, state, kind=kind):
+            raise kind("its equilibrium is not found again")
+            yield
+
+        monkeypatch.setattr(complete, "design", refused)
+        refusal(lambda: complete.complete(resume(run.path, longer), lambda event: None), kind=kind)
+        assert contents(run) == before
+
+
+def test_links_in_a_run_lead_nowhere(run, tmp_path):
+    """Nothing outside is written or removed, whether links are in place of files, temporary ones or folders."""
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    for name in ("0000.npz", "0001.npz", "0002.npz", "0007.npz", "file"):
+        (outside / name).write_bytes(b"precious")
+    before = {path: path.read_bytes() for path in outside.iterdir()}
+
+    def untouched():
+        return {path: path.read_bytes() for path in outside.iterdir()} == before
+
+    for name in ("problem.toml", "history.jsonl", "checkpoint.npz"):
+        (run.path / f".{name}.new").symlink_to(outside / "file")
+        (run.path / name).rename(run.path / f"own {name}")
+        (run.path / name).symlink_to(run.path / f"own {name}")
+    (run.path / "designs" / "0002.npz").symlink_to(outside / "0002.npz")
+    again = resume(run.path, PROBLEM)
+    again.begin()
+    record(again, 2)
+    assert untouched() and not (run.path / "problem.toml").is_symlink()
+    assert again.latest() == 2 and not (run.path / "designs" / "0002.npz").is_symlink()
+    # A history may not be appended to through a link either.
+    (run.path / "history.jsonl").rename(outside / "history.jsonl")
+    (run.path / "history.jsonl").symlink_to(outside / "history.jsonl")
+    lines = (outside / "history.jsonl").read_bytes()
+    refusal(record, again, 3, kind=NotWritten)
+    assert (outside / "history.jsonl").read_bytes() == lines
+    (run.path / "history.jsonl").unlink()
+    (outside / "history.jsonl").rename(run.path / "history.jsonl")
+    for folder in ("designs", "fields"):
+        (run.path / folder).rename(run.path / f"own {folder}")
+        (run.path / folder).symlink_to(outside)
+        assert f"{folder} is a link" in refusal(resume, run.path, PROBLEM)
+        assert f"{folder} is a link" in refusal(again.begin, kind=NotWritten)
+        assert f"{folder} is a link" in refusal(record, again, 3, kind=NotWritten)
+        (run.path / folder).unlink()
+        (run.path / f"own {folder}").rename(run.path / folder)
+        assert untouched()

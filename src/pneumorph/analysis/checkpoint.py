@@ -9,14 +9,14 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ProblemError
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.geometry.tube.level import build_levels
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
-from pneumorph.results.fields import pack_covers, unpack_covers
+from pneumorph.results.fields import check_elements, pack_covers, unpack_covers
 
 
 def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
@@ -49,12 +49,12 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
 
     Raises
     ------
-    ComputationError
+    ProblemError
         If the number of design variables has changed since, the mesh does not fit the problem, or an equilibrium is not
         found again.
     """
     if len(arrays["phi"]) != space.n:
-        raise ComputationError(
+        raise ProblemError(
             f"the run was made with {len(arrays['phi'])} design variables, but this version of pneumorph has {space.n} "
             "for the same problem; start the run again in another directory"
         )
@@ -73,14 +73,15 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
         morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param, heights)
         if "mesh_shift" in arrays:
             morph = replace(morph, mesh=morph.mesh.at(arrays["mesh_fresh"]), shift=arrays["mesh_shift"])
+        check_elements(morph.at(space.control_points(arrays["phi"])))
         disc = build_discretisation(problem, morph, points)
         starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
     # It is a mesh, but not one of this problem.
     except (ArithmeticError, KeyError, RuntimeError, ValueError) as error:
-        raise ComputationError(
+        raise ProblemError(
             f"the checkpoint does not fit its problem ({error}); start the run again in another directory"
         ) from None
     analysis = analyse(problem, space, disc, arrays["phi"], starts)
     if isinstance(analysis, NoEquilibrium):
-        raise ComputationError(f"the checkpoint's design cannot be analysed again: {analysis.reason}")
+        raise ProblemError(f"the checkpoint's design cannot be analysed again: {analysis.reason}")
     return disc, analysis

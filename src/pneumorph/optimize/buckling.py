@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, lateral_slope_of, lateral_stability, lateral_stiffness
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ProblemError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Softest
 
@@ -61,14 +61,14 @@ def unpack_at_rest(disc: Discretisation, arrays: Mapping[str, Any]) -> Stiffness
 
     Raises
     ------
-    ComputationError
+    ProblemError
         If they do not fit the body.
     """
     found = {name: list(map(float, arrays.get(f"at rest {name}", ()))) for name in disc.tangents}
     if not any(found.values()):
         return {}
     if any(len(kinds) != len(disc.lateral) or min(kinds, default=1.0) <= 0.0 for kinds in found.values()):
-        raise ComputationError(
+        raise ProblemError(
             "the checkpoint does not fit its problem (stiffnesses at rest); start the run again in another directory"
         )
     return found

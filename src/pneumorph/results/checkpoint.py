@@ -7,9 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.results.arrays import floats, indices
-from pneumorph.results.fields import unpack_mesh
+from pneumorph.results.fields import check_elements, unpack_mesh
+
+_FLAT = 1e-12
+"""Volume over the cube of the longest edge up to which an element counts as flat; `mesh_body` allows none near it."""
 
 
 def check(problem: Problem, state: Mapping[str, Any]) -> None:
@@ -22,6 +26,7 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
     """
     n = len(floats(state, "phi", None))
     mesh = unpack_mesh(state, "mesh_straight", "mesh_tets")
+    _check_straight(mesh)
     controls = len(floats(state, "mesh_points", None, 3))
     entries = len(floats(state, "mesh_B_data", None))
     indices(state, "mesh_B_indices", entries, below=controls)
@@ -33,6 +38,8 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
     for name in ("mesh_fresh", "mesh_shift"):
         if name in state:
             floats(state, name, len(mesh.points), 3)
+    if "mesh_fresh" in state:
+        check_elements(mesh.at(state["mesh_fresh"]))
     if "mesh_offset" in state:
         floats(state, "mesh_offset", len(starts) - 1, 3)
     for name in state:
@@ -54,3 +61,15 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
         floats(state, "dfp_slope", None)
     floats(state, "values", None)
     indices(state, "iteration", below=10**9)
+
+
+def _check_straight(mesh: TetMesh) -> None:
+    """ValueError if elements are flat while their edges are straight: they have no gradients.
+
+    Some of a sound mesh are inverted while straight, see `mesh_body`.
+    """
+    corners = mesh.points[mesh.tets[:, :4]]
+    edges = corners[:, 1:] - corners[:, :1]
+    # Written so that elements whose corners coincide fail.
+    if not (np.abs(np.linalg.det(edges)) > _FLAT * np.abs(edges).max(axis=(1, 2)) ** 3).all():
+        raise ValueError("the mesh has elements without volume")

@@ -106,6 +106,7 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
         return [key.removeprefix(f"{kind} ") for key in arrays if key.startswith(f"{kind} ")]
 
     mesh = unpack_mesh(arrays, "points", "tets")
+    check_elements(mesh)
     nodes, skin = len(mesh.points), len(skin_of(mesh))
     u = {name: floats(arrays, f"u {name}", nodes, 3) for name in named("u")}
     stretch = {name: floats(arrays, f"stretch {name}", nodes) for name in named("stretch")}
@@ -123,7 +124,10 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
 
 
 def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> TetMesh:
-    """A mesh from stored arrays by their names, and its faces; KeyError or ValueError if it is none."""
+    """A mesh from stored arrays by their names, and its faces; KeyError or ValueError if it is none.
+
+    For whether its elements have volume see `check_elements`.
+    """
     places = floats(arrays, points, None, 3, most=1e12)
     corners = indices(arrays, tets, None, 10, below=len(places))
     names = [key.removeprefix("face ") for key in arrays if key.startswith("face ")]
@@ -135,10 +139,6 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     _check_sector(places, faces)
     if np.bincount(corners.ravel(), minlength=len(places)).min() == 0:
         raise ValueError("the mesh has nodes that no element uses")
-    gradients = tet_gradient(TET_RULE)
-    jacobian = np.einsum("eai,gaj->egij", places[corners], gradients)
-    if not np.linalg.det(jacobian).min() > 0.0:
-        raise ValueError("the mesh has elements without volume")
     regions = [key.removeprefix("region ") for key in arrays if key.startswith("region ")]
     parts = {name: indices(arrays, f"region {name}", None, below=len(corners)) for name in regions}
     if parts and not np.array_equal(np.sort(np.concatenate([*parts.values()])), np.arange(len(corners))):
@@ -147,6 +147,13 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     if any(own.nodes.size and own.nodes.max() >= len(places) for own in covers.values()):
         raise ValueError("its covers have nodes that the mesh has not")
     return TetMesh(places, corners, faces, parts, covers)
+
+
+def check_elements(mesh: TetMesh) -> None:
+    """ValueError if elements, with their curved edges, have no volume at a quadrature point."""
+    jacobian = np.einsum("eai,gaj->egij", mesh.points[mesh.tets], tet_gradient(TET_RULE))
+    if not np.linalg.det(jacobian).min() > 0.0:
+        raise ValueError("the mesh has elements without volume")
 
 
 def _check_sector(places: np.ndarray, faces: Mapping[str, np.ndarray]) -> None:

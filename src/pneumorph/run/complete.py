@@ -56,9 +56,13 @@ def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
 
 
 def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
-    state = run.resumable()
+    state, begun = run.resumable(), False
     try:
         for event in design(run.problem, state):
+            if not begun:
+                # Only now is it sure that the state can be resumed from: what is refused changes nothing.
+                run.begin()
+                begun = True
             if isinstance(event, DesignAccepted):
                 run.record(event.entry, StoredDesign.of(event.body, event.pressures), event.fields, event.state)
             if isinstance(event, Finished):
@@ -71,7 +75,8 @@ def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
     except NotWritten:
         raise
     except ComputationError as error:
-        _conclude(run, Outcome(f"the computation failed: {error}", completed=False))
+        if begun:
+            _conclude(run, Outcome(f"the computation failed: {error}", completed=False))
         raise
     raise ComputationError("the design loop ended without a reason")
 

@@ -7,7 +7,9 @@ is written. Files newer than the checkpoint belong to an unfinished iteration; `
 """
 
 import json
-from collections.abc import Iterator, Mapping
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -39,6 +41,11 @@ MOST_DESIGNS = 10**6
 
 BEYOND = 100.0
 """Farthest that a point of a stored design may lie from the origin, in lengths of the body."""
+
+FOLDERS = ("designs", "fields", "pictures")
+"""Folders in which a run is written."""
+
+_NUMBERED = re.compile(r"([0-9]{1,9})\.npz")
 
 _EPS = 1e-6
 """What rounding may put a value beyond its bounds, N/mm and rad."""
@@ -85,7 +92,7 @@ class RunDirectory:
         """Store an accepted design: history entry, shape and pressures, fields, and the state for resuming after it."""
         iteration = entry.iteration
         with self._writing():
-            atomic.write_arrays(self._design_path(iteration), self._design_arrays(design))
+            atomic.write_arrays(self._design_path(iteration), self._design_arrays(design), follow=False)
             self.write_fields(iteration, fields)
             atomic.append_line(self.path / "history.jsonl", json.dumps(to_json(entry), allow_nan=False))
             atomic.write_arrays(self.path / "checkpoint.npz", _checkpoint_arrays(iteration, state))
@@ -94,8 +101,8 @@ class RunDirectory:
     def write_fields(self, iteration: int, fields: Fields) -> None:
         """Store the fields of a design."""
         with self._writing():
-            (self.path / "fields").mkdir(exist_ok=True)
-            atomic.write_arrays(self._fields_path(iteration), fields.pack())
+            atomic.make_folder(self.path / "fields")
+            atomic.write_arrays(self._fields_path(iteration), fields.pack(), follow=False)
 
     def fields(self, iteration: int) -> Fields | None:
         """The stored fields of a design, None if there are none: only those of the first and the last are kept."""
@@ -255,10 +262,15 @@ class RunDirectory:
     def _fields_path(self, iteration: int) -> Path:
         return self.path / "fields" / f"{iteration:04d}.npz"
 
+    def check_folders(self) -> None:
+        """Raise OSError where a folder in which a run writes is a link, or no folder."""
+        for name in FOLDERS:
+            if os.path.lexists(self.path / name):
+                with atomic.opened(self.path / name, follow=False):
+                    pass
+
     def _keep_fields_of(self, iterations: tuple[int, ...]) -> None:
-        for stored in (self.path / "fields").glob("[0-9]*.npz"):
-            if int(stored.stem) not in iterations:
-                stored.unlink()
+        self._remove("fields", lambda number: number not in iterations)
 
     def _design_arrays(self, design: StoredDesign) -> dict[str, np.ndarray]:
         chambers = [chamber.name for chamber in self.problem.body.chamber]
@@ -266,17 +278,37 @@ class RunDirectory:
         nets = {f"chamber_{name}": design.chambers[name] for name in chambers}
         return {"exterior": design.exterior, **nets, "pressures": np.array(rows)}
 
+    def begin(self) -> None:
+        """Store the problem, and remove what is newer than the checkpoint, which an interruption left in part.
+
+        To be called once the run goes on: what is refused before changes nothing in the directory.
+
+        Raises
+        ------
+        NotWritten
+            If the directory cannot be written.
+        """
+        with self._writing():
+            _store(self.path, self.problem)
+            self._remove_unfinished()
+
     def _remove_unfinished(self) -> None:
-        """Remove what is newer than the checkpoint: an iteration that was interrupted while it was being stored."""
         latest = self.latest()
         finished = -1 if latest is None else latest
         kept = sum(entry.iteration <= finished for entry in self.history())
         text = "".join(f"{line}\n" for line in self._lines()[:kept])
         atomic.write_bytes(self.path / "history.jsonl", text.encode())
-        for stored in (self.path / "designs").glob("[0-9]*.npz"):
-            if int(stored.stem) > finished:
-                stored.unlink()
+        self._remove("designs", lambda number: number > finished)
         self._keep_fields_of((0, finished) if finished >= 0 else ())
+
+    def _remove(self, folder: str, unwanted: Callable[[int], bool]) -> None:
+        """Remove the arrays of unwanted designs from a folder of the run; nothing is done where there is none."""
+        if not os.path.lexists(self.path / folder):
+            return
+        with atomic.opened(self.path / folder, follow=False) as there:
+            for name in there.names():
+                if (found := _NUMBERED.fullmatch(name)) and unwanted(int(found[1])):
+                    there.remove(name)
 
 
 def create(path: str | Path, problem: Problem) -> RunDirectory:
@@ -287,12 +319,13 @@ def create(path: str | Path, problem: Problem) -> RunDirectory:
         if (path / NAME).exists() or _is_empty(path):
             with held(path):
                 if _is_empty(path):
-                    return _started(path, problem)
+                    _store(path, problem)
+                    return RunDirectory(path, problem)
         raise ProblemError(f"{path}: is not empty; add --resume to resume the run in it, or name another --out")
 
 
 def resume(path: str | Path, problem: Problem) -> RunDirectory:
-    """Prepare the directory of an interrupted run of `problem` for resuming: remove what was unfinished.
+    """Open the directory of an interrupted run of `problem` for resuming; nothing is changed before it begins.
 
     The number of iterations, and other keys that do not change what is designed (`HARMLESS`), may differ from those of
     the interrupted run. Without a run in the directory a new one is made.
@@ -313,10 +346,9 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
             f"{path}/problem.toml"
         )
     with _usable(path), held(path):
-        # What is not as it should be is said before anything is replaced.
-        RunDirectory(path, stored).latest()
-        run = _started(path, problem)
-        run._remove_unfinished()
+        run = RunDirectory(path, problem)
+        run.latest()
+        run.check_folders()
         return run
 
 
@@ -331,12 +363,12 @@ def open_run(path: str | Path) -> RunDirectory:
     return RunDirectory(path, read(path / "problem.toml"))
 
 
-def _started(path: Path, problem: Problem) -> RunDirectory:
+def _store(path: Path, problem: Problem) -> None:
+    """Store the problem of a run."""
+    atomic.make_folder(path / "designs")
     atomic.write_bytes(path / "problem.toml", problem.to_toml().encode())
-    (path / "designs").mkdir(exist_ok=True)
     # It is designed with: opening the run asks nothing.
     keep(codes_of(problem), str(path))
-    return RunDirectory(path, problem)
 
 
 def _is_empty(path: Path) -> bool:
