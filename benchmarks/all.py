@@ -23,66 +23,77 @@ HERE = Path(__file__).resolve().parent
 PLACE = HERE.parent / "docs" / "performance.md"
 HEAD = """# Performance
 
-Every section but the last is the output of the benchmark that it names; `python benchmarks/all.py --{size} RUNS` runs
-them all.
+Every section except the last is the output of the named benchmark; `python benchmarks/all.py --{size} RUNS` runs them
+all.
 
-Machine: {machine}. Compare figures within a table: other machines, and this one at other times, are faster or slower as
-a whole. An *equivalent* is the time of one assembly and factorisation of the tangent on the same mesh.
+Machine: {machine}. Compare figures within a table only: other machines, and this one at other times, are faster or
+slower as a whole. An *equivalent* is the time of one assembly and factorisation of the tangent on the same mesh.
 """
 
 FOOT = """
-## What limits next
+## Where the time goes
 
-A design needs at least about one and a half equivalents: one factorisation near the answer, whose inertia certifies
-that the state is stable and with which the adjoint is solved, and some twenty back-solves. Beyond that it spends:
+A design needs at least about one and a half equivalents: one factorisation near the solution, whose inertia certifies
+stability and with which the adjoint is solved, and about twenty back-solves. The remaining time is spent as follows.
 
-- **At the paper's size** every case takes a tenth to a hundredth of the paper's time. `linear_spring` takes a tenth for
-  its 40 designs, which make it nearly twice as good as the paper's; it is as good after 18, in a twenty-fifth of the
-  paper's time. Half of its time is the sub-problem's, and three factorisations a design are of the whole body, to see
-  that it does not buckle to a side. `bending_spring` takes a thirteenth, more than half of which are its last two
-  designs, near ballooning; it is as good as the paper after 16 of 25, in a 44th of the paper's time. `bending` ends at
-  348°, where a longer step would make it go through itself.
-- **A factorisation at the predicted state**, with volume ratios that are predicted too. The linear actuator with
-  80,349 unknowns, a step of 0.54 mm, one thread, in equivalents from the prediction to the answer with its
-  factorisation: 2.3 so; 2.4 to 2.9 by quasi-Newton steps with the factor of the design before alone, with a memory of
-  twenty steps (the eigenvalues of M⁻¹K are from 0.1 to 11, and conjugate gradients take 35 products to a residual of
-  1e-4). Prediction of second order makes the start worse, not better: its term is as long as the first, and the
-  residual grows from 6.9 to 23 times the applied force. A factor of single precision takes 0.48 s in place of 0.80
-  and a back-solve 31 ms in place of 43, but needs a symbolic analysis of its own of 0.7 s for every mesh, of which
-  there is one for about five designs. PARDISO's own Krylov mode took as long as a factorisation. PARDISO for positive
-  definite matrices is a tenth faster, but does not give the inertia. Its scheduling in two levels makes no
-  difference.
-- **Long steps of thin bodies**: near ballooning, and where a body bends by 30° a design, a step is gone in two to
-  four parts of three to eight factorisations each. Gone as one, it would be taken back, and its half would gain half.
-  What was tried: volume ratios in every search (where displacements are rough, twenty factorisations find nothing),
-  and down to a tenth of the applied force in place of three tenths (no fewer factorisations); a factorisation at once
-  in place of steps with the one of the design before (the same), forty steps of conjugate gradients for the fit in
-  place of a hundred (one to three factorisations more).
-- **Steps that end in ballooning**: a few of a run's last designs take as many factorisations as all before, because
-  no step longer than some hundredths of a millimetre has a state. The lowest frequency of the body does not foresee
-  it: of `twisting_spring` it gives the length of such a step within a factor of five, one design before; of
-  `bending_spring` it does not change at all, for its softest motion is another one.
-- **Mixed elements** take three to four factorisations a design where plain ones take one or two: the last is always
-  of the answer itself, for its stability and its adjoint, since conjugate gradients do not apply to a saddle point.
-- **Corrections near the factorised state**: two products for the stability and about four for the adjoint. With two
-  threads they take nearly as long as a factorisation at the answer would, for a back-solve is limited by memory.
-- **The sub-problem**, half of the time where variables are as many as the paper's: 5 programs of 6 updates of the
-  prices and up to 20 iterations each. What was tried: two updates lose a fifth of the gain late in a run, four
-  programs 3 to 4 % of it; begun at rest with each update, 20 iterations lose a tenth. Ten updates of ten iterations
-  promise more and end worse. Beginning with the step before promises some per cent more and makes rougher shapes,
-  which gain less. There are no rows out of reach that could be left out. A product compiled by Numba for the
-  smoothing and the limits together is slower than SciPy's. A second thread, and matrices of single precision, gain
-  nothing at these sizes.
-- **Bringing steps within the limits**, with certificates, about one and a half times as long as the programs: with
-  13,582 variables four to six motions under ten to fourteen thousand linearised limits, of which hundreds to
-  thousands are broken at first, so that methods which need few of them at once do not pay; fewer motions cost more
-  rejected steps. Motions of half as many iterations, or twice as many, take longer together. Motions from the step
-  itself, each begun with the prices of the one before, do not converge: what the limits' curvature leaves is undone.
-- **New meshes**: Netgen and the symbolic analysis are two thirds of each.
-- **Targets of several motions**: the gradients of the arms' sections have a right side for every section.
+- **At the paper's size** every case takes a tenth to a hundredth of the paper's time.
 
-At first use more than half of the processor time is Numba's compilation of the certificate's kernels; without their
-entry points for Python it takes as long, and so it does with less optimisation by LLVM.
+  | case | share of the paper's time | as good as the paper after | share of the paper's time until then |
+  |---|---|---|---|
+  | `linear_spring` | a tenth | 18 of 40 designs | a 25th |
+  | `bending_spring` | a 13th | 16 of 25 designs | a 44th |
+
+  `linear_spring` ends nearly twice as good as the paper's design. The sub-problem takes half of its time. Three
+  factorisations per design are of the whole body, to test for lateral buckling. The last two designs of
+  `bending_spring`, near ballooning, take more than half of its time. `bending` ends at 348°, because it would
+  self-intersect after a longer step.
+- **A factorisation at the predicted state**, with predicted volume ratios. For the linear actuator with 80,349
+  unknowns, a step of 0.54 mm and one thread, the cost from the prediction to the solution, including its factorisation,
+  is 2.3 equivalents. Alternatives are not better:
+    - Quasi-Newton steps with the factor of the previous design alone, with a memory of twenty steps, need 2.4 to 2.9
+      equivalents. (The eigenvalues of M⁻¹K are between 0.1 and 11, and conjugate gradients need 35 products for a
+      residual of 1e-4.)
+    - A prediction of second order is worse: its second-order term is as large as the first, and the residual grows from
+      6.9 to 23 times the applied force.
+    - A factor in single precision takes 0.48 s instead of 0.80 s, and a back-solve 31 ms instead of 43 ms. It needs a
+      separate symbolic analysis of 0.7 s for every mesh, and there is a new mesh for about every five designs.
+    - PARDISO's own Krylov mode takes as long as a factorisation. PARDISO for positive definite matrices is a tenth
+      faster, but does not give the inertia. Its two-level scheduling makes no difference.
+- **Long steps of thin bodies.** Near ballooning, and if a body bends by 30° per design, a step is divided into two to
+  four parts of three to eight factorisations each. As a whole it would be rejected, and half of it would gain half.
+  Alternatives:
+    - Volume ratios in every solution: with rough displacements, twenty factorisations find no equilibrium.
+    - Volume ratios down to a tenth of the applied force instead of three tenths: no fewer factorisations.
+    - An immediate factorisation instead of steps with that of the previous design: the same cost.
+    - Forty steps of conjugate gradients for the fit instead of a hundred: one to three more factorisations.
+- **Steps that end in ballooning.** A few of the last designs of a run take as many factorisations as all previous
+  designs, because no step longer than some hundredths of a millimetre has an equilibrium. The lowest frequency of the
+  body does not predict this. For `twisting_spring` it gives the length of such a step within a factor of five, one
+  design earlier. For `bending_spring` it does not change, because its softest motion is a different one.
+- **Mixed elements** take three to four factorisations per design, plain elements one or two. The last factorisation is
+  always that of the solution, for stability and adjoint, since conjugate gradients do not apply to a saddle point.
+- **Corrections near the factorised state** take two products for the stability and about four for the adjoint. With two
+  threads this takes nearly as long as a factorisation at the solution, because memory limits a back-solve.
+- **The sub-problem** takes half of the time with as many variables as the paper: 5 programs with 6 updates of the
+  multipliers and up to 20 iterations each. Alternatives:
+    - Two updates lose a fifth of the gain late in a run.
+    - Four programs lose 3 to 4 % of the gain.
+    - If each update starts from zero, 20 iterations lose a tenth.
+    - Ten updates of ten iterations promise more and end worse.
+    - Starting from the previous step promises some per cent more, but makes rougher shapes, which gain less.
+    - All rows can become active, so none can be omitted.
+    - A product for smoothing and limits together, compiled by Numba, is slower than SciPy's.
+    - A second thread and matrices in single precision gain nothing at these sizes.
+- **Repair of steps**, with certificates, takes about one and a half times as long as the programs. With 13,582
+  variables it needs four to six motions under ten to fourteen thousand linearised limits. Hundreds to thousands of these are
+  violated at first, so methods for few active limits are no faster. Fewer motions cause more rejected steps. Motions
+  with half or twice as many iterations take longer in total. Motions that start from the step itself, with the
+  multipliers of the previous motion, do not converge, because the curvature of the limits is not corrected.
+- **New meshes**: Netgen and the symbolic analysis take two thirds of the time for each.
+- **Targets of several motions**: the gradients of the arms' sections need a right-hand side for every section.
+
+On first use, Numba's compilation of the certificate's kernels takes more than half of the processor time. It takes as
+long without their entry points for Python, and with less optimisation by LLVM.
 """
 
 
@@ -118,13 +129,13 @@ def sections(runs: Path, out: Path) -> list[Section]:
     return [
         Section(
             "A design of every example",
-            "Medians over the designs of finished runs: factorisations, equivalents, and seconds of each part.",
+            "Medians over the designs of finished runs: factorisations, equivalents, and seconds for each part.",
             ["iteration.py", *found],
             ["iteration.py", *found],
         ),
         Section(
             "Beside the paper",
-            "Designs and time, with the values of the paper's Table II in brackets; it used sixteen cores.",
+            "Designs and time, with the values of the paper's Table II in brackets, for sixteen cores.",
             ["table.py", *found],
             ["table.py", *found],
             markdown=True,
@@ -138,20 +149,20 @@ def sections(runs: Path, out: Path) -> list[Section]:
         ),
         Section(
             "More variables",
-            "The linear actuator, as a whole, with the paper's number of variables and twice as many.",
+            "The whole linear actuator with the paper's number of variables, and with twice as many.",
             None,
             ["denser.py", str(runs / "denser")],
         ),
         Section(
             "An earlier version beside this one",
-            "The same designs and commands by both; before → now.",
+            "The same designs and commands with both versions; before → now.",
             None,
             ["before.py", EARLIER, "--designs", "5"],
             markdown=True,
         ),
         Section(
             "The sub-problem",
-            "One step within the limits, in the middle of a run, by the density of control points.",
+            "One step within the limits, in the middle of a run, for several densities of control points.",
             ["subproblem.py", "0.6", "0.85"],
             ["subproblem.py"],
         ),
@@ -163,27 +174,27 @@ def sections(runs: Path, out: Path) -> list[Section]:
         ),
         Section(
             "Half and a quarter of a body",
-            "The linear actuator between two mirror planes, beside one of them, and as a whole.",
+            "The linear actuator: a quarter between two mirror planes, half of it, and the whole body.",
             ["symmetry.py", example, "3.0", "xz,yz"],
             ["symmetry.py", example, "2.0", "xz,yz"],
         ),
         Section(
             "Growth with the mesh",
-            "The best design of `linear`; each mesh begins from the state on the one before.",
+            "The best design of `linear`; the solution on each mesh starts from the state on the previous mesh.",
             ["growth.py", linear, "3.0", "2.0", "1.4"],
             ["growth.py", linear, "2.0", "1.4", "1.0", "0.85"],
             markdown=True,
         ),
         Section(
             "Beside other finite-element programs",
-            "One equilibrium of the same mesh and load, from rest; programs that are not installed are left out.",
+            "One equilibrium with the same mesh and load, from rest, for all installed programs.",
             ["solvers.py", "8000"],
             ["solvers.py", "--plot", str(PLACE.parent / PICTURE), *MESHES],
             picture=PICTURE,
         ),
         Section(
             "First use",
-            "Commands with nothing compiled before, and again.",
+            "Commands without compiled kernels, and repeated with them.",
             ["first_use.py"],
             ["first_use.py"],
             markdown=True,
@@ -197,26 +208,26 @@ def sections(runs: Path, out: Path) -> list[Section]:
         ),
         Section(
             "Making",
-            "The starting bodies of the examples as split moulds.",
+            "Split moulds of the starting bodies of the examples.",
             ["making.py", str(out / "making"), "linear"],
             ["making.py", str(out / "making")],
             markdown=True,
         ),
         Section(
             "The boundary formula",
-            "The paper's gradient against the exact one, on finer and finer meshes.",
+            "Error of the paper's gradient against the exact gradient, on finer meshes.",
             None,
             ["boundary.py"],
         ),
         Section(
             "Interrupts",
-            "Signals at random moments.",
+            "Signals at random times.",
             None,
             ["interrupts.py", "5"],
         ),
         Section(
             "Random problems",
-            "Problems that nobody chose, ten designs each.",
+            "Random problems, ten designs each.",
             None,
             ["yield.py", str(int(time.time())), "10", "--out", str(out / "yield"), "--threads", "1"],
         ),
