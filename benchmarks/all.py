@@ -85,9 +85,9 @@ stability and with which the adjoint is solved, and about twenty back-solves. Th
     - A product for smoothing and limits together, compiled by Numba, is slower than SciPy's.
     - A second thread and matrices in single precision gain nothing at these sizes.
 - **Repair of steps**, with certificates, takes about one and a half times as long as the programs. With 13,582
-  variables it needs four to six motions under ten to fourteen thousand linearised limits. Hundreds to thousands of these are
-  violated at first, so methods for few active limits are no faster. Fewer motions cause more rejected steps. Motions
-  with half or twice as many iterations take longer in total. Motions that start from the step itself, with the
+  variables it needs four to six motions under ten to fourteen thousand linearised limits. Hundreds to thousands of them
+  are violated at first, so methods for few active limits are no faster. Fewer motions cause more rejected steps.
+  Motions with half or twice as many iterations take longer in total. Motions that start from the step itself, with the
   multipliers of the previous motion, do not converge, because the curvature of the limits is not corrected.
 - **New meshes**: Netgen and the symbolic analysis take two thirds of the time for each.
 - **Targets of several motions**: the gradients of the arms' sections need a right-hand side for every section.
