@@ -33,28 +33,28 @@ PoseMotion = Literal["x", "y", "z", "turn_x", "turn_y", "turn_z"]
 
 
 class ContactSpec(Table):
-    """Contact, which keeps deformed surfaces apart at the states of all tasks.
+    """Contact between deformed surfaces, in the states of all tasks.
 
-    Surfaces nearer to each other than the distance push each other away, the harder the nearer they are; none ever goes
-    through another. With contact a sector of the body may be solved, but no half or quarter; with obstacles the whole
-    body is.
+    Surfaces that are nearer than the distance exert contact forces, which grow as the gap falls, so they never
+    penetrate each other. With contact a sector of the body may be solved, but no half or quarter; with obstacles the
+    whole body is solved.
     """
 
     self: Annotated[bool, Strict()] = True
-    """Whether the surfaces of the body and its chambers may touch each other; false saves time."""
+    """Whether contact between surfaces of the body and its chambers is computed; false saves time."""
     distance: PositiveLength | None = None
-    """At which surfaces begin to push; less than any wall or gap. By default a twentieth of mesh.size."""
+    """Distance below which contact forces act; less than any wall or gap. By default a twentieth of mesh.size."""
     friction: Annotated[Number, Field(ge=0, le=10)] = 0.0
-    """Coefficient of friction on obstacles, in `pneumorph simulate` alone: what it leads to depends on the way."""
+    """Coefficient of friction on obstacles, only for `pneumorph simulate`, since results depend on the loading path."""
 
 
 class _Obstacle(Table):
     name: Annotated[Name, Example('e.g. name = "table"')]
-    """By which results name the obstacle."""
+    """Name of the obstacle in results."""
 
 
 class FreeSpring(Table):
-    """Springs between a free obstacle and its given place: N/mm along x, y, z and N·mm/rad about x, y, z."""
+    """Springs between a free obstacle and its set pose: N/mm along x, y, z and N·mm/rad about x, y, z."""
 
     x: Stiffness = 0.0
     """Stiffness against motion along x."""
@@ -71,23 +71,23 @@ class FreeSpring(Table):
 
 
 class FreeSpec(Table):
-    """A rigid obstacle that moves and turns as forces make it, from its place or where a task moves it.
+    """A free rigid obstacle, which moves and rotates under forces from the pose that the task sets.
 
-    It rests on the body and on planes, or hangs on springs; it does not touch other obstacles. Something must hold it
-    in every direction: what slides or falls freely has no equilibrium.
+    It rests on the body and on planes, or hangs on springs; contact with other obstacles is not computed. It needs a
+    support in every direction: an obstacle that slides or falls freely has no equilibrium.
     """
 
     mass: Annotated[float, Quantity(units.MASS, "not negative")] = 0.0
     """Mass, which has weight if there is a table [gravity]."""
     hold: Annotated[tuple[PoseMotion, ...], Field(max_length=6)] = ()
-    """Motions that are held: it makes them only as the task moves and turns it."""
+    """Held motions, which follow the task exactly."""
     spring: FreeSpring = FreeSpring()
-    """Springs to its given place."""
+    """Springs to the pose set by the task."""
 
 
 class _Body(_Obstacle):
     free: FreeSpec | None = None
-    """Moves as forces make it, with its mass, springs and what is held; without this table it is fixed."""
+    """Makes the obstacle a free rigid body, with its mass, springs and held motions; else it is fixed."""
 
 
 class PlaneSpec(_Obstacle):
@@ -147,7 +147,7 @@ class BoxSpec(_Body):
     size: Annotated[
         tuple[PositiveLength, PositiveLength, PositiveLength], Example('e.g. size = ["10 mm", "20 mm", "10 mm"]')
     ]
-    """Its edges along x, y and z."""
+    """Lengths of its edges along x, y and z."""
 
 
 class TriangulatedSpec(_Body):
@@ -166,9 +166,9 @@ class TriangulatedSpec(_Body):
     scale: Annotated[Number, Field(gt=0)] = 1.0
     """Factor of its size; 1000 for a file in metres."""
     rotation: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
-    """Rotation vector of its turn about the file's origin."""
+    """Rotation vector of the body, about the file's origin."""
     position: Place = (0.0, 0.0, 0.0)
-    """Where the file's origin is."""
+    """Position of the file's origin."""
 
     @model_validator(mode="before")
     @classmethod

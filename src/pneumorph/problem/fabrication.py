@@ -58,7 +58,7 @@ class MakeSpec(Table):
     relative shrinkage of the rubber as it cures. `draft` is the angle of faces that are not the rubber's: where plates
     embrace the outer mould, of stems inside plates, and of boxes around silicone. When a piece of the mould is pulled
     off, the rubber may be stretched up to `release_stretch`, and so may a silicone negative. `core_sag` is the largest
-    sideways deflection of a core while the rubber is poured. `waste` is the fraction of rubber that stays in cups and
+    lateral deflection of a core while the rubber is poured. `waste` is the fraction of rubber that stays in cups and
     channels. Tubes in the ports may change the motion of the tip by the fraction `port_effect`. Pieces larger than the
     `printer` makes them are split.
     """
@@ -76,18 +76,18 @@ class MakeSpec(Table):
     shrinkage: Annotated[Number, Field(ge=0, lt=0.2)] = 0.0
     """Relative shrinkage of the rubber as it cures."""
     draft: Draft = radians(1.0)
-    """Angle of faces that are not the rubber's; at most 5°."""
+    """Draft of faces that do not touch the rubber; at most 5°."""
     release_stretch: Annotated[Number, Field(gt=1)] = 1.5
     """Largest stretch of the rubber when a piece is pulled off."""
     core_sag: PositiveLength = 0.1
-    """Largest sideways deflection of a core."""
+    """Largest lateral deflection of a core."""
     silicone: Silicone = "Elastosil M4601"
     """Rubber of silicone moulds, a name of the library."""
     negative_sag: PositiveLength = 0.2
     """Largest displacement of a silicone negative by its weight."""
     waste: Annotated[Number, Field(ge=0, lt=5)] = 0.2
-    """Fraction of rubber that stays in cups and channels."""
+    """Fraction of rubber that remains in cups and channels."""
     port_effect: Annotated[Number, Field(gt=0)] = 0.1
-    """Largest change of the motion by tubes, as a fraction."""
+    """Largest relative change of the motion by the tubes."""
     printer: PrinterSpec = PrinterSpec()
     """The printer of the mould."""

@@ -39,7 +39,7 @@ class RubberModel(Table):
     density: Annotated[float, Quantity(units.DENSITY, "positive")]
     """Density of the undeformed rubber."""
     valid_stretch: Annotated[Number, Field(gt=1)] | None = None
-    """Largest stretch for which the parameters hold; states beyond it are reported."""
+    """Largest stretch for which the parameters are valid; states beyond it are reported."""
     source: Annotated[str, Field(max_length=2000)] = ""
     """Where the parameters come from."""
     blamed_key: ClassVar[str] = "shear_modulus"

@@ -40,22 +40,22 @@ Whole = Annotated[int, Strict()]
 
 
 class Ripple(Table):
-    """Sinusoidal variation of the starting radii along z; with lobes it winds round the axis as a helix.
+    """Sinusoidal variation of the starting radii along z; with lobes it winds around the axis as a helix.
 
     Negative lobes wind the opposite way. A plain tube, with or without rings, is its own mirror image, so it does not
     twist, and no small change of shape has a first-order effect on twist: start a twisting actuator from a helix.
     """
 
     amplitude: PositiveLength
-    """How far the radii depart from the mean."""
+    """Largest deviation of the radii from the mean."""
     period: PositiveLength
-    """Distance of neighbouring waves along z."""
+    """Distance of successive waves along z."""
     lobes: Annotated[Whole, Field(ge=-12, le=12)] = 0
-    """Number of waves around the axis; 0 is rings, others are helices."""
+    """Number of waves around the axis; 0 gives rings, other numbers helices."""
 
 
 class Symmetry(Table):
-    """Symmetries that the shape keeps.
+    """Symmetries of the shape in every design.
 
     The mirror planes xz and yz contain the axis, xy cuts the body at half its length. `rotation` is the order of the
     rotational symmetry about z. The point symmetry, and the half turn about x or y, are about the body's centre.
@@ -75,19 +75,19 @@ class ChamberSpec(Table):
     """A starting chamber: a cylinder parallel to z, with flat or hemispherical ends."""
 
     name: Annotated[Name, Example('e.g. name = "A"')]
-    """By which tasks and results name the chamber."""
+    """Name of the chamber in tasks and results."""
     radius: PositiveLength
     """Radius of the cylinder."""
     center: Annotated[tuple[Length, Length], Example('e.g. center = ["0 mm", "0 mm"]')]
     """Position of its axis in x and y."""
     span: Annotated[tuple[Length, Length], Example('e.g. span = ["3 mm", "77 mm"]')]
-    """From where to where it reaches along z."""
+    """Its extent along z."""
     ends: Literal["flat", "pole"] = "flat"
-    """Planes, or hemispheres that close in a pole."""
+    """Flat ends, or hemispheres that close in a pole."""
     ripple: Ripple | None = None
-    """Waves that this chamber starts with, instead of the body's."""
+    """Initial ripple of this chamber, instead of the body's."""
     copies: Annotated[Whole, Field(ge=1, le=24)] = 1
-    """How many such chambers stand around the body's axis, equally spaced; of "A" they are called A1, A2, …"""
+    """Number of such chambers around the body's axis, equally spaced; copies of "A" are named A1, A2, …"""
 
     @model_validator(mode="after")
     def _copies_are_apart(self) -> "ChamberSpec":
@@ -116,15 +116,15 @@ class BodySpec(Table):
     """The starting body: a cylinder from z = 0 to z = length with chambers in it; control_density in 1/mm."""
 
     length: PositiveLength
-    """Length of the body, which the design keeps."""
+    """Length of the body, constant in all designs."""
     radius: PositiveLength
     """Radius at the start."""
     control_density: Annotated[float, Quantity(units.PER_LENGTH, "positive")] = 0.6
     """Control points per length, around and along."""
     ripple: Ripple | None = None
-    """Waves that the exterior and every chamber without its own start with."""
+    """Initial ripple of the exterior and of chambers without their own."""
     symmetry: Symmetry = Symmetry()
-    """Symmetries that every design keeps."""
+    """Symmetries of every design."""
     chamber: Annotated[tuple[ChamberSpec, ...], Example("a table [[body.chamber]]")] = Field(
         min_length=1, max_length=MOST_CHAMBERS
     )
@@ -193,7 +193,7 @@ class EndEffector(Table):
 
 
 class Gravity(Table):
-    """Acceleration in mm/s² and its direction, which is normalised on reading."""
+    """Acceleration in mm/s², and its direction, which is normalised."""
 
     acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = 9810.0
     """Magnitude of the acceleration."""
@@ -220,7 +220,7 @@ class Pressure(Variable):
 
 
 class Task(Table):
-    """One task: the pressures of the chambers and the objective they serve."""
+    """One task: the pressures of the chambers, and an objective."""
 
     name: Annotated[Name, Example('e.g. name = "extend"')]
     """By which results name the task."""
@@ -229,7 +229,7 @@ class Task(Table):
     pressure: Annotated[
         dict[Name, Pressure], Field(max_length=MOST_CHAMBERS), Example('e.g. pressure = { A = "60 kPa" }')
     ]
-    """Gauge pressure of each chamber; one that is left out has none."""
+    """Gauge pressure of each chamber; 0 for a chamber without an entry."""
     move: (
         Annotated[
             dict[Name, tuple[Length, Length, Length]],
@@ -238,7 +238,7 @@ class Task(Table):
         ]
         | None
     ) = None
-    """How far obstacles are displaced from their places: x, y, z. They may press into the body's place at rest."""
+    """Displacements of obstacles from their original positions: x, y, z; also into the space of the body at rest."""
     turn: (
         Annotated[
             dict[Name, RotationVector],
@@ -247,9 +247,9 @@ class Task(Table):
         ]
         | None
     ) = None
-    """How far obstacles are turned in their places: rotation vectors, about the centre, point or position of each."""
+    """Rotation vectors of obstacles, about the centre, point or position of each."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
-    """What the shape and the free pressures are designed for."""
+    """The objective of the shape and the free pressures."""
 
     @property
     def moves(self) -> dict[str, tuple[float, float, float]]:
@@ -270,7 +270,7 @@ class Task(Table):
 
 
 class Fold(Table):
-    """Smallest distance within one surface, of points outside each other's neighbourhood on the starting tube (23)."""
+    """Least distance within one surface, between points that are not neighbours on the starting tube (23)."""
 
     distance: PositiveLength = 1.0
     """Least distance."""
@@ -300,14 +300,14 @@ class Stretch(Table):
 
 
 class Envelope(Table):
-    """The cylinder about z in which the body must stay."""
+    """The cylinder about z that must contain the body."""
 
     radius: PositiveLength
     """Radius of the cylinder."""
 
 
 class Limits(Table):
-    """Limits that every design keeps; the defaults are those of the paper's Table I."""
+    """Limits that every design satisfies; the defaults are those of the paper's Table I."""
 
     wall: PositiveLength = 2.0
     """Least distance of two surfaces, and of a chamber from the end planes."""
@@ -320,11 +320,11 @@ class Limits(Table):
     stretch: Stretch = Stretch()
     """Largest squared relative change of the spacing of parameter lines per length."""
     envelope: Envelope | None = None
-    """Cylinder in which the exterior stays."""
+    """Cylinder that must contain the exterior."""
     strain: Annotated[Number, Field(gt=0)] | None = None
-    """Largest stretch in every task, over the stated range of the rubber (`valid_stretch`); usually 1."""
+    """Largest stretch in every task, divided by the range of the rubber (`valid_stretch`); usually 1."""
     margin: Annotated[Number, Field(gt=1)] | None = None
-    """Least pressure at which a chamber balloons (a limit point) over the working pressure, in every task; e.g. 1.3."""
+    """Least ratio of the pressure at which a chamber balloons to the working pressure, in every task; e.g. 1.3."""
 
 
 class MeshSpec(Table):

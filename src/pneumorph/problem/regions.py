@@ -35,15 +35,15 @@ class Layer(Table):
     """A layer under the exterior: all around and along it, or its part between two heights and two angles.
 
     It is bounded inside by the exterior moved inwards by the thickness. Heights and angles are those of the starting
-    body; whatever the design does, the layer moves with the exterior.
+    body; in every design the layer moves with the exterior.
     """
 
     thickness: PositiveLength
-    """How deep it reaches, less than limits.wall."""
+    """Thickness, less than limits.wall."""
     span: tuple[Length, Length] | None = None
-    """From where to where it reaches along z; without it along the whole body."""
+    """Its extent along z; by default the whole body."""
     angles: tuple[Angle, Angle] | None = None
-    """From where to where it reaches around the axis, counted from x towards y; without it all around."""
+    """Its extent around the axis, from x towards y; by default all around."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Layer:
@@ -54,12 +54,12 @@ class Layer(Table):
 
 
 class Sleeve(Table):
-    """A layer of solid all around chambers, their ends included."""
+    """A layer all around chambers, including their ends."""
 
     thickness: PositiveLength
-    """How far it reaches from the chamber, less than limits.wall."""
+    """Thickness, less than limits.wall."""
     chambers: Annotated[tuple[Name, ...], Example('chambers = ["A"]')] = Field(min_length=1, max_length=MOST_CHAMBERS)
-    """Around which chambers."""
+    """Names of the chambers."""
 
 
 def _rising(key: str, angles: tuple[float, float] | None) -> None:
@@ -70,11 +70,11 @@ def _rising(key: str, angles: tuple[float, float] | None) -> None:
 class Region(Table):
     """A part of the body that is made of another rubber than [material].
 
-    A layer, sleeves, all beyond a plane, or all within an angle.
+    A layer, sleeves, the part beyond a plane, or the part within an angle.
     """
 
     name: Annotated[Name, Example('e.g. name = "skin"')]
-    """By which results name it."""
+    """Name in results."""
     material: Annotated[Material, Example('material = { name = "Hei-Cast 8400" }')]
     """Its rubber, like the table [material]."""
     layer: Layer | None = None
@@ -82,10 +82,10 @@ class Region(Table):
     sleeve: Sleeve | None = None
     """Around chambers."""
     beyond: PositiveLength | None = None
-    """All above this height along the axis, from a plane that designs keep up to the next such region or the tip."""
+    """All rubber above this height along the axis, up to the next such region or the tip; the plane is fixed."""
 
     within: tuple[Angle, Angle] | None = None
-    """All from one angle around the axis to another, from x towards y, between half-planes that designs keep."""
+    """All rubber between two angles around the axis, from x towards y; the half-planes are fixed."""
 
     @model_validator(mode="after")
     def _one_shape(self) -> Region:

@@ -60,12 +60,12 @@ PositiveShare = Annotated[Number, Field(gt=0, le=1)]
 
 
 class Coverage(Variable):
-    """The covered share of a surface: fixed, or free between min and max and designed along with the shape."""
+    """The covered fraction of a surface: fixed, or free between min and max and designed along with the shape."""
 
     quantity: ClassVar = Share()
 
     start: PositiveShare
-    """Share at the start."""
+    """Coverage at the start."""
     min: Annotated[PositiveShare, Example("e.g. min = 0.2")]
     """Lower bound."""
     max: PositiveShare
@@ -81,13 +81,13 @@ class _Reinforcement(Table):
     """What it is, in words."""
 
     name: Annotated[Name, Example('e.g. name = "paper"')]
-    """By which results and pictures name it."""
+    """Name in results and pictures."""
     surfaces: tuple[Name, ...] = Field(default=(EXTERIOR,), min_length=1, max_length=MOST_CHAMBERS)
-    """On which surfaces it lies: "exterior", or chambers by their names; not on their flat ends."""
+    """Surfaces on which it lies: "exterior", or names of chambers; flat ends are not covered."""
     span: tuple[Length, Length] | None = None
-    """From where to where it reaches along z; without it along the whole surface."""
+    """Its extent along z; by default the whole surface."""
     angles: tuple[Angle, Angle] | None = None
-    """From where to where it reaches around the axis of the surface, counted from x towards y; else all around."""
+    """Its extent around the axis of the surface, from x towards y; by default all around."""
 
     @property
     def words(self) -> str:
@@ -112,9 +112,9 @@ class _Reinforcement(Table):
 
 
 class MembraneSpec(_Reinforcement):
-    """A sheet of paper or fabric that is bonded to a surface: isotropic in its plane, without stiffness in bending.
+    """A sheet of paper or fabric that is bonded to a surface: isotropic in its plane, without bending stiffness.
 
-    Span and angles are those of the starting body; whatever the design does, the sheet moves with the surface.
+    Span and angles are those of the starting body; in every design the sheet moves with the surface.
     """
 
     kind: ClassVar = "a sheet"
@@ -122,29 +122,29 @@ class MembraneSpec(_Reinforcement):
     stiffness: Annotated[Stiffness, Example('e.g. stiffness = "200 N/mm", the modulus times the thickness')]
     """Young's modulus in its plane times its thickness; may be designed."""
     coverage: Coverage = Coverage(start=1.0, min=1.0, max=1.0)
-    """Share of the surface that it covers where it lies, if it is cut into strips or has holes; may be designed."""
+    """Covered fraction of its part of the surface, for a sheet with strips or holes; may be designed."""
     poisson: Annotated[Number, Field(ge=0, lt=1)] = 0.3
     """Poisson's ratio in its plane."""
     wrinkling: Annotated[Number, Field(gt=0, le=1)] = 0.01
-    """Compressive strain about which it wrinkles; its compressive force stays below the stiffness times this."""
+    """Compressive strain at which it wrinkles; its compressive force is below the stiffness times this strain."""
 
 
 class FibresSpec(_Reinforcement):
     """Fibres wound around a surface at an angle to its lines from base to tip, bonded to it.
 
-    Angle and stiffness are those on the undeformed body of every design. Fibres resist stretch along them alone.
+    Angle and stiffness refer to the undeformed body of every design. Fibres only resist stretch along them.
     """
 
     kind: ClassVar = "fibres"
 
     stiffness: Annotated[Stiffness, Example('e.g. stiffness = "50 N/mm", E·A of a fibre over their distance')]
-    """Of each family: Young's modulus times the section of a fibre, over their distance; may be designed."""
+    """Of each family: Young's modulus times the cross-section of a fibre, over their distance; may be designed."""
     winding: Annotated[Winding, Example('e.g. winding = "70 deg"')]
-    """Angle from the lines from base to tip, 90 deg around the tube; above zero right-handed; may be designed."""
+    """Angle from the lines from base to tip, 90 deg around the tube; positive is right-handed; may be designed."""
     families: Literal[1, 2] = 2
-    """Two are wound at plus and minus the angle; one makes the body twist."""
+    """2: fibres at plus and minus the angle; 1: at plus the angle only, which twists the body."""
     buckling: Annotated[Number, Field(gt=0, le=1)] = 0.01
-    """Compressive strain about which fibres buckle; their compressive force stays below the stiffness times this."""
+    """Compressive strain at which fibres buckle; their compressive force is below the stiffness times this strain."""
 
     @model_validator(mode="after")
     def _at_most_around(self) -> FibresSpec:

@@ -74,15 +74,15 @@ class Problem(Table):
     end_effector: EndEffector = EndEffector()
     """What the tip carries."""
     gravity: Gravity | None = None
-    """Weight of the body; without it there is none."""
+    """Weight of the body; without this table gravity is off."""
     contact: ContactSpec | None = None
-    """Contact of the body with itself; without it surfaces of the body may go through each other."""
+    """Contact of the body with itself; without it the body may self-intersect."""
     obstacle: tuple[ObstacleSpec, ...] = Field(default=(), max_length=MOST_OBSTACLES)
     """Rigid obstacles, each a table [[obstacle]]; tasks may move them."""
     task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=MOST_TASKS)
     """Tasks, each a table [[task]]; all share the shape."""
     limits: Limits = Limits()
-    """Limits that every design keeps."""
+    """Limits that every design satisfies."""
     mesh: MeshSpec = MeshSpec()
     """Size and kind of the elements."""
     optimizer: OptimizerSpec = OptimizerSpec()

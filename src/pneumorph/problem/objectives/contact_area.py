@@ -10,7 +10,7 @@ from pneumorph.problem.table import Example, Quantity
 
 
 class ContactArea(ObjectiveTable):
-    """Objective: the largest area of contact with an obstacle or, with `area`, one as near as possible to that.
+    """Objective: the largest contact area with an obstacle or, with `area`, an area as near as possible to that.
 
     The area is that of the deformed surface. The start must touch the obstacle.
     """
@@ -20,7 +20,7 @@ class ContactArea(ObjectiveTable):
     obstacle: Annotated[Name, Example('the name of an obstacle, e.g. obstacle = "cylinder"')]
     """Name of the obstacle."""
     area: Annotated[float, Quantity(units.AREA, "positive")] | None = None
-    """Target for the area; without it, as large as possible."""
+    """Target for the area; by default as large as possible."""
 
     @property
     def aimed(self) -> bool:

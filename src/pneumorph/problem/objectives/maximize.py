@@ -25,13 +25,13 @@ class Maximize(ObjectiveTable):
     """
 
     kind: Literal["maximize"] = "maximize"
-    """The kind of objective; this one if it is left out."""
+    """The kind of objective; "maximize" if it is left out."""
     motion: Annotated[Literal[
         "extension", "bending_x", "bending_y", "twist",
         "+extension", "+bending_x", "+bending_y", "+twist",
         "-extension", "-bending_x", "-bending_y", "-twist",
     ], BeforeValidator(_motion), Example('e.g. motion = "extension"')]  # fmt: skip
-    """The motion of the tip; with a minus sign, its other sense."""
+    """The motion of the tip; a minus sign reverses the direction."""
 
     @property
     def sign(self) -> float:

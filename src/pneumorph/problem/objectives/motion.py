@@ -10,7 +10,7 @@ from pneumorph.problem.objectives.table import Angle, Length, ObjectiveTable, We
 
 
 class TargetMotion(ObjectiveTable):
-    """Objective: the tip moves by these amounts along and about the axes; motions that are not given are free.
+    """Objective: the tip moves by these amounts along and about the axes; motions without a target are free.
 
     The weights are those of the squared differences in length (1/mm²) and in angle (1/rad²). "extension" may also be
     written "axial", and "twist" "torsion", as for springs.
@@ -25,11 +25,11 @@ class TargetMotion(ObjectiveTable):
     extension: Length | None = None
     """Motion of the tip along z."""
     bending_x: Angle | None = None
-    """Rotation of the tip about x; above zero it bends towards -y."""
+    """Rotation of the tip about x; positive is towards -y."""
     bending_y: Angle | None = None
-    """Rotation of the tip about y; above zero it bends towards +x."""
+    """Rotation of the tip about y; positive is towards +x."""
     twist: Angle | None = None
-    """Rotation of the tip about z; above zero it is counter-clockwise, seen from the tip."""
+    """Rotation of the tip about z; positive is counter-clockwise, viewed from the tip."""
     position_weight: Weight = 0.01
     """Weight of the squared lengths, 1/mm²."""
     rotation_weight: Weight = 1.0

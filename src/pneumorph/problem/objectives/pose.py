@@ -20,7 +20,7 @@ from pneumorph.problem.table import Example
 
 
 class TargetPose(ObjectiveTable):
-    """Objective: a free obstacle is moved and turned by these amounts from its place; motions not given are free.
+    """Objective: a free obstacle is moved and rotated by these amounts; motions without a target are free.
 
     The weights are those of the squared differences in length (1/mm²) and in angle (1/rad²).
     """
@@ -30,7 +30,7 @@ class TargetPose(ObjectiveTable):
     obstacle: Annotated[Name, Example('the name of a free obstacle, e.g. obstacle = "ball"')]
     """Name of the obstacle, which has a table `free`."""
     x: Length | None = None
-    """Displacement of the centre about which it turns along x."""
+    """Displacement of its reference point along x."""
     y: Length | None = None
     """The same along y."""
     z: Length | None = None

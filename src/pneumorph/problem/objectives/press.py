@@ -13,10 +13,10 @@ from pneumorph.problem.table import Example, InvalidKey, Quantity
 
 
 class Press(ObjectiveTable):
-    """Objective: the largest force on an obstacle or, with `force`, one as near as possible to that.
+    """Objective: the largest contact force on an obstacle or, with `force`, a force as near as possible to that.
 
-    Without a direction it is the sum of all normal forces, by which a grip holds: those of opposite sides add up. The
-    start must touch the obstacle, or nothing says which way to go.
+    Without a direction it is the sum of all normal forces, the force of a grip: opposite sides add up. The start must
+    touch the obstacle, because the gradient is zero otherwise.
     """
 
     kind: Literal["press"]
@@ -24,9 +24,9 @@ class Press(ObjectiveTable):
     obstacle: Annotated[Name, Example('the name of an obstacle, e.g. obstacle = "cylinder"')]
     """Name of the obstacle."""
     direction: Annotated[Direction, Example("e.g. direction = [1, 0, 0]")] | None = None
-    """Direction, of any length, of the component of the force on it; without it all normal forces count."""
+    """Direction of the component of the force, of any length; by default all normal forces count."""
     force: Annotated[float, Quantity(units.FORCE)] | None = None
-    """Target for the force; without it, as large as possible."""
+    """Target for the force; by default as large as possible."""
 
     @model_validator(mode="after")
     def _unit_direction(self) -> "Press":

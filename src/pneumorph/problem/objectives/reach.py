@@ -13,7 +13,7 @@ HALF_TURN = np.pi - 1e-6
 
 
 class Reach(ObjectiveTable):
-    """Objective: the plate reaches a position (of its centre, from the base's) and an orientation (rotation vector).
+    """Objective: the plate reaches a position (centre, from the base centre) and an orientation (rotation vector).
 
     The weights are those of the squared distance (1/mm²) and of the squared angle (1/rad²).
     """
