@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
 import subprocess
+import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.interrupts import cleaned_up, stop_if_asked
+
+_SAFE = "PYTHONSAFEPATH"
 
 _LOOK = 0.1
 """Seconds between looks at whether a program goes on, and whether it should."""
@@ -49,15 +54,70 @@ def run(command: Sequence[str], seconds: float, folder: str | Path | None = None
     return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 
+def python(*arguments: str) -> list[str]:
+    """The command of a program in Python, for which modules in the working directory are not meant by their names."""
+    return [sys.executable, "-P", *arguments]
+
+
 @contextmanager
 def program(command: Sequence[str]) -> Iterator[subprocess.Popen[bytes]]:
-    """A program that goes on beside this one until the end of the block, and whose outputs are not wanted."""
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    """A program that goes on beside this one until the end of the block, and whose outputs are not wanted.
+
+    Its standard input ends when this program does, see `end_with_input`.
+    """
+    nowhere = subprocess.DEVNULL
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere)
     with cleaned_up(lambda: _ended(process)):
         try:
             yield process
         finally:
             _ended(process)
+            assert process.stdin is not None
+            process.stdin.close()
+
+
+def wait(process: subprocess.Popen[Any], seconds: float) -> None:
+    """Wait for the end of a program.
+
+    Raises
+    ------
+    subprocess.TimeoutExpired
+        If it goes on after so many seconds.
+    """
+    latest = time.monotonic() + seconds
+    while process.poll() is None:
+        stop_if_asked()
+        if time.monotonic() > latest:
+            raise subprocess.TimeoutExpired(process.args, seconds)
+        time.sleep(_LOOK)
+    # The same Ctrl-C may have ended it.
+    stop_if_asked()
+
+
+def end_with_input() -> None:
+    """Have this process end when its standard input does, which whoever started it holds open while it lives."""
+
+    def watch() -> None:
+        with contextlib.suppress(OSError):
+            while os.read(0, 4096):
+                pass
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def without_working_directory() -> Iterator[None]:
+    """Have programs in Python that libraries start inside take no modules from the working directory."""
+    before = os.environ.get(_SAFE)
+    os.environ[_SAFE] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(_SAFE, None)
+        else:
+            os.environ[_SAFE] = before
 
 
 def _ended(process: subprocess.Popen[Any]) -> None:

@@ -8,7 +8,7 @@ from tiny import tiny
 
 import pneumorph as pm
 from pneumorph.errors import ProblemError
-from pneumorph.problem import loads
+from pneumorph.problem import Code, loads
 from pneumorph.run import create
 from pneumorph.study import load_study
 
@@ -53,6 +53,34 @@ def test_a_change_of_the_code_or_its_function_is_asked_about_again(arm):
     assert pm.load(arm).mesh.size == 5.0, "a change of anything else is not"
     (arm.parent / "cost.py").write_text(CODE + "import os\n")
     refusal(pm.load, arm)
+
+
+def test_no_two_pairs_of_name_and_text_have_one_fingerprint(arm):
+    """Of all ways to divide one text between the two, and of parts that look like what is between them."""
+    whole = 'objective\n"""\nimport os\n#"""\n", "text": "\n'
+    pairs = [(whole[:cut], whole[cut:].removeprefix("\n")) for cut in range(len(whole))]
+    assert len({Code("key", *pair).fingerprint for pair in pairs}) == len(set(pairs))
+
+
+@pytest.mark.parametrize("name", ["", "objective\\n", "a b", "f()", "class", "1a", "a.b", "\\u202ef"])
+def test_functions_have_names_of_python(name, arm):
+    arm.write_text(FILE.replace('"cost.py"', f'"cost.py", function = "{name}"'))
+    with pytest.raises(ProblemError, match=r"task\[0\].objective.function: .* is not the name of a Python function"):
+        pm.load(arm, trust=True)
+
+
+def test_a_list_without_a_last_newline_is_kept(arm):
+    trusted().parent.mkdir(parents=True)
+    trusted().write_text("0" * 64 + "  somewhere")
+    pm.load(arm, trust=True)
+    pm.load(arm)
+    assert [line[64:] for line in trusted().read_text().splitlines()] == ["  somewhere", f"  {arm}"]
+
+
+def test_a_byte_order_mark_means_nothing(arm):
+    for path in (arm, arm.parent / "cost.py"):
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert pm.load(arm, trust=True).task[0].objective.code == CODE
 
 
 def test_who_is_asked_gets_the_code_that_is_new(arm):

@@ -5,11 +5,14 @@ A program of its own, started by `netgen_process.py`, which ends when its input 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import sys
+import threading
 from functools import cache
 from importlib import import_module
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -63,16 +66,22 @@ def _arrays(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mesh.Coordinates()), tets[:, [0, 2, 1, 3]]
 
 
+def _read(waiting: SimpleQueue[tuple[str, Any]]) -> None:
+    """Take in calls, beside Netgen, and end the process once there will be no more: whoever asked is gone."""
+    with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
+        while True:
+            waiting.put(pickle.load(sys.stdin.buffer))
+    os._exit(0)
+
+
 def main() -> None:
     # Netgen prints from C++.
     answers, nowhere = os.fdopen(os.dup(1), "wb"), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
-    calls = {"fill": fill, "optimise": optimise}
+    calls, waiting = {"fill": fill, "optimise": optimise}, SimpleQueue[tuple[str, Any]]()
+    threading.Thread(target=_read, args=(waiting,), daemon=True).start()
     while True:
-        try:
-            name, arguments = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
+        name, arguments = waiting.get()
         try:
             answer = calls[name](*arguments)
         except Exception as error:  # Netgen has no specific error class here, and not all of its errors can be pickled

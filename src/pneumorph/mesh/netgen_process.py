@@ -21,6 +21,7 @@ import numpy as np
 
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.interrupts import cleaned_up, stop_if_asked
+from pneumorph.processes import python
 
 _CHILD = Path(__file__).with_name("netgen_child.py")
 
@@ -93,8 +94,7 @@ def _failed(name: str, kind: str, text: str) -> ComputationError:
 def _process() -> subprocess.Popen[bytes]:
     global _running
     if _running is None or _running[0] != os.getpid():
-        # -P: no module of this folder is meant where Netgen or NumPy import one of the same name.
-        command = [sys.executable, "-P", str(_CHILD)]
+        command = python(str(_CHILD))
         pipe = subprocess.PIPE
         try:
             # A session of its own: what a Ctrl-C means is for this program.

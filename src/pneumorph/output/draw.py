@@ -27,10 +27,12 @@ from pneumorph.output.view import (
     colour_map,
     drawn_name,
 )
+from pneumorph.processes import end_with_input
 
 
 def main() -> None:
     """Read the jobs of a folder, which the argument names, and save the pictures of each once they are drawn."""
+    end_with_input()
     folder = Path(sys.argv[1])
     with (folder / JOBS).open("rb") as file:
         jobs: list[Job] = pickle.load(file)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -14,7 +13,7 @@ import numpy as np
 from pneumorph.errors import ComputationError
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.output.view import JOBS, Job, drawn_name
-from pneumorph.processes import program, temporary_folder
+from pneumorph.processes import program, python, temporary_folder
 
 SECONDS, LOOK = 600, 0.02
 """How long drawing may take, and how often is looked whether a job is done."""
@@ -34,7 +33,7 @@ class Drawing:
         with ExitStack() as stack:
             self._folder = stack.enter_context(temporary_folder())
             (self._folder / JOBS).write_bytes(pickle.dumps(list(jobs)))
-            command = [sys.executable, "-c", CHILD, str(self._folder)]
+            command = python("-c", CHILD, str(self._folder))
             self._process = stack.enter_context(program(command))
             self._ends = stack.pop_all()
 

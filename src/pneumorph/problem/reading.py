@@ -76,7 +76,8 @@ def read_toml(path: Path, where: str, example: str) -> dict[str, Any]:
         One line: the file, what is wrong, and how to fix it.
     """
     try:
-        text = read_bytes(path).decode("utf-8")
+        # Some editors begin UTF-8 with a byte order mark.
+        text = read_bytes(path).decode("utf-8-sig")
     except FileNotFoundError:
         raise ProblemError(f"{where}: there is no such file; check the path") from None
     except IsADirectoryError:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -46,8 +47,9 @@ class Code:
 
     @property
     def fingerprint(self) -> str:
-        """The same for the same code and function."""
-        return hashlib.sha256(f"{self.function}\n{self.text}".encode(errors="surrogatepass")).hexdigest()
+        """The same for the same code and function, and no other pair has it."""
+        # Not joined: where one of several texts ends must not be a matter of opinion.
+        return hashlib.sha256(json.dumps({"function": self.function, "text": self.text}).encode()).hexdigest()
 
 
 Trust = bool | Callable[[str, Sequence[Code]], bool]
@@ -93,9 +95,11 @@ def keep(codes: Sequence[Code], where: str) -> None:
     lines = "".join(f"{fingerprint}  {printable(where)}\n" for fingerprint in sorted(missing))
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        # A last line that somebody has edited, or that was not written in full, is not continued.
+        begin = "" if _ends_a_line(path) else "\n"
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
         try:
-            os.write(handle, lines.encode(errors="backslashreplace"))
+            os.write(handle, f"{begin}{lines}".encode(errors="backslashreplace"))
         finally:
             os.close(handle)
 
@@ -108,6 +112,14 @@ def _kept() -> set[str]:
     except OSError:
         return set()
     return {line.split()[0] for line in text.splitlines() if line.strip()}
+
+
+def _ends_a_line(path: Path) -> bool:
+    """Whether a file is missing, empty, or ends with the end of a line."""
+    try:
+        return read_bytes(path, MOST_KEPT)[-1:] in (b"", b"\n")
+    except FileNotFoundError:
+        return True
 
 
 def _file() -> Path | None:

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
+from pneumorph.processes import without_working_directory
 from pneumorph.serve.worker import Answer, RequestedState, failure, work
 
 MOST_ANSWERS = 200
@@ -96,7 +97,8 @@ class Solver:
             context = multiprocessing.get_context("spawn")
             self._connection, other = context.Pipe()
             self._process = process = context.Process(target=work, args=(other,), daemon=True)
-            process.start()
+            with without_working_directory():
+                process.start()
             other.close()
             threading.Thread(target=self._listen, args=(self._connection,), daemon=True).start()
         return self._connection

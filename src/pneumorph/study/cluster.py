@@ -18,7 +18,7 @@ from distributed.system import MEMORY_LIMIT
 
 from pneumorph.errors import ProblemError, short
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.processes import temporary_folder
+from pneumorph.processes import temporary_folder, without_working_directory
 from pneumorph.results import HistoryEntry, from_json
 from pneumorph.study.file import Member
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
@@ -68,7 +68,7 @@ def connected(
     logging.getLogger("distributed").setLevel(logging.ERROR)
     count = workers or workers_for(CPU_COUNT, MEMORY_LIMIT)
     if address == "slurm":
-        with _slurm(count) as cluster, Client(cluster) as client:
+        with without_working_directory(), _slurm(count) as cluster, Client(cluster) as client:
             yield client
         return
     if address is not None:
@@ -86,6 +86,7 @@ def connected(
             yield client
         return
     with (
+        without_working_directory(),
         temporary_folder() as folder,
         config.set({"distributed.scheduler.allowed-failures": KILLS, "temporary-directory": str(folder)}),
         LocalCluster(

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
-from pneumorph.processes import run
+from pneumorph.processes import end_with_input, program, python, wait
 
 _CHILD = "from pneumorph.make.mould.picture import main; main()"
 _SECONDS = 300
@@ -24,17 +24,18 @@ _SIZE = (1500, 1000)
 def draw_mould(folder: Path, path: Path) -> bool:
     """Draw the pieces in a folder; False if this machine cannot draw."""
     try:
-        command = [sys.executable, "-c", _CHILD, str(folder), str(path)]
-        run(command, _SECONDS).check_returncode()
+        with program(python("-c", _CHILD, str(folder), str(path))) as process:
+            wait(process, _SECONDS)
+            return process.returncode == 0 and path.exists()
     except (subprocess.SubprocessError, OSError):
         return False
-    return path.exists()
 
 
 def main() -> None:
     """Draw the folder named by the first argument into the file named by the second."""
     from pneumorph.make.printing import read_3mf
 
+    end_with_input()
     folder, path = map(Path, sys.argv[1:])
     pieces = {}
     for kind in _COLOURS:

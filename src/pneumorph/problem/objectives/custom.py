@@ -1,10 +1,11 @@
 """A user's function of the features."""
 
 import io
+import keyword
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, GetJsonSchemaHandler, Strict, ValidationInfo, model_validator
+from pydantic import Field, GetJsonSchemaHandler, Strict, ValidationInfo, field_validator, model_validator
 from pydantic_core import CoreSchema
 
 from pneumorph.errors import short
@@ -49,12 +50,19 @@ class Custom(ObjectiveTable):
         path = Path((info.context or {}).get("folder", ".")) / data["file"]
         try:
             # With the ends of lines that Python gives every text.
-            code = io.TextIOWrapper(io.BytesIO(read_bytes(path)), encoding="utf-8").read()
+            code = io.TextIOWrapper(io.BytesIO(read_bytes(path)), encoding="utf-8-sig").read()
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
             shown = short(path, 120)
             raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
         return {key: value for key, value in data.items() if key != "file"} | {"code": code}
+
+    @field_validator("function")
+    @classmethod
+    def _is_a_name(cls, name: str) -> str:
+        if not name.isidentifier() or keyword.iskeyword(name):
+            raise ValueError(f'"{short(name)}" is not the name of a Python function; use letters, digits and _')
+        return name
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
