@@ -27,7 +27,7 @@ from pneumorph.interface.runs import open_run
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
-from signals import SENT, Ended, received, start
+from signals import SENT, Ended, start
 from tiny import tiny
 
 SWEEP, STEPS = "A=0:60:2kPa", 31
@@ -49,26 +49,26 @@ def main() -> None:
         print(
             f"a whole run takes {lasting['design']:.1f} s, a sweep {lasting['simulate']:.1f} s; seed {seed}", flush=True
         )
-        late: dict[str, list[tuple[float, float]]] = {}
+        latencies: dict[str, list[tuple[float, float]]] = {}
         faults = 0
         for place in range(count):
             command = "simulate" if place % 2 else "design"
             for number, status in SENT:
                 moment = float(random.uniform(0.0, lasting[command]))
-                ended, used, wrong = _try(folder, command, int(number), status, moment)
+                ended, late, used, wrong = _try(folder, command, int(number), status, moment)
                 faults += bool(wrong)
                 kind = "stopped" if NOTICE not in ended.err else "stopped after more than a second"
                 if ended.status == 0:
                     kind = "had ended"
-                late.setdefault(f"{command} {kind}", []).append((ended.late, used))
+                latencies.setdefault(f"{command} {kind}", []).append((late, used))
                 said = (ended.err.strip().splitlines() or [""])[-1].replace(f"{name}/", "")
                 print(
                     f"{place} {command} {signal.Signals(number).name} at {moment:.2f} s: status {ended.status}, "
-                    f"{ended.late:.2f} s, {used:.2f} s of processor: {said[:90]}{' WRONG: ' + wrong if wrong else ''}",
+                    f"{late:.2f} s, {used:.2f} s of processor: {said[:90]}{' WRONG: ' + wrong if wrong else ''}",
                     flush=True,
                 )
     print("\nend, n, and median, 90 % and largest of the latency in s, and of the processor time in s")
-    for kind, found in late.items():
+    for kind, found in latencies.items():
         figures = [f"{part:.2f}" for one in zip(*found, strict=True) for part in np.quantile(one, (0.5, 0.9, 1.0))]
         print(f"{kind}, {len(found)}, {', '.join(figures)}")
     print(f"{faults} wrong")
@@ -103,10 +103,10 @@ def _duration(folder: Path, command: str) -> float:
     return time.perf_counter() - began
 
 
-def _try(folder: Path, command: str, number: int, status: int, moment: float) -> tuple[Ended, float, str]:
-    """Interrupt a command; how it ended, the processor time that this took in s, and what is wrong with it."""
+def _try(folder: Path, command: str, number: int, status: int, moment: float) -> tuple[Ended, float, float, str]:
+    """Interrupt a command; how it ended, how long that took in s and in s of the processor, and what is wrong."""
     process = _start(folder, command)
-    received(process)
+    _received(process)
     time.sleep(moment)
     before = after = _used(process)
     began = time.perf_counter()
@@ -116,10 +116,20 @@ def _try(folder: Path, command: str, number: int, status: int, moment: float) ->
         after = _used(process) or after
         time.sleep(0.01)
     late = time.perf_counter() - began
-    ended = Ended(process.returncode, *process.communicate(), late)
+    ended = Ended(process.returncode, *process.communicate())
     wrong = _wrong(folder, ended, status)
     _clear(folder)
-    return ended, after - before, wrong
+    return ended, late, after - before, wrong
+
+
+def _received(process: subprocess.Popen) -> None:
+    """Wait until a process receives SIGTERM itself, which is soon after its start."""
+    status = Path("/proc", str(process.pid), "status")
+    while process.poll() is None:
+        caught = next(line for line in status.read_text(encoding="ascii").splitlines() if line.startswith("SigCgt"))
+        if int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1:
+            return
+        time.sleep(0.002)
 
 
 def _used(process: subprocess.Popen) -> float:

@@ -65,7 +65,8 @@ def test_it_opens_without_a_complaint_and_asks_its_server_alone(served, opened):
     assert words(page, "title") == page.title() == "Tiny"
     assert words(page, "shown") == "extension: 3.00 mm at 60 kPa"
     assert (picture(page) < 0.97).any(axis=2).mean() > 0.03
-    page.wait_for_timeout(2500)
+    for _ in range(2):
+        page.wait_for_event("response")  # it goes on asking what is new
     assert page.complaints == [] and all(request.startswith(served) for request in page.requests)
     assert not page.locator("#comparison").is_visible() and not page.locator("#runs").is_visible()
     assert not page.locator("#live").is_visible(), "the run has ended"
@@ -148,12 +149,13 @@ def test_pressures_are_set_and_solved(run, served, opened):
 def test_the_sweep_is_there_before_a_slider_moves(served, opened):
     page = opened(served)
     page.select_option("#task", "*")
-    known = """async () => { const headers = { "Content-Type": "application/json" };
+    known = page.evaluate("""async () => { const headers = { "Content-Type": "application/json" };
         const given = { method: "POST", headers, body: "{}" };
-        return (await fetch("runs/0/designs/2/sweep", given)).json(); }"""
-    while page.evaluate(known)["left"] > 0:
-        page.wait_for_timeout(200)
-    found = sorted(each["A"] for each in page.evaluate(known)["known"])
+        for (;;) {
+            const told = await (await fetch("runs/0/designs/2/sweep", given)).json();
+            if (told.left === 0) return told.known;
+        } }""")
+    found = sorted(each["A"] for each in known)
     assert set(np.round(found, 3)).issuperset([0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0])
     asked = len(page.requests)
     slide(page, "chamber-0", 40)
@@ -165,11 +167,15 @@ def test_the_last_of_many_positions_is_what_stays(served, opened):
     page = opened(served)
     page.select_option("#task", "*")
     solved(page, "A 60.000")
+    asked = []
     for pressure in (5, 12, 31, 47, 66):
-        slide(page, "chamber-0", pressure)
-        page.wait_for_timeout(200)
+        with page.expect_request("**/state") as request:
+            slide(page, "chamber-0", pressure)
+        asked.append(request.value)
     solved(page, "A 66.000")
-    page.wait_for_timeout(1500)
+    for request in asked:
+        request.response()  # the answers to the others have come, too
+    picture(page)
     assert words(page, "shown") == "design 2 at 66 kPa" and row(page, "tip moves, mm")[2] > 0
     slide(page, "design", 0)
     solved(page, "A 66.000")
@@ -201,8 +207,7 @@ def test_two_runs_side_by_side(run, tmp_path, opened):
         assert captions[0].strip().startswith("design 2 of 2: extension 3.00 mm")
         assert any("design 1 of 1: extension 2.00 mm, at rest" in each for each in captions)
         drawn = "() => [...document.querySelectorAll('#bodies canvas')].map((canvas) => canvas.toDataURL().length)"
-        page.wait_for_timeout(300)
-        assert min(page.evaluate(drawn)) > 3000, "a picture of each"
+        page.wait_for_function(f"() => Math.min(...({drawn})()) > 3000")  # a picture of each
         rows = {
             each.locator("th").inner_text(): each.locator("td").all_inner_texts()
             for each in page.locator("#compared tbody tr").all()

@@ -58,12 +58,14 @@ def test_every_member_is_drawn_also_on_a_phone(study, opened):
     page = opened(study, color_scheme="dark")
     page.set_viewport_size({"width": 360, "height": 740})
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    drawn = []
+    pictures = "[...document.querySelectorAll('#bodies canvas')].map((each) => each.toDataURL())"
+    drawn = page.evaluate(pictures)
     for mode in ("thickness", "limits"):
         page.select_option("#mode", mode)
-        page.wait_for_timeout(500)
-        drawn += page.evaluate("[...document.querySelectorAll('#bodies canvas')].map((each) => each.toDataURL())")
-    assert len(drawn) == len(set(drawn)) == 6 and min(map(len, drawn)) > 3000
+        anew = f"(before) => {pictures}.every((each) => each.length > 3000 && !before.includes(each))"
+        page.wait_for_function(anew, arg=drawn)
+        drawn += page.evaluate(pictures)
+    assert len(drawn[3:]) == len(set(drawn[3:])) == 6
 
 
 def test_ten_chambers(tmp_path, opened):

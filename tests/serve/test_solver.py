@@ -3,7 +3,7 @@
 import os
 import signal
 import threading
-import time
+from contextlib import contextmanager
 
 import pytest
 
@@ -29,11 +29,30 @@ def step_of(answer):
     return unpack(answer.block)[0]["step"]
 
 
-def until(condition, seconds=120):
-    ends = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < ends, "it takes too long"
-        time.sleep(0.02)
+def until(solver, condition):
+    """Wait until something has become so of a solver, which tells whoever waits for it."""
+    with solver._changed:
+        assert solver._changed.wait_for(condition, timeout=600), "it hangs"
+
+
+@contextmanager
+def busy(solver):
+    """Keep the process that solves from going on; it is there after its first answer."""
+    pid = solver._process.pid
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield pid
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
+def asking(solver, wanted):
+    """Ask in a thread; its answer is in the list once the thread has ended."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(solver.ask(wanted)), daemon=True)
+    thread.start()
+    until(solver, lambda: solver._demand == wanted)
+    return thread, found
 
 
 def test_an_answer_is_what_simulate_finds(run, solver, live):
@@ -50,32 +69,30 @@ def test_an_answer_is_what_simulate_finds(run, solver, live):
 
 
 def test_the_newest_demand_wins(solver, live):
-    found = {}
-
-    def ask(kilopascals):
-        found[kilopascals] = solver.ask(live.wanted(1, {"A": kilopascals}))
-
-    # This design is meshed first, so that the demands come while the solver is busy.
-    threads = [threading.Thread(target=ask, args=(kilopascals,)) for kilopascals in (10.0, 20.0, 30.0, 40.0)]
-    for thread in threads:
-        thread.start()
-        time.sleep(0.05)
-    for thread in threads:
-        thread.join(timeout=120)
-    assert step_of(found[40.0])["converged"]
-    assert found[20.0] is None and found[30.0] is None
+    assert solver.ask(live.wanted(1, {"A": 5.0})).converged
+    with busy(solver):
+        asked = [asking(solver, live.wanted(1, {"A": kilopascals})) for kilopascals in (10.0, 20.0, 30.0, 40.0)]
+    for thread, _ in asked:
+        thread.join()
+    _, (second,), (third,), (newest,) = (found for _, found in asked)
+    assert step_of(newest)["converged"] and second is None and third is None
 
 
 def test_a_sweep_fills_the_time_and_gives_way(solver, live):
     wanted = live.sweep(0)
     assert [dict(each.pressures)["A"] for each in wanted] == pytest.approx([part * 0.06 / 6 for part in range(7)])
-    solver.sweep(wanted)
-    assert solver.left == 7
-    answer = solver.ask(live.wanted(0, {"A": 33.0}))
-    assert step_of(answer)["converged"] and solver.left > 0, "a demand goes before the sweep"
-    until(lambda: solver.left == 0)
-    known = {each for each, _ in solver.known(wanted[0])}
-    assert known.issuperset(wanted) and len(known) == 8
+    assert solver.ask(live.wanted(2, {"A": 5.0})).converged
+    demand = live.wanted(0, {"A": 33.0})
+    with busy(solver):
+        solver.sweep(wanted)
+        assert solver.left == 7
+        thread, found = asking(solver, demand)
+    thread.join()
+    assert step_of(found[0])["converged"]
+    until(solver, lambda: solver.left == 0)
+    known = [each for each, _ in solver.known(wanted[0])]
+    assert set(known) == {demand, *wanted}
+    assert known.index(demand) <= 1, "a demand goes before the sweep"
     solver.sweep(wanted)
     assert solver.left == 0
 
@@ -99,25 +116,21 @@ def test_a_run_that_is_gone_is_one_line(solver, live):
 def test_a_lost_process_is_reported_and_replaced(solver, live):
     assert solver.ask(live.wanted(0, {"A": 11.0})).converged
     process = solver._process
-    os.kill(process.pid, signal.SIGSTOP)  # or it may have answered before it is killed
-    waiting = {}
-    thread = threading.Thread(target=lambda: waiting.update(found=solver.ask(live.wanted(0, {"A": 4900.0}))))
-    thread.start()
-    until(lambda: solver._sent is not None)
+    # Or it may have answered before it is killed.
+    os.kill(process.pid, signal.SIGSTOP)
+    thread, found = asking(solver, live.wanted(0, {"A": 4900.0}))
     os.kill(process.pid, signal.SIGKILL)
-    thread.join(timeout=60)
-    assert step_of(waiting["found"])["reason"] == LOST
+    thread.join()
+    assert step_of(found[0])["reason"] == LOST
     assert solver.ask(live.wanted(0, {"A": 12.0})).converged
     assert solver._process.pid != process.pid
 
 
 def test_closing_ends_the_process_and_the_waiting(run, live):
     solver = Solver()
-    found = []
-    thread = threading.Thread(target=lambda: found.append(solver.ask(live.wanted(0, {"A": 1.0}))))
-    thread.start()
-    until(lambda: solver._process is not None)
+    thread, found = asking(solver, live.wanted(0, {"A": 1.0}))
     process = solver._process
+    assert process is not None
     solver.close()
-    thread.join(timeout=30)
+    thread.join()
     assert found == [None] and not process.is_alive()

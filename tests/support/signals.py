@@ -4,9 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
-from pathlib import Path
 
 from pneumorph import interrupts
 
@@ -16,12 +14,15 @@ SENT = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 
 @dataclass(frozen=True)
 class Ended:
-    """How a program ended: its status, what it printed, and the seconds since it was first interrupted."""
+    """How a program ended: its status, and what it printed that was not read before."""
 
     status: int
     out: str
     err: str
-    late: float
+
+
+HUNG = 600.0
+"""Seconds after which a program that should end is taken to hang."""
 
 
 AS_IN_A_TERMINAL = """
@@ -34,43 +35,31 @@ os.execv(sys.executable, [sys.executable, *sys.argv[2:]])
 
 
 def start(arguments: list[str], ignoring: tuple[int, ...] = (), **options) -> subprocess.Popen:
-    """Start Python with arguments and its outputs piped; it ignores no signals but those given."""
+    """Start Python with arguments and its input and outputs piped; it ignores no signals but those given."""
     ignored = " ".join(str(int(number)) for number in ignoring)
     command = [sys.executable, "-c", AS_IN_A_TERMINAL, ignored, *arguments]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    return subprocess.Popen(command, text=True, **pipes, **options)
 
 
-def interrupted(process: subprocess.Popen, *numbers: int, pause: float = 0.3, seconds: float = 120.0) -> Ended:
-    """Send signals one after another, and wait for the end."""
-    began = time.perf_counter()
-    try:
-        for place, number in enumerate(numbers):
-            if place:
-                time.sleep(pause)
-            os.kill(process.pid, number)
-        out, err = process.communicate(timeout=seconds)
-        return Ended(process.returncode, out, err, time.perf_counter() - began)
-    finally:
-        process.kill()
-        process.wait()
-
-
-def heard(process: subprocess.Popen, beginning: str) -> str:
+def heard(process: subprocess.Popen, beginning: str, stream: str = "stdout") -> str:
     """Read lines until one begins so, and return it."""
-    for line in process.stdout:
+    for line in getattr(process, stream):
         if line.startswith(beginning):
             return line
     raise AssertionError(f"it ended before it said {beginning}: {process.communicate()[1]}")
 
 
-def received(process: subprocess.Popen) -> None:
-    """Wait until a process receives SIGTERM itself, which is soon after its start; Linux only."""
-    status = Path("/proc", str(process.pid), "status")
-    while process.poll() is None:
-        caught = next(line for line in status.read_text().splitlines() if line.startswith("SigCgt"))
-        if int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1:
-            return
-        time.sleep(0.002)
+def interrupted(process: subprocess.Popen, *numbers: int) -> Ended:
+    """Send signals, close the program's input, and wait for its end."""
+    try:
+        for number in numbers:
+            os.kill(process.pid, number)
+        out, err = process.communicate(timeout=HUNG)
+        return Ended(process.returncode, out, err)
+    finally:
+        process.kill()
+        process.wait()
 
 
 def arrive(number: int) -> None:
