@@ -17,7 +17,6 @@ from pneumorph.problem import loads
 from pneumorph.run import open_run
 
 
-
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
     """The directory of a run with two designs."""
@@ -75,7 +74,7 @@ LOADING = """
 import runpy, sys, threading
 
 class Endless:
-    """Loads a library without ever coming to an end."""
+    # Loads a library without ever coming to an end.
 
     def find_spec(self, name, path=None, target=None):
         if name == sys.argv[1]:
