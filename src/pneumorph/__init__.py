@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pneumorph.problem import Problem, load
     from pneumorph.results import HistoryEntry, RunResult, SweepStep, TaskResult
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "ComputationError",
