@@ -77,12 +77,12 @@ class Endless:
     # Loads a library without ever coming to an end.
 
     def find_spec(self, name, path=None, target=None):
-        if name == sys.argv[1]:
+        if name == library:
             print("loading", flush=True)
             threading.Event().wait()
 
+library = sys.argv.pop(1)
 sys.meta_path.insert(0, Endless())
-sys.argv[1:] = sys.argv[2:]
 runpy.run_module("pneumorph", run_name="__main__", alter_sys=True)
 """
 
