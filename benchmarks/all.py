@@ -134,6 +134,14 @@ def sections(runs: Path, out: Path) -> list[Section]:
             ["iteration.py", *found],
         ),
         Section(
+            "By version",
+            "Of a design of every example: median factorisations / median equivalents (shares of geometry, equilibrium, "
+            "gradient and sub-problem in all time), with ratios.json.",
+            ["ratios.py", *found],
+            ["ratios.py", *found],
+            markdown=True,
+        ),
+        Section(
             "Beside the paper",
             "Designs and time, with the values of the paper's Table II in brackets, for sixteen cores.",
             ["table.py", *found],

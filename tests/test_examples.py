@@ -1,4 +1,4 @@
-"""Every example goes through for a few designs on a coarse mesh, and gains by them."""
+"""Every example goes through for a design on a coarse mesh, and gains by it."""
 
 from pathlib import Path
 
@@ -20,9 +20,9 @@ def coarse(path):
     problem = load(path).with_changes(LIGHTER.get(path.stem, {}))
     return problem.model_copy(
         update={
-            "mesh": problem.mesh.model_copy(update={"size": problem.body.radius / 1.6}),
-            "body": problem.body.model_copy(update={"control_density": 0.35}),
-            "optimizer": problem.optimizer.model_copy(update={"iterations": 2}),
+            "mesh": problem.mesh.model_copy(update={"size": problem.body.radius / 1.4}),
+            "body": problem.body.model_copy(update={"control_density": 0.3}),
+            "optimizer": problem.optimizer.model_copy(update={"iterations": 1}),
         }
     )
 
@@ -33,8 +33,8 @@ def test_an_example_goes_through(path):
     events = list(design(coarse(path)))
     accepted = [event for event in events if isinstance(event, DesignAccepted)]
     values = [event.entry.objective for event in accepted]
-    assert len(values) >= 3
-    assert values[2] < values[1] < values[0]
+    assert len(values) >= 2
+    assert values[1] < values[0]
     assert isinstance(events[-1], Finished)
     assert events[-1].held
 

@@ -86,10 +86,12 @@ def flat_triangles(x, mesh=MESH):
 def crossings(triangles):
     """How many pairs of an edge and a triangle without common corners intersect (Möller and Trumbore 1997)."""
     count = 0
-    a, b, c = np.moveaxis(triangles, 1, 0)
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
     edges = np.concatenate([triangles[:, [i, j]] for i, j in ((0, 1), (1, 2), (2, 0))])
     for start, end in edges:
-        along = end - start
+        beside = np.all((low <= np.maximum(start, end)) & (high >= np.minimum(start, end)), axis=1)
+        near, along = triangles[beside], end - start
+        a, b, c = np.moveaxis(near, 1, 0)
         h = np.cross(along, c - a)
         det = np.einsum("ti,ti->t", b - a, h)
         with np.errstate(all="ignore"):
@@ -99,7 +101,7 @@ def crossings(triangles):
             v = q @ along / det
             t = np.einsum("ti,ti->t", c - a, q) / det
             inside = (u > 0) & (v > 0) & (u + v < 1) & (t > 0) & (t < 1)
-        apart = np.abs(triangles[:, :, None] - np.stack([start, end])).max(axis=-1).min(axis=(1, 2)) > 1e-9
+        apart = np.abs(near[:, :, None] - np.stack([start, end])).max(axis=-1).min(axis=(1, 2)) > 1e-9
         count += np.count_nonzero(inside & apart)
     return count
 

@@ -1,5 +1,7 @@
 """Every model against closed forms derived here, and what all of them owe: objectivity, exact finite derivatives."""
 
+from functools import cache
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -35,10 +37,23 @@ STATES = {
 names = pytest.mark.parametrize("name", MODELS)
 
 
+@cache
 def energy_density(name):
-    """ψ(F) with its bulk part."""
+    """ψ(F) with its bulk part, compiled once for each shape of F, as its derivatives are."""
     parameters = jnp.array([*MODELS[name][0], BULK])
-    return lambda F: complete(getattr(energies, name))(F, parameters)
+    return jax.jit(lambda F: complete(getattr(energies, name))(F, parameters))
+
+
+@cache
+def stress_of(name):
+    """∂ψ/∂F."""
+    return jax.jit(jax.grad(energy_density(name)))
+
+
+@cache
+def tangent_of(name):
+    """∂²ψ/∂F∂F."""
+    return jax.jit(jax.jacfwd(stress_of(name)))
 
 
 def difference(name, stretches, a, b):
@@ -67,7 +82,7 @@ def difference(name, stretches, a, b):
 @pytest.mark.parametrize("stretches", [(2.0, 2.0**-0.5, 2.0**-0.5), (1.5, 1.5, 1.5**-2), (1.8, 1.0, 1 / 1.8)])
 def test_uniaxial_equibiaxial_and_planar_stress(name, stretches):
     F = jnp.diag(jnp.array(stretches))
-    kirchhoff = np.asarray(jax.grad(energy_density(name))(F)) @ np.asarray(F).T
+    kirchhoff = np.asarray(stress_of(name)(F)) @ np.asarray(F).T
     assert np.abs(kirchhoff - np.diag(np.diag(kirchhoff))).max() < 1e-12
     for a, b in ((0, 2), (1, 2)):
         expected = difference(name, stretches, a, b)
@@ -108,8 +123,8 @@ def test_initial_shear_modulus(name):
 @names
 @pytest.mark.parametrize("state", STATES)
 def test_second_derivative_is_symmetric_and_the_first_one_s(name, state):
-    F, stress = jnp.array(STATES[state]), jax.grad(energy_density(name))
-    tangent = np.asarray(jax.jacfwd(stress)(F)).reshape(9, 9)
+    F, stress = jnp.array(STATES[state]), stress_of(name)
+    tangent = np.asarray(tangent_of(name)(F)).reshape(9, 9)
     assert np.isfinite(tangent).all()
     assert np.abs(tangent - tangent.T).max() < 1e-12 * np.abs(tangent).max()
     direction = np.random.default_rng(0).standard_normal((3, 3))
@@ -139,7 +154,7 @@ def test_points_do_not_see_each_other(name):
     "F", [np.diag([9.0, 5.0, 0.01]), -np.eye(3), np.diag([1.0, 1.0, -0.3]), np.diag([1.0, 1.0, 0.0])]
 )
 def test_no_state_gives_nan(name, F):
-    value, slope = jax.value_and_grad(energy_density(name))(jnp.array(F))
+    value, slope = energy_density(name)(jnp.array(F)), stress_of(name)(jnp.array(F))
     assert np.isfinite(value) and np.isfinite(slope).all()
 
 
@@ -155,24 +170,32 @@ def test_gent_goes_on_smoothly_where_its_logarithm_ends():
     assert float(slope(20.0)) > float(slope(end))
 
 
+@cache
+def derivatives(kind, name):
+    """First and second derivatives of an energy by the invariants, and its second ones by F, both compiled."""
+    energy = kind(getattr(energies, name))
+    slopes = jax.grad(energy.function)
+    return jax.jit(lambda at, *rest: (slopes(at, *rest), jax.jacfwd(slopes)(at, *rest))), jax.jit(
+        jax.jacfwd(jax.grad(energy))
+    )
+
+
 @names
 @pytest.mark.parametrize("shape", STATES)
 def test_moduli_by_invariants_are_the_second_derivatives(name, shape):
     """What the tangent uses against 81 derivatives by JAX, for elements with and without a pressure of their own."""
     for kind in (complete, mixed):
-        energy = kind(getattr(energies, name))
-        if not isinstance(energy, OfInvariants):
+        if not isinstance(kind(getattr(energies, name)), OfInvariants):
             assert name == "ogden"
             continue
+        slopes_and_rows, second = derivatives(kind, name)
         rest = (jnp.array(0.07), jnp.array([*MODELS[name][0], BULK]))
         F = jnp.asarray(STATES[shape] + 0.01 * np.arange(9).reshape(3, 3))
-        slopes = jax.grad(lambda of, energy=energy, rest=rest: energy.function(of, *rest))
-        at = energies.invariants(F)
-        rows = np.array(jax.jacfwd(slopes)(at))
-        w = np.concatenate([np.array(slopes(at)), rows[np.triu_indices(3)]])
+        slopes, rows = slopes_and_rows(energies.invariants(F), *rest)
+        w = np.concatenate([np.array(slopes), np.array(rows)[np.triu_indices(3)]])
         found = np.empty((9, 9))
         moduli_by_invariants(w, np.asarray(F), np.empty((3, 9)), found)
-        expected = jax.jacfwd(jax.grad(lambda F, energy=energy, rest=rest: energy(F, *rest)))(F)
+        expected = second(F, *rest)
         assert found == pytest.approx(np.asarray(expected).reshape(9, 9), abs=1e-12 * float(jnp.abs(expected).max()))
 
 
