@@ -1,7 +1,9 @@
 """Closed surfaces of triangles from STL files, and as the text by which problems keep them.
 
-The format is read here, in a page, because trimesh, which reads it too, is no dependency of the package, and the
-readers of its extra `cad` check less. Coordinates are kept as 32-bit floats, which is what binary STL has.
+The format is read here, in a page. The reader of VTK (pyvista) takes paths instead of bytes, answers every fault of a
+file with an empty mesh, and writes the reason to its own log, so that no message could say what to mend; and problem
+files are read without loading VTK. Readers of the extra `cad` check less. Coordinates are kept as 32-bit floats, which
+is what binary STL has.
 """
 
 from __future__ import annotations
