@@ -135,8 +135,8 @@ def sections(runs: Path, out: Path) -> list[Section]:
         ),
         Section(
             "By version",
-            "Of a design of every example: median factorisations / median equivalents (shares of geometry, equilibrium, "
-            "gradient and sub-problem in all time), with ratios.json.",
+            "Of a design of every example: median factorisations / median equivalents (shares of geometry, "
+            "equilibrium, gradient and sub-problem in all time); also in ratios.json.",
             ["ratios.py", *found],
             ["ratios.py", *found],
             markdown=True,
