@@ -20,8 +20,8 @@ from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.certify import certify
 from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.limits.rows.samples import LimitSamples, sample_limits
-from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper
-from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.dfp import PaperStepper
+from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.states import no_states
 from pneumorph.optimize.subproblem import build_sequential_quadratic
@@ -52,7 +52,7 @@ def main() -> None:
         every = build_limit_functions(body, problem.limits, reach=1.0)
         for name, stepper in (
             ("sqp", quadratic),
-            ("dfp", PaperStepper(space, every, RADIUS, FIRST_ITERATIONS, np.zeros(0))),
+            ("dfp", PaperStepper(space, every, RADIUS)),
         ):
             began = time.perf_counter()
             step = stepper.step(phi, proxy, RADIUS, no_states(len(phi)))

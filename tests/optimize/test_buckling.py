@@ -1,4 +1,4 @@
-"""Designs of which part is solved do not buckle to a side, and a stopped run goes on with what it knew of that."""
+"""Designs of which part is solved do not buckle laterally, and a stopped run goes on with what it knew of that."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from texts import problem_text
 from tiny import REST
 
 from pneumorph.errors import ComputationError
-from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, design, loop
+from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, acceptance, design
 from pneumorph.problem import loads
 
 COLUMN = problem_text(
@@ -19,7 +19,7 @@ COLUMN = problem_text(
 )
 """A slender tube that pushes against a spring without a guide: as it becomes a bellows, it comes to buckle."""
 
-BUCKLES = "it would buckle to a side"
+BUCKLES = "it would buckle laterally"
 
 
 @pytest.fixture(scope="module")
@@ -43,10 +43,10 @@ def test_designs_are_stable_against_all_motions(events):
 
 
 def test_without_that_they_would_buckle(events, monkeypatch):
-    monkeypatch.setattr(loop, "buckles", lambda now, after: False)
+    monkeypatch.setattr(acceptance, "buckles", lambda now, after: False)
     finished = list(design(loads(COLUMN)))[-1]
     assert isinstance(finished, Finished) and finished.stable == {"extend": False}
-    assert "buckles to a side" in finished.reason
+    assert "buckles laterally" in finished.reason
 
 
 def test_a_stopped_run_goes_on_in_the_same_way(events):

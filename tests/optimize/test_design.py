@@ -16,6 +16,7 @@ from pneumorph.limits.certify import certify
 from pneumorph.limits.table import TABLE
 from pneumorph.mechanics import Skin
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, MeshKept, Started, design
+from pneumorph.optimize.settings import LoopSettings, TrialSettings
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import load, loads
 from pneumorph.results import to_json
@@ -104,7 +105,7 @@ def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch)
         raise MeshError("surfaces may touch")
 
     monkeypatch.setattr("pneumorph.optimize.trial.needs_remesh", lambda *_: "it is worn")
-    monkeypatch.setattr("pneumorph.optimize.trial.discretise", fails)
+    monkeypatch.setattr("pneumorph.optimize.setup.discretise", fails)
     before = accepted(three[1])[1]
     _, events = run(2, state=before.state)
     assert [type(event) for event in events] == [Started, MeshKept, DesignAccepted, Finished]
@@ -126,15 +127,15 @@ def test_a_mesh_that_serves_is_not_replaced_by_a_much_finer_one(three, monkeypat
     run(2, state=accepted(events)[1].state)
     coarse, tried[:] = min(tried), []
     assert coarse >= 0.8 * problem.mesh.size
-    monkeypatch.setattr("pneumorph.optimize.trial.SOUND", 1.0)
-    run(2, state=accepted(events)[1].state)
+    unsound = LoopSettings(trial=TrialSettings(sound=1.0))
+    list(design(problem.with_changes({"optimizer.iterations": 2}), accepted(events)[1].state, unsound))
     assert min(tried) == 0.5 * problem.mesh.size
 
 
 def test_a_run_of_an_earlier_version_goes_on(three):
     problem, events = three
     state = dict(accepted(events)[2].state)
-    old = {name: value for name, value in state.items() if name != "prices" and not name.startswith("curvature_")}
+    old = {name: value for name, value in state.items() if name != "multipliers" and not name.startswith("curvature_")}
     assert isinstance(next(design(problem, old)), Started)
     with pytest.raises(ComputationError, match="start the run again in another directory"):
         next(design(problem, old | {"phi": old["phi"][:-1]}))
@@ -192,12 +193,12 @@ def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):
     """The trust regions after each design, where the first trials are said to have no equilibrium."""
     left = [trials_in_vain]
 
-    def tried(problem, space, number, disc, now, phi, clock, at_rest):
-        found = yield from analyse_trial(problem, space, number, disc, now, phi, clock, at_rest)
+    def tried(*given):
+        trial = yield from analyse_trial(*given)
         if left[0]:
             left[0] -= 1
-            return replace(found, analysis=None, reason="it is said to have no equilibrium", reached=reached)
-        return found
+            return replace(trial, analysis=None, reason="it is said to have no equilibrium", reached=reached)
+        return trial
 
     monkeypatch.setattr("pneumorph.optimize.loop.analyse_trial", tried)
     text = tiny().replace("iterations = 2", f"iterations = {iterations}")

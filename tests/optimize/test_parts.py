@@ -1,4 +1,4 @@
-"""The parts of the sub-problem: smoothing, scale of the proxy, DFP, prices of the limits."""
+"""The parts of the sub-problem: smoothing, scale of the proxy, DFP, multipliers of the limits."""
 
 from pathlib import Path
 
@@ -17,12 +17,11 @@ from pneumorph.limits.rows.samples import KINDS, sample_limits
 from pneumorph.optimize import design
 from pneumorph.optimize import within as module
 from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened
-from pneumorph.optimize.curvature import no_curvature, unpack_curvature
-from pneumorph.optimize.dfp import FIRST_ITERATIONS, PaperStepper, minimise_dfp, proxy_scale
+from pneumorph.optimize.dfp import PaperStepper, minimise_dfp, proxy_scale
 from pneumorph.optimize.events import BroughtWithin
 from pneumorph.optimize.linear_limits import linear_limits
+from pneumorph.optimize.model import Proxy, no_curvature, unpack_curvature
 from pneumorph.optimize.optimality import optimality
-from pneumorph.optimize.proxy import Proxy
 from pneumorph.optimize.smoothing import build_smoothing
 from pneumorph.optimize.states import no_states
 from pneumorph.optimize.subproblem import build_sequential_quadratic
@@ -138,7 +137,7 @@ def test_a_step_gains_and_stays_in_the_trust_region(stage, paper):
     stepper = build_sequential_quadratic(space, smooth, sample_limits(body, problem.limits))
     if paper:
         every = build_limit_functions(body, problem.limits, reach=1.0)
-        stepper = PaperStepper(space, every, 0.2, FIRST_ITERATIONS, np.zeros(0))
+        stepper = PaperStepper(space, every, 0.2)
     outward = body.control_points() * np.array([1.0, 1.0, 0.0])
     slope = -space.pullback(outward, {"extend": {"A": 1.0}})
     step = stepper.step(space.start, linear(slope), 0.2, no_states(space.n))

@@ -6,26 +6,29 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.analysis import analyse, discretise
-from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.analysis import analyse
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize import trial
-from pneumorph.optimize.history import Clock
+from pneumorph.optimize.buckling import judge
+from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.iterate import AnalysedDesign
+from pneumorph.optimize.setup import build_setup
 from pneumorph.problem import loads
 
 
 @pytest.fixture(scope="module", params=["quadratic", "mixed"])
 def start(request):
     problem = loads(tiny(size=f'"5 mm"\nelement = "{request.param}"', pressure='{ A = "60 kPa" }'))
-    body = starting_body(problem.body)
-    space, disc = build_design_space(problem, body), discretise(problem, body)
-    return problem, space, disc, analyse(problem, space, disc, space.start)
+    setup = build_setup(problem)
+    phi = setup.space.start
+    disc = setup.discretise(setup.space.body(phi), 0.0)
+    analysis = analyse(problem, setup.space, disc, phi)
+    return setup, AnalysedDesign(analysis, disc, setup.certify(phi), judge(disc, analysis, {}))
 
 
 def tried(start, phi):
-    problem, space, disc, now = start
-    steps = trial.analyse_trial(problem, space, 1, disc, now, phi, Clock())
+    setup, now = start
+    steps = trial.analyse_trial(setup, 1, now, phi, Clock())
     while True:
         try:
             next(steps)
@@ -35,7 +38,8 @@ def tried(start, phi):
 
 @pytest.mark.parametrize("new", [False, True])
 def test_a_step_in_parts_ends_where_the_whole_one_does(start, new, monkeypatch):
-    _, space, _, now = start
+    setup, now = start
+    space = setup.space
     phi = space.start + 0.2 * np.random.default_rng(0).normal(size=space.n)
     if new:
         monkeypatch.setattr(trial, "needs_remesh", lambda *given: "asked for")
@@ -51,12 +55,12 @@ def test_a_step_in_parts_ends_where_the_whole_one_does(start, new, monkeypatch):
     assert parts.remeshed == whole.remeshed == new
     assert parts.analysis.value == pytest.approx(whole.analysis.value, rel=1e-5)
     # The first part is half of the step; on a new mesh the design before it comes first.
-    assert asked[1 + new] == pytest.approx(0.5 * (now.phi + phi))
+    assert asked[1 + new] == pytest.approx(0.5 * (now.analysis.phi + phi))
     assert asked[2 + new] == pytest.approx(phi)
 
 
 def test_a_step_without_any_state_is_given_up_with_the_reason(start, monkeypatch):
-    space = start[1]
+    space = start[0].space
     monkeypatch.setattr(trial, "analyse", lambda *given, **options: NoEquilibrium("it balloons", 0.0, None))
     found = tried(start, space.start + 0.01)
     assert found.analysis is None
@@ -65,8 +69,9 @@ def test_a_step_without_any_state_is_given_up_with_the_reason(start, monkeypatch
 
 def test_nodes_inside_go_along(start, monkeypatch):
     """Half way, they are half way between their places on both meshes."""
-    problem, space, disc, now = start
-    phi, moved = space.start + 0.05, np.zeros_like(now.X)
+    setup, now = start
+    disc, X = now.disc, now.analysis.X
+    phi, moved = setup.space.start + 0.05, np.zeros_like(X)
     moved[-1] = 0.2
     end, seen = replace(disc, morph=replace(disc.morph, shift=moved)), []
 
@@ -75,6 +80,6 @@ def test_nodes_inside_go_along(start, monkeypatch):
         return analyse(problem, space, disc, phi, *rest, **options)
 
     monkeypatch.setattr(trial, "analyse", watched)
-    _, reached = trial._by_parts(problem, space, disc, now, end, phi)
+    _, reached = trial._in_parts(setup, disc, now.analysis, end, phi)
     assert reached == 1.0
-    assert seen[0] == pytest.approx(0.5 * (now.X + seen[1]), abs=1e-12)
+    assert seen[0] == pytest.approx(0.5 * (X + seen[1]), abs=1e-12)

@@ -6,31 +6,31 @@ from tiny import tiny
 
 from pneumorph.limits.certify import LimitReport, certify
 from pneumorph.optimize import within
-from pneumorph.optimize.standing import Setting
+from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.within import LOST, Within
 from pneumorph.problem import loads
 
 
 @pytest.fixture(scope="module")
-def setting() -> Setting:
-    return Setting(loads(tiny()))
+def setup() -> Setup:
+    return build_setup(loads(tiny()))
 
 
-def bulged(setting: Setting, amount: float) -> np.ndarray:
+def bulged(setup: Setup, amount: float) -> np.ndarray:
     """The start with bumps of an amount (mm) on all surfaces."""
-    bumps = np.random.default_rng(0).normal(size=setting.space.n)
-    return setting.space.start + amount * setting.smooth.apply(bumps)
+    bumps = np.random.default_rng(0).normal(size=setup.space.n)
+    return setup.space.start + amount * setup.smooth.apply(bumps)
 
 
-def test_bumps_are_smoothed(setting: Setting) -> None:
-    phi = bulged(setting, 0.5)
-    assert not certify(setting.space.body(phi), setting.problem.limits).satisfied()
-    found = setting.within(phi)
+def test_bumps_are_smoothed(setup: Setup) -> None:
+    phi = bulged(setup, 0.5)
+    assert not certify(setup.space.body(phi), setup.problem.limits).satisfied()
+    found = setup.within(phi)
     assert isinstance(found, Within)
-    assert certify(setting.space.body(found.phi), setting.problem.limits).satisfied()
+    assert certify(setup.space.body(found.phi), setup.problem.limits).satisfied()
 
 
-def test_what_cannot_be_mended_ends_soon(setting: Setting, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_mended_ends_soon(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a motion comes no nearer to the limits, others from there hardly ever do."""
     motions, move = [], within.least_motion
 
@@ -40,7 +40,7 @@ def test_what_cannot_be_mended_ends_soon(setting: Setting, monkeypatch: pytest.M
 
     monkeypatch.setattr(within, "least_motion", counted)
     # No variable may move back far enough.
-    found = setting.within(bulged(setting, 0.7), reach=0.02)
+    found = setup.within(bulged(setup, 0.7), reach=0.02)
     assert isinstance(found, LimitReport)
     assert not found.satisfied()
     # Of 112 that there would be.

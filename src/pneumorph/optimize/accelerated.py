@@ -20,7 +20,7 @@ SAFETY = 1.1
 Map = Callable[[np.ndarray], np.ndarray]
 
 
-class Iterate(NamedTuple):
+class Momentum(NamedTuple):
     """Where an iteration is: at z (n,), with its next gradient taken at `ahead` (n,), and the momentum t ≥ 1."""
 
     z: np.ndarray
@@ -28,9 +28,9 @@ class Iterate(NamedTuple):
     momentum: float
 
 
-def at_rest(z: np.ndarray) -> Iterate:
+def at_rest(z: np.ndarray) -> Momentum:
     """The start of an iteration."""
-    return Iterate(z, z, 1.0)
+    return Momentum(z, z, 1.0)
 
 
 def minimise(
@@ -48,25 +48,25 @@ def minimise(
 
 def advanced(
     gradient: Map,
-    iterate: Iterate,
+    begin: Momentum,
     lower: np.ndarray,
     upper: np.ndarray,
     scale: np.ndarray,
     iterations: int,
     tolerance: float | np.ndarray,
-) -> Iterate:
+) -> Momentum:
     """Go on towards the minimum of a convex function in a box; the function may have changed a little since before.
 
     Parameters
     ----------
     gradient : of the function at z (n,).
-    iterate : from where.
+    begin : from where.
     lower, upper : (n,) bounds.
     scale : (n,) D, so that D − Hessian is positive semidefinite everywhere.
     iterations : most iterations.
     tolerance : float or (n,); it ends when no entry of z moves farther than this in an iteration.
     """
-    z, ahead, momentum = iterate
+    z, ahead, momentum = begin
     for _ in range(iterations):
         stop_if_asked()
         slope = gradient(ahead)
@@ -79,7 +79,7 @@ def advanced(
         z, momentum = following, grown
         if (np.abs(step) <= tolerance).all():
             break
-    return Iterate(z, ahead, momentum)
+    return Momentum(z, ahead, momentum)
 
 
 def tightened(scale: np.ndarray, product: Map, rounds: int = 10) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Keep designs from buckling to a side where part of the body is solved, whose states know of no such motion.
+"""Keep designs from buckling laterally where part of the body is solved, whose states know of no such motion.
 
 Every design is judged by its pivots against all motions of the whole body. Once a step would have buckled, the steps
 after it are told how stiff the body is (`mechanics.solve.lateral`) and how this changes.
@@ -19,14 +19,27 @@ from pneumorph.mechanics import Softest
 
 Stiffnesses = Mapping[str, Sequence[float]]
 
-LEFT, SHARE, STIFF = 0.1, 0.5, 0.5
-"""A step is to leave the first of the stiffness at rest or, if that is more, the second of what there is. Above the
-last, over that at rest, a body is far from buckling."""
+
+@dataclass(frozen=True)
+class LateralSettings:
+    """How much lateral stiffness a step is to leave, once a step would have buckled."""
+
+    left: float = 0.1
+    """Of the stiffness at rest: the margin against buckling."""
+
+    share: float = 0.5
+    """Of the stiffness that there is, if that is more: stiffness is known to first order only."""
+
+    far: float = 0.5
+    """Above this part of the stiffness at rest a body is far from buckling, and steps need no row for it."""
+
+
+LATERAL = LateralSettings()
 
 
 @dataclass(frozen=True, eq=False)
 class LateralStability:
-    """How an analysed design stands motions to a side.
+    """The stability of an analysed design against lateral motions.
 
     Attributes
     ----------
@@ -52,7 +65,7 @@ class LateralStability:
             (name, soft, at_rest)
             for name, motions in self.softest.items()
             for soft, at_rest in zip(motions, self.at_rest[name], strict=True)
-            if soft.stable and soft.stiffness < STIFF * at_rest
+            if soft.stable and soft.stiffness < LATERAL.far * at_rest
         ]
 
 
@@ -64,23 +77,23 @@ def unpack_at_rest(disc: Discretisation, arrays: Mapping[str, Any]) -> Stiffness
     ProblemError
         If they do not fit the body.
     """
-    found = {name: list(map(float, arrays.get(f"at rest {name}", ()))) for name in disc.tangents}
-    if not any(found.values()):
+    stiffnesses = {name: list(map(float, arrays.get(f"at rest {name}", ()))) for name in disc.tangents}
+    if not any(stiffnesses.values()):
         return {}
-    if any(len(kinds) != len(disc.lateral) or min(kinds, default=1.0) <= 0.0 for kinds in found.values()):
+    if any(len(kinds) != len(disc.lateral) or min(kinds, default=1.0) <= 0.0 for kinds in stiffnesses.values()):
         raise ProblemError(
             "the checkpoint does not fit its problem (stiffnesses at rest); start the run again in another directory"
         )
-    return found
+    return stiffnesses
 
 
 def judge(disc: Discretisation, analysis: Analysis, at_rest: Stiffnesses) -> LateralStability:
-    """How a design stands motions to a side; closely, if stiffnesses at rest are given."""
+    """The lateral stability of a design; with its stiffness, if stiffnesses at rest are given."""
     if not at_rest:
         return LateralStability(lateral_stability(disc, analysis), {}, {})
-    found = lateral_stiffness(disc, analysis)
+    softest = lateral_stiffness(disc, analysis)
     return LateralStability(
-        {name: [each.stable for each in motions] for name, motions in found.items()}, found, at_rest
+        {name: [each.stable for each in motions] for name, motions in softest.items()}, softest, at_rest
     )
 
 
@@ -108,15 +121,15 @@ def lateral_rows(
 
 def lateral_excess(now: LateralStability, after: LateralStability) -> float:
     """The largest c of these rows after a step; −∞ if there is none."""
-    found = [
+    excesses = [
         (_to_leave(old.stiffness / at_rest) - new.stiffness / at_rest)
         for name in after.softest
         for old, new, at_rest in zip(now.softest[name], after.softest[name], now.at_rest[name], strict=True)
         if old.stable
     ]
-    return max(found, default=-np.inf)
+    return max(excesses, default=-np.inf)
 
 
 def _to_leave(share: float) -> float:
     """What a step has to leave of a share of the stiffness at rest: at most that, for there must be such a step."""
-    return max(SHARE * share, min(LEFT, share))
+    return max(LATERAL.share * share, min(LATERAL.left, share))

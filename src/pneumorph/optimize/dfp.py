@@ -6,7 +6,7 @@ Penalties (32), DFP with backtracking (35)(36), the ℵ-rule (37)(38) and the co
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -16,18 +16,42 @@ import numpy as np
 
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.rows.functions import LimitFunctions
-from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step
 
-ORDER = 5
-TOLERANCE = 0.05
-"""b of (32), and ε_t (mm) of (33): Table I."""
 
-FIRST_ITERATIONS = 200.0
-SMALLEST_STEP = 1e-5
-CHANGE, MORE, FEWER = 0.2, 1.2, 0.9
-"""ℵ¹, ε_α, and the threshold of λ with β₁ and β₂: Table I and (37)."""
+@dataclass(frozen=True)
+class PaperSettings:
+    """Constants of the paper's sub-problem; those without another source are of its Table I."""
+
+    order: int = 5
+    """b, the power of penalties in (32)."""
+
+    tolerance: float = 0.05
+    """ε_t of (33), mm."""
+
+    iterations: float = 200.0
+    """ℵ¹, the most iterations of the first sub-problem."""
+
+    smallest_step: float = 1e-5
+    """ε_α, at which the line search ends."""
+
+    change: float = 0.2
+    """Threshold of λ in (37)."""
+
+    more: float = 1.2
+    """β₁ of (37)."""
+
+    fewer: float = 0.9
+    """β₂ of (37)."""
+
+    decrease: float = 1e-4
+    """Share of the first-order decrease that a step of the line search (35) has to reach (Nocedal & Wright 2006,
+    algorithm 3.1)."""
+
+
+PAPER = PaperSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +68,8 @@ class PaperStepper:
     space: DesignSpace
     limits: LimitFunctions
     reference: float
-    iterations: float
-    last_slope: np.ndarray
+    iterations: float = PAPER.iterations
+    last_slope: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
         """See `Stepper.step`; the paper's proxy (31) is linear."""
@@ -56,14 +80,17 @@ class PaperStepper:
         below, above = np.isfinite(space.lower), np.isfinite(space.upper)
 
         def merit(psi):
-            price, rise = _penalty(limits, space.control_points(phi + psi), pairs)
-            value, change = scale * float(slope @ psi) + float(price), scale * slope + space.pullback(np.asarray(rise))
-            beyond = np.maximum(0.0, (np.abs(psi) - radius) / TOLERANCE)
-            value += float(np.sum(beyond**ORDER))
-            change = change + ORDER * beyond ** (ORDER - 1) / TOLERANCE * np.sign(psi)
-            over = np.maximum(0.0, (states.excess + states.jacobian @ psi) / TOLERANCE)
-            value += float(np.sum(over**ORDER))
-            change = change + (ORDER * over ** (ORDER - 1) / TOLERANCE) @ states.jacobian
+            penalty, rise = _penalty(limits, space.control_points(phi + psi), pairs)
+            value, change = (
+                scale * float(slope @ psi) + float(penalty),
+                scale * slope + space.pullback(np.asarray(rise)),
+            )
+            beyond = np.maximum(0.0, (np.abs(psi) - radius) / PAPER.tolerance)
+            value += float(np.sum(beyond**PAPER.order))
+            change = change + PAPER.order * beyond ** (PAPER.order - 1) / PAPER.tolerance * np.sign(psi)
+            over = np.maximum(0.0, (states.excess + states.jacobian @ psi) / PAPER.tolerance)
+            value += float(np.sum(over**PAPER.order))
+            change = change + (PAPER.order * over ** (PAPER.order - 1) / PAPER.tolerance) @ states.jacobian
             return value, change
 
         counted = _Counted(merit)
@@ -77,7 +104,7 @@ class PaperStepper:
         if not len(self.last_slope):
             return replace(self, last_slope=step.learnt)
         change = np.abs(step.learnt - self.last_slope).sum() / np.abs(self.last_slope).sum()
-        factor = MORE if change <= CHANGE else FEWER
+        factor = PAPER.more if change <= PAPER.change else PAPER.fewer
         return replace(self, last_slope=step.learnt, iterations=max(factor * self.iterations, 1.0))
 
     def pack(self) -> dict[str, Any]:
@@ -121,7 +148,7 @@ def minimise_dfp(function: Callable[[np.ndarray], tuple[float, np.ndarray]], x: 
     (n,) where the search ended: after `most` iterations, or when the line search found no step above ε_α.
     """
     value, slope = function(x)
-    initial = TOLERANCE / max(np.abs(slope).max(), 1e-300)
+    initial = PAPER.tolerance / max(np.abs(slope).max(), 1e-300)
     moves, weights, images, image_weights = [], [], [], []
 
     def apply(v):
@@ -136,9 +163,9 @@ def minimise_dfp(function: Callable[[np.ndarray], tuple[float, np.ndarray]], x: 
         if not descent < 0:
             break
         length = 1.0
-        while length >= SMALLEST_STEP:
+        while length >= PAPER.smallest_step:
             trial_value, trial_slope = function(x + length * direction)
-            if np.isfinite(trial_value) and trial_value <= value + 1e-4 * length * descent:
+            if np.isfinite(trial_value) and trial_value <= value + PAPER.decrease * length * descent:
                 break
             length *= 0.5
         else:
@@ -158,8 +185,8 @@ def minimise_dfp(function: Callable[[np.ndarray], tuple[float, np.ndarray]], x: 
 def _penalty(limits: LimitFunctions, points, pairs):
     """The penalties of (33), integrals over the unit square as means over the samples, and their gradient."""
 
-    def price(points):
-        arguments = limits.paper_arguments(limits.values(points, pairs), TOLERANCE).values()
-        return sum(jnp.mean(jnp.maximum(0.0, x) ** ORDER) for x in arguments if len(x))
+    def penalty(points):
+        arguments = limits.paper_arguments(limits.values(points, pairs), PAPER.tolerance).values()
+        return sum(jnp.mean(jnp.maximum(0.0, x) ** PAPER.order) for x in arguments if len(x))
 
-    return jax.value_and_grad(price)(points)
+    return jax.value_and_grad(penalty)(points)

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.states import StateLimits
 
 

@@ -2,8 +2,8 @@
 
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
 the step so far (`limits.rows`) and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar
-1973) with accelerated gradients; an evaluation costs two products with a sparse matrix. The multipliers of the limits,
-called prices, are kept from design to design, by kind and knot-span cell. Limits that remain broken are repaired
+1973) with accelerated gradients; an evaluation costs two products with a sparse matrix. The multipliers of the limits
+are kept from design to design, by kind and knot-span cell. Limits that remain broken are repaired
 afterwards (`within.py`).
 """
 
@@ -20,33 +20,50 @@ from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.rows.samples import KINDS, LimitSamples
 from pneumorph.optimize.accelerated import Map, advanced, at_rest, tightened
 from pneumorph.optimize.linear_limits import linear_limits
-from pneumorph.optimize.proxy import Proxy
+from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step
 
-PROGRAMS, ROUNDS, MOST_ITERATIONS = 5, 6, 20
-"""Linearisations in a sub-problem, updates of the prices in each, and most iterations between them. What programs leave
-unsolved is repaired afterwards at the cost of the gain: four programs lose 3 % of it. The iteration keeps its momentum
-when prices change: begun afresh with each of them, it needs twice as many iterations and gains less. More updates after
-fewer iterations promise more for one step, but less in a run."""
 
-NARROWING = 0.5
-"""Each program may move the step this fraction as far as the one before. Without it the limits on curvature, which
-linear rows underestimate, are exceeded again each time."""
+@dataclass(frozen=True)
+class ProgramSettings:
+    """Settings of the quadratic programs of a step."""
 
-ACCURACY = 1e-3
-"""Change of the raw step, in radii, at which iterations end."""
+    programs: int = 5
+    """Linearisations in a sub-problem. What programs leave unsolved is repaired afterwards at the cost of the gain:
+    four lose 3 % of it."""
 
-STIFFNESS = 100.0
-"""ρ, mm: price of a limit exceeded by its whole bound, in mean derivatives of the objective per mm."""
+    rounds: int = 6
+    """Updates of the multipliers in each. More after fewer iterations promise more for one step, but less in a run."""
 
-PROXIMITY = 0.25
-"""Variables with a derivative below this multiple of the mean do not move by the whole radius, for there the gradient
-is mostly noise of the mesh."""
+    iterations: int = 20
+    """Most iterations between updates. The iteration keeps its momentum when multipliers change: begun afresh with each
+    of them, it needs twice as many and gains less."""
 
-LEAST = -0.3
-"""The programs contain measures of the shape above this value; 0 is the bound."""
+    narrowing: float = 0.5
+    """Each program may move the step this fraction as far as the one before. Without it the limits on curvature, which
+    linear rows underestimate, are exceeded again each time."""
+
+    accuracy: float = 1e-3
+    """Change of the raw step, in radii, at which iterations end."""
+
+    stiffness: float = 100.0
+    """ρ, mm: multiplier of a limit exceeded by its whole bound, in mean derivatives of the objective per mm."""
+
+    proximity: float = 0.25
+    """Variables with a derivative below this multiple of the mean do not move by the whole radius, for there the
+    gradient is mostly noise of the mesh."""
+
+    least: float = -0.3
+    """The programs contain measures of the shape above this value; 0 is the bound. Others are left out to save time."""
+
+    approach: float = 2.2
+    """In radii: the programs contain distances that are no farther than this from their bound. Both walls of a gap may
+    move by the whole radius; the rest is for their curvature."""
+
+
+PROGRAM = ProgramSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +72,14 @@ class SequentialQuadratic:
 
     Attributes
     ----------
-    prices : (kinds, cells) array
+    multipliers : (kinds, cells) array
         λ ≥ 0 of every limit in every cell, in mean derivatives of the objective.
     """
 
     space: DesignSpace
     smooth: Smoothing
     limits: LimitSamples
-    prices: np.ndarray
+    multipliers: np.ndarray
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
         """See `Stepper.step`."""
@@ -72,49 +89,49 @@ class SequentialQuadratic:
         bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
         # Beginning with the step before promises some per cent more, but shapes become rough: they gain less, and the
         # meshes of some fail.
-        z, prices, places = np.zeros(space.n), self.prices.copy(), None
+        z, multipliers, places = np.zeros(space.n), self.multipliers.copy(), None
         # Exceeded by one per cent, a limit on states pushes as hard as the mean derivative of the objective.
         weight = 1.0 / np.sqrt(np.maximum(np.abs(states.jacobian).mean(axis=1), 1e-12))
         of_states, known, on_states = weight[:, None] * states.jacobian, weight * states.excess, np.zeros(len(weight))
-        for number in range(PROGRAMS):
-            room = NARROWING**number * radius
+        for number in range(PROGRAM.programs):
+            room = PROGRAM.narrowing**number * radius
             change = self.smooth.apply(z)
-            # Both walls of a gap may move by the whole radius.
-            linear = linear_limits(space, self.limits, phi + change, 2.2 * room, LEAST, places)
+            linear = linear_limits(space, self.limits, phi + change, PROGRAM.approach * room, PROGRAM.least, places)
             rows, jacobian, places = linear.rows, linear.jacobian, linear.rows.places
             both = sparse.csr_array(sparse.vstack([jacobian, of_states])) if len(known) else jacobian
             excess = np.concatenate([linear.excess() - jacobian @ change, known])
-            program = _Program(scaled, self.smooth, both, excess, PROXIMITY / radius)
-            # The rows of a kind in a cell share its price.
-            sharing = np.zeros_like(prices)
+            program = _Program(scaled, self.smooth, both, excess, PROGRAM.proximity / radius)
+            # The rows of a kind in a cell share its multiplier.
+            sharing = np.zeros_like(multipliers)
             np.add.at(sharing, (rows.kind, rows.cell), 1.0)
-            price, scale = (prices / np.maximum(sharing, 1.0))[rows.kind, rows.cell], program.scale()
-            price = np.concatenate([price, on_states])
+            multiplier, scale = (multipliers / np.maximum(sharing, 1.0))[rows.kind, rows.cell], program.scale()
+            multiplier = np.concatenate([multiplier, on_states])
             lower, upper = np.maximum(bounds[0], z - room), np.minimum(bounds[1], z + room)
             iterate = at_rest(z)
-            for _ in range(ROUNDS):
-                slope = program.slope(price)
-                iterate = advanced(slope, iterate, lower, upper, scale, MOST_ITERATIONS, ACCURACY * radius)
-                price = program.price(price, self.smooth.apply(iterate.z))
+            for _ in range(PROGRAM.rounds):
+                slope = program.slope(multiplier)
+                iterate = advanced(slope, iterate, lower, upper, scale, PROGRAM.iterations, PROGRAM.accuracy * radius)
+                multiplier = program.multiplier(multiplier, self.smooth.apply(iterate.z))
             z = iterate.z
-            prices = np.zeros_like(prices)
-            np.add.at(prices, (rows.kind, rows.cell), price[: len(rows.kind)])
-            on_states = price[len(rows.kind) :]
-        return Step(self.smooth.apply(z), PROGRAMS, prices)
+            multipliers = np.zeros_like(multipliers)
+            np.add.at(multipliers, (rows.kind, rows.cell), multiplier[: len(rows.kind)])
+            on_states = multiplier[len(rows.kind) :]
+        return Step(self.smooth.apply(z), PROGRAM.programs, multipliers)
 
     def after(self, step: Step) -> SequentialQuadratic:
         """See `Stepper.after`."""
-        return replace(self, prices=step.learnt)
+        return replace(self, multipliers=step.learnt)
 
     def pack(self) -> dict[str, Any]:
         """See `Stepper.pack`."""
-        return {"prices": self.prices}
+        return {"multipliers": self.multipliers}
 
     def unpack(self, state: dict[str, Any]) -> SequentialQuadratic:
         """See `Stepper.unpack`."""
-        # Checkpoints of earlier versions have none, or others; they are learnt again.
-        known = "prices" in state and np.shape(state["prices"]) == self.prices.shape
-        return replace(self, prices=np.asarray(state["prices"], float)) if known else self
+        # Checkpoints of earlier versions call them "prices", or have none, or others; these are learnt again.
+        stored = state.get("multipliers", state.get("prices"))
+        known = stored is not None and np.shape(stored) == self.multipliers.shape
+        return replace(self, multipliers=np.asarray(stored, float)) if known else self
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,17 +154,17 @@ class _Program:
     def transposed(self) -> sparse.csr_array:
         return sparse.csr_array(self.jacobian.T)
 
-    def price(self, price: np.ndarray, change: np.ndarray) -> np.ndarray:
+    def multiplier(self, multiplier: np.ndarray, change: np.ndarray) -> np.ndarray:
         """λ ← max(0, λ + ρ c) after a smooth step."""
-        return np.maximum(0.0, price + STIFFNESS * (self.known + self.jacobian @ change))
+        return np.maximum(0.0, multiplier + PROGRAM.stiffness * (self.known + self.jacobian @ change))
 
-    def slope(self, price: np.ndarray) -> Map:
-        """Gradient of the augmented Lagrangian by z, for prices λ (m,)."""
+    def slope(self, multiplier: np.ndarray) -> Map:
+        """Gradient of the augmented Lagrangian by z, for multipliers λ (m,)."""
 
         def slope(z: np.ndarray) -> np.ndarray:
             change = self.smooth.apply(z)
             _, tilt = self.proxy.change(change)
-            return self.smooth.transpose(tilt + self.transposed @ self.price(price, change)) + self.pull * z
+            return self.smooth.transpose(tilt + self.transposed @ self.multiplier(multiplier, change)) + self.pull * z
 
         return slope
 
@@ -157,7 +174,7 @@ class _Program:
 
         def bound(smooth, jacobian, transposed, factors, z):
             change = smooth.apply(z)
-            image = STIFFNESS * (transposed @ (jacobian @ change)) + (factors @ change) @ factors
+            image = PROGRAM.stiffness * (transposed @ (jacobian @ change)) + (factors @ change) @ factors
             return smooth.transpose(image) + self.pull * z
 
         above = self.smooth.moduli, moduli, sparse.csr_array(moduli.T), np.abs(factors)
@@ -166,5 +183,5 @@ class _Program:
 
 
 def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: LimitSamples) -> SequentialQuadratic:
-    """A stepper without prices yet."""
+    """A stepper without multipliers yet."""
     return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), int(limits.first[-1]))))

@@ -4,39 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, discretise, predict_states
+from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, predict_states
 from pneumorph.errors import MeshError
-from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
-from pneumorph.optimize.buckling import LateralStability, Stiffnesses, judge
+from pneumorph.optimize.buckling import LateralStability, judge
+from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import Event, MeshKept, Remeshed
-from pneumorph.optimize.history import Clock
-from pneumorph.problem import Problem
-
-MOST_FACTORISATIONS, ELSEWHERE, ENOUGH = 40, 20, 8
-"""A search is given up if the equilibrium of a task takes more factorisations than this. The others are without
-contact, the last on the mesh that the search comes from: what is not found there at once is found in shorter steps."""
-
-ROUGHEST = 5.0
-"""Residual of a predicted state, over κ/μ and the applied forces, above which a search without contact does not even
-begin: it hardly ever ends."""
-
-SHORTEST = 1 / 4
-"""Least part of a step that is gone at a time."""
-
-BEARABLE = 0.002
-"""A mesh is kept if no new one can be made and its worst element is better than this."""
-
-
-SOUND, FINER = 0.05, 0.8
-"""A mesh with no worse element is kept where a new one would need elements smaller than this part of `mesh.size`, or
-than its own. Half the size has eight times as many: a design would take longer than all before."""
+from pneumorph.optimize.iterate import AnalysedDesign
+from pneumorph.optimize.setup import Setup
+from pneumorph.optimize.states import worst_state
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +37,11 @@ class Trial:
     remeshed : bool
     factorisations : int
     lateral : LateralStability or None
-        How it stands motions to a side, where it was analysed.
+        Its stability against lateral buckling, where it was analysed.
+    state_excess, state_limit : float, str
+        By how much its states violate a limit at most, relative to the bound, and the name of that limit.
     reached : float
-        Where it was gone in parts, how much of the step had states.
+        Where it was solved in parts of the step, how much of the step had states.
     """
 
     disc: Discretisation
@@ -68,24 +51,56 @@ class Trial:
     remeshed: bool
     factorisations: int
     lateral: LateralStability | None = None
+    state_excess: float = -np.inf
+    state_limit: str = ""
     reached: float = 1.0
 
 
-def analyse_trial(
-    problem: Problem,
-    space: DesignSpace,
-    number: int,
-    disc: Discretisation,
-    now: Analysis,
-    phi: np.ndarray,
-    clock: Clock,
-    at_rest: Stiffnesses = MappingProxyType({}),
-) -> Generator[Event, None, Trial]:
-    """Analyse the design Φ (n,) with this number, a step away from an analysed one on a given mesh.
+@dataclass(frozen=True, eq=False)
+class _Followed:
+    """The mesh of a trial with the states to begin from, and whether it is new."""
 
-    `at_rest` are stiffnesses against motions to a side, see `judge`.
+    disc: Discretisation
+    starts: Mapping[str, Guess]
+    remeshed: bool
+
+
+def analyse_trial(
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
+) -> Generator[Event, None, Trial]:
+    """Analyse a design that is a step away from the current one.
+
+    Parameters
+    ----------
+    setup : of the run.
+    number : of the new design.
+    now : the current design.
+    phi : (n,) the new design.
+    clock : counts the time.
     """
-    count, points, given, reached = disc.factorisations, space.control_points(phi), disc, 1.0
+    problem, before, count = setup.problem, now.analysis.value, now.disc.factorisations
+    mesh = yield from _follow(setup, number, now, phi, clock)
+    if isinstance(mesh, MeshError):
+        return Trial(now.disc, None, str(mesh), before, remeshed=True, factorisations=0)
+    disc, lateral = mesh.disc, None
+    with clock.phase("equilibrium"):
+        found, reached = _solve(setup, now, mesh, phi)
+        if not isinstance(found, NoEquilibrium):
+            if disc is not now.disc and found.value > before:
+                before = _value_on(setup, disc, now.analysis, found)
+            lateral = judge(disc, found, now.lateral.at_rest)
+    spent = disc.factorisations - (0 if mesh.remeshed else count)
+    if isinstance(found, NoEquilibrium):
+        return Trial(disc, None, found.reason, before, mesh.remeshed, spent, reached=reached)
+    excess, limit = worst_state(problem, disc, found)
+    return Trial(disc, found, "", before, mesh.remeshed, spent, lateral, excess, limit)
+
+
+def _follow(
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
+) -> Generator[Event, None, _Followed | MeshError]:
+    """The mesh for a new design, with its predicted states; the error where there is none."""
+    space, settings, disc, points = setup.space, setup.settings.trial, now.disc, setup.space.control_points(phi)
     with clock.phase("geometry"):
         poor = needs_remesh(disc.morph, points)
         if poor is not None:
@@ -93,94 +108,90 @@ def analyse_trial(
             disc = replace(disc, morph=relax(disc.morph, points))
             poor = needs_remesh(disc.morph, points)
     with clock.phase("equilibrium"):
-        starts = predict_states(space, disc, now, phi)
+        starts = predict_states(space, disc, now.analysis, phi)
+    if poor is None:
+        return _Followed(disc, starts, remeshed=False)
+    quality = _quality(disc, points)
     with clock.phase("geometry"):
-        if poor is not None:
-            try:
-                new = discretise(problem, space.body(phi), _finest(problem, disc, points))
-            except MeshError as error:
-                quality, poor = _quality(disc, points), None
-                if quality < BEARABLE:
-                    return Trial(disc, None, str(error), now.value, True, 0)
-                yield MeshKept(number, str(error), quality)
-            else:
-                starts = _carried(disc, now, new, (disc.morph.positions(points), starts))
-                disc, count = new, 0
-    if poor is not None:
-        yield Remeshed(number, poor, disc.model.elements, _quality(disc, points), disc.model.part)
-    with clock.phase("equilibrium"):
-        if disc.model.contact is not None:
-            same = now if poor is None else None
-            found = analyse(problem, space, disc, phi, starts, most=MOST_FACTORISATIONS, near=same)
+        # Any size of elements, where the mesh does not serve any more.
+        sound = quality >= settings.sound
+        finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound else 0.0
+        try:
+            new = setup.discretise(space.body(phi), finest)
+        except MeshError as error:
+            if quality < settings.bearable:
+                return error
+            yield MeshKept(number, str(error), quality)
+            return _Followed(disc, starts, remeshed=False)
+        starts = _carried(disc, now.analysis, new, (disc.morph.positions(points), starts))
+    yield Remeshed(number, poor, new.model.elements, _quality(new, points), new.model.part)
+    return _Followed(new, starts, remeshed=True)
+
+
+def _solve(
+    setup: Setup, now: AnalysedDesign, mesh: _Followed, phi: np.ndarray
+) -> tuple[Analysis | NoEquilibrium, float]:
+    """The new design on its mesh, and how much of the step had states if it was solved in parts."""
+    problem, space, settings, disc = setup.problem, setup.space, setup.settings.trial, mesh.disc
+    if disc.model.contact is not None:
+        near = None if mesh.remeshed else now.analysis
+        return analyse(problem, space, disc, phi, mesh.starts, most=settings.most_in_contact, near=near), 1.0
+    most = settings.most_on_new_mesh if mesh.remeshed else settings.most
+    found = analyse(problem, space, disc, phi, mesh.starts, most=most, roughest=settings.roughest)
+    if not isinstance(found, NoEquilibrium):
+        return found, 1.0
+    if not mesh.remeshed:
+        return _in_parts(setup, now.disc, now.analysis, disc, phi)
+    starts = _carried(now.disc, now.analysis, disc)
+    again = analyse(problem, space, disc, now.analysis.phi, starts, most=settings.most_on_new_mesh)
+    return (again, 1.0) if isinstance(again, NoEquilibrium) else _in_parts(setup, disc, again, disc, phi)
+
+
+def _in_parts(
+    setup: Setup, begin: Discretisation, near: Analysis, end: Discretisation, phi: np.ndarray
+) -> tuple[Analysis | NoEquilibrium, float]:
+    """The design Φ (n,) by way of others between it and one near it, and how much of the way had states.
+
+    Nodes inside go along.
+
+    Parameters
+    ----------
+    begin, near : the design near it, and its mesh.
+    end, phi : the design, and its mesh: the same, perhaps with other nodes inside.
+    """
+    problem, space, settings = setup.problem, setup.space, setup.settings.trial
+    found, reached, part = near, 0.0, 0.5
+    while reached < 1.0:
+        share = min(reached + part, 1.0)
+        shift = begin.morph.shift + share * (end.morph.shift - begin.morph.shift)
+        disc, there = replace(end, morph=replace(end.morph, shift=shift)), near.phi + share * (phi - near.phi)
+        if _quality(disc, space.control_points(there)) < settings.bearable:
+            return NoEquilibrium("the mesh folds on the way", 0.0, None), reached
+        starts = predict_states(space, disc, found, there)
+        tried = analyse(problem, space, disc, there, starts, most=settings.most, roughest=settings.roughest)
+        if not isinstance(tried, NoEquilibrium):
+            found, reached = tried, share
+        elif part > settings.shortest:
+            part /= 2
         else:
-            most, begin, near = (ENOUGH, given, now) if poor is None else (ELSEWHERE, disc, None)
-            found = analyse(problem, space, disc, phi, starts, most=most, roughest=ROUGHEST)
-            if isinstance(found, NoEquilibrium):
-                near = near or _on_mesh(problem, space, disc, given, now)
-                if isinstance(near, NoEquilibrium):
-                    found = near
-                else:
-                    found, reached = _by_parts(problem, space, begin, near, disc, phi)
-        before = now.value
-        if not isinstance(found, NoEquilibrium) and disc is not given and found.value > before:
-            before = _before(problem, space, disc, now, found)
-        lateral = None if isinstance(found, NoEquilibrium) else judge(disc, found, at_rest)
-    spent = disc.factorisations - count
-    if isinstance(found, NoEquilibrium):
-        return Trial(disc, None, found.reason, before, poor is not None, spent, reached=reached)
-    return Trial(disc, found, "", before, poor is not None, spent, lateral)
-
-
-def _finest(problem: Problem, disc: Discretisation, points: np.ndarray) -> float:
-    """The smallest elements of a new mesh, mm; any where the mesh there is does not serve any more."""
-    return min(FINER * problem.mesh.size, disc.morph.size) if _quality(disc, points) >= SOUND else 0.0
+            return tried, reached
+    return found, reached
 
 
 def _carried(
     old: Discretisation, now: Analysis, new: Discretisation, ahead: tuple[np.ndarray, Mapping[str, Guess]] | None = None
 ) -> dict[str, Guess]:
     """The states of an analysed design, or those predicted from it, on a new mesh."""
-    states = {name: found.state for name, found in now.equilibria.items()}
+    states = {name: equilibrium.state for name, equilibrium in now.equilibria.items()}
     return carry_over(old, now.X, states, new, new.morph.positions(now.points), ahead)
 
 
-def _before(problem: Problem, space: DesignSpace, disc: Discretisation, now: Analysis, trial: Analysis) -> float:
+def _value_on(setup: Setup, disc: Discretisation, now: Analysis, trial: Analysis) -> float:
     """The objective before a step, on the mesh after it: another mesh changes it by as much as a small step gains."""
-    starts = predict_states(space, disc, trial, now.phi)
-    again = analyse(problem, space, disc, now.phi, starts, most=MOST_FACTORISATIONS)
+    starts = predict_states(setup.space, disc, trial, now.phi)
+    most = setup.settings.trial.most_in_contact
+    again = analyse(setup.problem, setup.space, disc, now.phi, starts, most=most)
     return now.value if isinstance(again, NoEquilibrium) else again.value
-
-
-def _on_mesh(
-    problem: Problem, space: DesignSpace, disc: Discretisation, given: Discretisation, now: Analysis
-) -> Analysis | NoEquilibrium:
-    """A design that was analysed on a given mesh, on another one."""
-    return analyse(problem, space, disc, now.phi, _carried(given, now, disc), most=ELSEWHERE)
-
-
-def _by_parts(
-    problem: Problem, space: DesignSpace, begin: Discretisation, near: Analysis, end: Discretisation, phi: np.ndarray
-) -> tuple[Analysis | NoEquilibrium, float]:
-    """The design Φ (n,) by way of others between it and one near it, and how much of the way had states.
-
-    Nodes inside go along.
-    """
-    found, reached, part = near, 0.0, 0.5
-    while reached < 1.0:
-        share = min(reached + part, 1.0)
-        shift = begin.morph.shift + share * (end.morph.shift - begin.morph.shift)
-        disc, there = replace(end, morph=replace(end.morph, shift=shift)), near.phi + share * (phi - near.phi)
-        if _quality(disc, space.control_points(there)) < BEARABLE:
-            return NoEquilibrium("the mesh folds on the way", 0.0, None), reached
-        starts = predict_states(space, disc, found, there)
-        tried = analyse(problem, space, disc, there, starts, most=ENOUGH, roughest=ROUGHEST)
-        if not isinstance(tried, NoEquilibrium):
-            found, reached = tried, share
-        elif part > SHORTEST:
-            part /= 2
-        else:
-            return tried, reached
-    return found, reached
 
 
 def _quality(disc: Discretisation, points: np.ndarray) -> float:

@@ -55,8 +55,10 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
     for name in ("mesh_size", "radius", "dfp_iterations"):
         if name in state or name != "dfp_iterations":
             floats(state, name)
-    if "prices" in state:
-        floats(state, "prices", None, None)
+    # Earlier versions called multipliers prices.
+    for name in ("multipliers", "prices"):
+        if name in state:
+            floats(state, name, None, None)
     if "dfp_slope" in state:
         floats(state, "dfp_slope", None)
     floats(state, "values", None)

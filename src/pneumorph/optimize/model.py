@@ -1,21 +1,44 @@
-"""Curvature of the objective from past steps: a better proxy than the linear (31).
+"""Model of the objective near a design: its gradient (31), and its curvature as far as it is known.
 
 With S the last steps and Y the changes of the gradient over them, Y (SᵀY)⁻¹ Yᵀ is the part of the Hessian seen so far;
 for a convex quadratic it never exceeds the Hessian. Only its positive part is used. It matters for designs that are
-about to bend or buckle sideways, where the gradient changes so fast along a few directions that linear steps overshoot
+about to bend or buckle laterally, where the gradient changes so fast along a few directions that linear steps overshoot
 from one side to the other.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 MOST_PAIRS = 5
+"""Steps remembered: from one design to the next the Hessian changes, and older ones are of another."""
+
 SMALLEST = 1e-2
-"""Curvatures below this fraction of the largest are left out."""
+"""Curvatures below this fraction of the largest are left out: the differences of gradients that they come from are as
+small as the errors of these."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proxy:
+    """J near a design, J + slope·Ψ + ½‖W Ψ‖².
+
+    Attributes
+    ----------
+    slope : (n,) dJ/dΦ.
+    factors : (k, n) W, with few rows.
+    """
+
+    slope: np.ndarray
+    factors: np.ndarray
+
+    def change(self, step: np.ndarray) -> tuple[float, np.ndarray]:
+        """Expected change of J over a step (n,), and its gradient."""
+        bent = self.factors @ step
+        return float(self.slope @ step + 0.5 * bent @ bent), self.slope + bent @ self.factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +85,7 @@ class Curvature:
         return {f"curvature_{name}": getattr(self, name) for name in ("phi", "slope", "steps", "changes")}
 
 
-def unpack_curvature(state: dict[str, Any]) -> Curvature:
+def unpack_curvature(state: Mapping[str, Any]) -> Curvature:
     """The memory that was packed."""
     return Curvature(*(np.asarray(state[f"curvature_{name}"]) for name in ("phi", "slope", "steps", "changes")))
 

@@ -1,0 +1,188 @@
+"""The current iterate of a run: an accepted design with the derivatives that the next step is computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pneumorph.analysis import Analysis, Discretisation, Slopes, checkpoint, design_slopes
+from pneumorph.limits.certify import LimitReport
+from pneumorph.optimize.buckling import LateralStability, judge_closely
+from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.model import Curvature, Proxy, no_curvature, unpack_curvature
+from pneumorph.optimize.setup import Setup
+from pneumorph.optimize.states import StateLimits, linear_states
+from pneumorph.optimize.step import Stepper
+
+
+@dataclass(frozen=True, eq=False)
+class AnalysedDesign:
+    """A design within its limits on the shape, with the states of its tasks.
+
+    Attributes
+    ----------
+    analysis : Analysis
+    disc : Discretisation
+        Its mesh and model.
+    report : LimitReport
+        The certified limits on its shape.
+    lateral : LateralStability
+        Its stability against lateral buckling.
+    """
+
+    analysis: Analysis
+    disc: Discretisation
+    report: LimitReport
+    lateral: LateralStability
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What the designs so far have taught for the steps to come.
+
+    Attributes
+    ----------
+    stepper : Stepper
+        The method that finds steps, with what it keeps from step to step.
+    curvature : Curvature
+        Of the objective, along the last steps.
+    radius : float
+        Of the trust region, in reference steps.
+    objectives : tuple of float
+        Of the designs so far whose states satisfy their limits.
+    state_curvature : float
+        Of the limits on states along the last step, 1/mm².
+    """
+
+    stepper: Stepper
+    curvature: Curvature
+    radius: float
+    objectives: tuple[float, ...]
+    state_curvature: float = 0.0
+
+    def pack(self) -> dict[str, Any]:
+        """Arrays and numbers from which `unpack_learnt` restores it."""
+        return {
+            "radius": self.radius,
+            "values": np.array(self.objectives),
+            **self.stepper.pack(),
+            **self.curvature.pack(),
+        }
+
+
+def unpack_learnt(setup: Setup, state: Mapping[str, Any]) -> Learnt:
+    """What was packed; its last objective is that of the design itself, which `evaluate` adds again."""
+    known = "curvature_phi" in state
+    return Learnt(
+        setup.stepper.unpack(dict(state)),
+        unpack_curvature(state) if known else no_curvature(setup.space.n),
+        float(state["radius"]),
+        tuple(map(float, state["values"]))[:-1],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """An accepted design with its derivatives.
+
+    Attributes
+    ----------
+    number : int
+        0 is the start.
+    design : AnalysedDesign
+    learnt : Learnt
+    slopes : Slopes
+        Derivatives of the objective.
+    states : StateLimits
+        The limits on its states, linearised.
+    optimality : float
+        The part of the objective's gradient that the limits do not balance.
+    """
+
+    number: int
+    design: AnalysedDesign
+    learnt: Learnt
+    slopes: Slopes
+    states: StateLimits
+    optimality: float
+
+    @property
+    def analysis(self) -> Analysis:
+        """The states of its tasks."""
+        return self.design.analysis
+
+    @property
+    def disc(self) -> Discretisation:
+        """Its mesh and model."""
+        return self.design.disc
+
+    @property
+    def lateral(self) -> LateralStability:
+        """Its stability against lateral buckling."""
+        return self.design.lateral
+
+    @property
+    def feasible(self) -> bool:
+        """Whether it satisfies every limit, those on its states too."""
+        return self.design.report.satisfied() and not self.states.broken
+
+    def learning(self, **known: Any) -> Iterate:
+        """The same design with other knowledge: fields of `Learnt`."""
+        return replace(self, learnt=replace(self.learnt, **known))
+
+    def proxy(self) -> Proxy:
+        """The model of the objective near it."""
+        return Proxy(self.slopes.total, np.concatenate([self.slopes.factors, self.learnt.curvature.factors()]))
+
+    def predicted_gain(self, proxy: Proxy, step: np.ndarray) -> float:
+        """Of a step (n,): of the objective, or of the limits on states while these are violated."""
+        if self.states.broken:
+            return self.states.worst() - max(self.states.worst(step), 0.0)
+        return -proxy.change(step)[0]
+
+    def pack(self) -> dict[str, Any]:
+        """Arrays and numbers from which a run can be resumed."""
+        return {
+            "iteration": self.number,
+            **self.lateral.pack(),
+            **self.learnt.pack(),
+            **checkpoint.pack(self.analysis, self.disc),
+        }
+
+
+def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, clock: Clock) -> Iterate:
+    """Evaluate the derivatives of an accepted design.
+
+    Parameters
+    ----------
+    setup : of the run.
+    number : of the design.
+    design : which was accepted.
+    learnt : from the designs before it.
+    clock : counts the time.
+
+    Raises
+    ------
+    ComputationError
+        If an objective has no derivative at this design.
+    """
+    with clock.phase("gradient"):
+        slopes = design_slopes(setup.problem, setup.space, design.disc, design.analysis)
+        states = linear_states(setup.problem, setup.space, design.disc, design.analysis, design.lateral)
+    with clock.phase("subproblem"):
+        optimality = setup.optimality(design.analysis.phi, slopes.total, states)
+    # Designs are compared by their objective from the first one on that satisfies the limits on states.
+    objectives = () if states.broken else (*learnt.objectives, design.analysis.value)
+    return Iterate(number, design, replace(learnt, objectives=objectives), slopes, states, optimality)
+
+
+def with_lateral_stiffness(setup: Setup, current: Iterate, clock: Clock) -> Iterate:
+    """The iterate with its lateral stiffness, linearised, which keeps the next step from buckling."""
+    with clock.phase("equilibrium"):
+        lateral = judge_closely(current.disc, current.analysis)
+    with clock.phase("gradient"):
+        states = linear_states(setup.problem, setup.space, current.disc, current.analysis, lateral)
+    return replace(current, design=replace(current.design, lateral=lateral), states=states)

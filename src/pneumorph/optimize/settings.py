@@ -1,0 +1,124 @@
+"""Settings of the design loop, each with its reason. Regions are in reference steps, multiples of `optimizer.step`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class RadiusSettings:
+    """How the trust region changes; the scheme is algorithm 4.1 of Nocedal & Wright, Numerical Optimization (2006)."""
+
+    expand: float = 2.0
+    """Growth after a very good step, as in algorithm 4.1."""
+
+    shrink: float = 0.5
+    """What is left of the region after a rejected or a poor step. Algorithm 4.1 leaves a quarter; half allows a longer
+    step where one would do, for one more trial where not."""
+
+    good: float = 0.7
+    """Ratio of actual to predicted gain above which the region grows; algorithm 4.1 has ¾."""
+
+    fair: float = 0.4
+    """Ratio below which the region shrinks; algorithm 4.1 has ¼. A ratio below 1 comes from the objective's curvature,
+    so a poor one foretells a rejected step, which costs a whole equilibrium."""
+
+    well_kept: float = 0.5
+    """The region grows only if a step keeps this share of its predicted gain when it is brought within the limits."""
+
+    poorly_kept: float = 0.25
+    """It shrinks if the step has kept less than this share: the limits are then too far from linear in it."""
+
+    smallest: float = 1 / 32
+    """Below this region the search for a better design ends: after five halvings, each of which cost a trial."""
+
+    largest: float = 3.0
+    """At three times the usual step of 0.2 mm every step needs a new mesh."""
+
+    ordinary: float = 0.5
+    """Half of the step that was asked for. To this size a region grows back from design to design whatever made it
+    small, for what was in the way may not matter to the next design. In smaller regions nothing is concluded from a
+    small predicted gain, and the sub-problem is not tried for better promises."""
+
+
+@dataclass(frozen=True)
+class ProposalSettings:
+    """Which regions the sub-problem is solved in before a trial."""
+
+    filled: float = 0.3
+    """A step shorter than this part of its region is ended by the linearised limits. In a smaller region they are
+    closer to the true ones, and the step may be thirty times longer."""
+
+    long: float = 0.6
+    """Only a step of at least this part of its region shows that the region is too small; twice `filled`."""
+
+
+@dataclass(frozen=True)
+class AcceptanceSettings:
+    """When a trial design is accepted."""
+
+    ratio: float = 0.05
+    """Least ratio of actual to predicted gain: η of algorithm 4.1, for which theorem 4.6 there asks 0 < η < ¼."""
+
+
+@dataclass(frozen=True)
+class StoppingSettings:
+    """When a run ends before the number of designs that was asked for."""
+
+    optimality: float = 0.02
+    """Part of the objective's gradient that the limits may leave in an optimal design: a first-order step could gain at
+    most this part of what it could gain without limits."""
+
+    designs: int = 5
+    """The run has stalled when this many designs ..."""
+
+    progress: float = 0.005
+    """... together improve the objective by less than this fraction of it. A step that promises less than its share of
+    that, a thousandth, is not worth an equilibrium."""
+
+    negligible: float = 1e-3
+    """Of the first objective: below that the fraction is one of this. Once a target is met nothing is left to gain."""
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """What is spent on the equilibria of a trial design."""
+
+    most_in_contact: int = 40
+    """Most factorisations for a task with contact, where what touches changes on the way."""
+
+    most_on_new_mesh: int = 20
+    """Most factorisations for a task on a new mesh, to which the state has to be carried over."""
+
+    most: int = 8
+    """Most factorisations for a task on the mesh that the step comes from, where prediction leaves 3 to 5 of them: what
+    is not found with these is found in parts of the step."""
+
+    roughest: float = 5.0
+    """Residual of a predicted state, over κ/μ and the applied forces, above which a search without contact does not
+    begin: it hardly ever ends."""
+
+    shortest: float = 1 / 4
+    """Least part of a step that is solved at a time."""
+
+    bearable: float = 0.002
+    """Where no new mesh can be made, one is kept whose worst element has a quality above this: flatter elements break
+    warm starts."""
+
+    sound: float = 0.05
+    """A mesh of this quality is kept where a new one would need elements smaller than `finer`."""
+
+    finer: float = 0.8
+    """Smallest elements of a new mesh, over `mesh.size` or over those of the mesh, while that is sound. Half the size
+    has eight times as many: a design would take longer than all before."""
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """All settings of the design loop."""
+
+    radius: RadiusSettings = field(default_factory=RadiusSettings)
+    proposal: ProposalSettings = field(default_factory=ProposalSettings)
+    acceptance: AcceptanceSettings = field(default_factory=AcceptanceSettings)
+    stopping: StoppingSettings = field(default_factory=StoppingSettings)
+    trial: TrialSettings = field(default_factory=TrialSettings)

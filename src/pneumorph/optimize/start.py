@@ -1,0 +1,88 @@
+"""How a run begins: from the starting design, or from a checkpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from typing import Any
+
+import numpy as np
+
+from pneumorph.analysis import Analysis, Discretisation, analyse, checkpoint
+from pneumorph.errors import ComputationError
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.optimize.buckling import judge, unpack_at_rest
+from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.events import BroughtWithin, Event
+from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate, unpack_learnt
+from pneumorph.optimize.model import no_curvature
+from pneumorph.optimize.setup import Setup
+from pneumorph.optimize.within import Within
+from pneumorph.problem import Problem
+
+
+def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
+    """The starting design, brought within its limits, with its derivatives.
+
+    Raises
+    ------
+    ComputationError
+        If no design near it satisfies the limits, it has no equilibrium, or it does not touch what it is to press on.
+    """
+    problem, space = setup.problem, setup.space
+    with clock.phase("geometry"):
+        found, moved = _within_limits(setup)
+        if moved is not None:
+            yield moved
+        disc = setup.discretise(space.body(found.phi), 0.0)
+    with clock.phase("equilibrium"):
+        analysis = analyse(problem, space, disc, found.phi, explain=True)
+    if isinstance(analysis, NoEquilibrium):
+        raise ComputationError(f"the starting design cannot be analysed: {analysis.reason}")
+    _require_contact(problem, disc, analysis)
+    with clock.phase("equilibrium"):
+        lateral = judge(disc, analysis, {})
+    learnt = Learnt(setup.stepper, no_curvature(space.n), 1.0, ())
+    return evaluate(setup, 0, AnalysedDesign(analysis, disc, found.report, lateral), learnt, clock)
+
+
+def _require_contact(problem: Problem, disc: Discretisation, analysis: Analysis) -> None:
+    """Refuse a start that does not touch what it is to press on or to move: nothing would say which way to go."""
+    for task in problem.task:
+        if (name := task.objective.touched) is None:
+            continue
+        state = analysis.equilibria[task.name].state
+        if float(disc.objectives[task.name].features(disc.model, analysis.X, state).contact[name].normal) == 0.0:
+            raise ComputationError(
+                f'task {task.name}: the start does not touch obstacle "{name}"; put that nearer or raise the pressure'
+            )
+
+
+def _within_limits(setup: Setup) -> tuple[Within, BroughtWithin | None]:
+    """The starting design, moved to satisfy the limits if it violates any."""
+    asked = setup.space.start
+    before = setup.certify(asked)
+    if before.satisfied():
+        return Within(asked, before), None
+    found = setup.within(asked)
+    if not isinstance(found, Within):
+        broken = "; ".join(map(str, found.violated()))
+        raise ComputationError(
+            f"the start breaks limits that no design near it keeps together: {broken}; widen one of them, or change "
+            "the body"
+        )
+    moved = float(np.abs(found.phi - asked).max())
+    return found, BroughtWithin(tuple(map(str, before.violated())), moved)
+
+
+def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
+    """The iterate whose checkpoint was stored when it was accepted.
+
+    Raises
+    ------
+    ComputationError
+        If the checkpoint does not fit the problem, or its equilibria are not found again.
+    """
+    disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state))
+    lateral = judge(disc, analysis, unpack_at_rest(disc, state))
+    design = AnalysedDesign(analysis, disc, setup.certify(analysis.phi), lateral)
+    return evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock())

@@ -1,0 +1,64 @@
+"""When a run ends: a chain of tests of the current design, and what is said of the last one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pneumorph.optimize.iterate import Iterate
+from pneumorph.optimize.setup import Setup
+
+
+def reason_to_stop(setup: Setup, current: Iterate) -> str | None:
+    """Why the run ends with this design, as a sentence; None where it goes on."""
+    return next((reason for test in STOPPING_TESTS if (reason := test(setup, current)) is not None), None)
+
+
+def _all_designs_made(setup: Setup, current: Iterate) -> str | None:
+    if current.number >= setup.problem.optimizer.iterations:
+        return "the number of designs that was asked for is reached"
+    return None
+
+
+def _optimal(setup: Setup, current: Iterate) -> str | None:
+    if current.optimality <= setup.settings.stopping.optimality and not current.states.broken:
+        left = 100 * current.optimality
+        return f"the design is optimal: its limits leave {left:.1f} % of the objective's gradient"
+    return None
+
+
+def _stalled(setup: Setup, current: Iterate) -> str | None:
+    settings, objectives = setup.settings.stopping, current.learnt.objectives
+    if len(objectives) <= settings.designs:
+        return None
+    if objectives[-1 - settings.designs] - objectives[-1] < settings.progress * scale(setup, current):
+        return f"{settings.designs} designs together improved the objective by less than {100 * settings.progress:g} %"
+    return None
+
+
+STOPPING_TESTS = (_all_designs_made, _optimal, _stalled)
+
+
+def scale(setup: Setup, current: Iterate) -> float:
+    """What progress is measured by: the objective, or a small part of the first one."""
+    objectives = current.learnt.objectives
+    first = setup.settings.stopping.negligible * abs(objectives[0]) if objectives else 0.0
+    return max(abs(current.analysis.value), first)
+
+
+def worthwhile(setup: Setup, current: Iterate) -> float:
+    """The least gain that is worth an equilibrium: a design's share of the progress without which a run has stalled."""
+    settings = setup.settings.stopping
+    return settings.progress / settings.designs * scale(setup, current)
+
+
+def conclusion(setup: Setup, last: Iterate, reason: str, is_stable: Mapping[str, bool]) -> str:
+    """Why the run ended, with what has to be known of its last design."""
+    if last.optimality > setup.settings.stopping.optimality:
+        reason += f"; the limits leave {100 * last.optimality:.0f} % of the objective's gradient"
+    if last.states.broken:
+        worst = int(last.states.value.argmax())
+        reason += f"; it is {100 * last.states.worst():.1f} % beyond limits.{last.states.limits[worst].name}"
+    for name, equilibrium in last.analysis.equilibria.items():
+        if equilibrium.stable and not is_stable[name]:
+            reason += f"; the state of task {name} is stable only against symmetric motions: the body buckles laterally"
+    return reason
