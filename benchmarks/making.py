@@ -30,8 +30,7 @@ MAKE = """
 import sys
 from pathlib import Path
 from pneumorph import load, starting_design
-from pneumorph.interface.making import make_design
-make_design(starting_design(load(sys.argv[1])), Path(sys.argv[2]), 0.02)
+starting_design(load(sys.argv[1])).make(Path(sys.argv[2]), 0.02)
 """
 DISTANCES = "distance of the part's points", "distance of the mould's curved"
 

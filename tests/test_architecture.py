@@ -1,6 +1,7 @@
 """Imports run one way: a package imports only packages above it in the table, top to bottom."""
 
 import ast
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -114,3 +115,31 @@ def test_rooms_import_one_way(path):
     above = set(ROOMS[package][: ROOMS[package].index(room)])
     imported = rooms_imported(path, package) - {room}
     assert imported <= above, f"{package}/{room} must not import {', '.join(sorted(imported - above))}"
+
+
+NAMES = {
+    ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts).removesuffix(".__init__"): path for path in MODULES
+}
+
+
+def modules_needed(path: Path) -> set[str]:
+    """The modules that a module imports, at its top, inside a function or for types: a name of a package is its own."""
+    needed = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            needed |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            named = {f"{node.module}.{alias.name}" for alias in node.names}
+            needed |= {name if name in NAMES else str(node.module) for name in named}
+    return needed & NAMES.keys()
+
+
+@pytest.mark.parametrize(
+    "package", sorted({path.parts[len(SOURCE.parts)] for path in MODULES if path.parent != SOURCE})
+)
+def test_packages_have_no_circles_inside(package):
+    inside = {name: path for name, path in NAMES.items() if name.split(".")[1:2] == [package]}
+    try:
+        TopologicalSorter({name: modules_needed(path) & inside.keys() for name, path in inside.items()}).prepare()
+    except CycleError as error:
+        pytest.fail(" imports ".join(reversed(error.args[1])))

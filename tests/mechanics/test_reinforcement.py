@@ -246,7 +246,11 @@ def test_the_gradient_by_stiffnesses_coverage_and_angle():
     ]  # fmt: skip
     for direction in np.eye(space.n)[-4:]:
         test = taylor_test(
-            lambda phi: analyse(asked, space, disc, phi, starts, TOLERANCE).value, space.start, slope, direction, 0.1
+            lambda phi: analyse(asked, space, disc, phi, starts, tolerance=TOLERANCE).value,
+            space.start,
+            slope,
+            direction,
+            0.1,
         )
         assert test.passed, test
         assert abs(slope @ direction) * 0.1 > 10 * test.remainders[-1]
@@ -256,7 +260,7 @@ def test_states_are_predicted_after_a_change_of_the_angle():
     asked = problem(**DESIGNED)
     at = analyse_body(asked, starting_body(asked.body))
     ahead = at.space.start + 0.02 * np.eye(at.space.n)[-1]
-    found = analyse(asked, at.space, at.disc, ahead, None, TOLERANCE).equilibria["one"].state
+    found = analyse(asked, at.space, at.disc, ahead, tolerance=TOLERANCE).equilibria["one"].state
     before = at.analysis.equilibria["one"].state
     predicted = predict_states(at.space, at.disc, at.analysis, ahead)["one"].state
     assert np.abs(predicted.plate - found.plate).max() < 0.1 * np.abs(before.plate - found.plate).max()

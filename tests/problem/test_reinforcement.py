@@ -11,7 +11,7 @@ from pneumorph.geometry.tube.cover import build_covers
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.problem import loads
-from pneumorph.problem.reinforcement import starting_from
+from pneumorph.problem.designed import starting_from
 
 SHEET = '[[membrane]]\nname = "paper"\nstiffness = "200 N/mm"\n'
 BRAID = '[[fibres]]\nname = "braid"\nstiffness = "50 N/mm"\nwinding = "70 deg"\n'

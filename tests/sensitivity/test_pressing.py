@@ -88,7 +88,7 @@ def test_the_gradients_are_exact(at, objectives, along):
     states = []
     for step in steps:
         phi = space.start + step * direction
-        states.append(analyse(at.problem, space, disc, phi, {"extend": there.state}, TOLERANCE))
+        states.append(analyse(at.problem, space, disc, phi, {"extend": there.state}, tolerance=TOLERANCE))
     for name, objective in objectives.items():
         exact = gradient(here, disc.tangents["extend"], there, objective)
         slope = space.pullback(disc.morph.pullback(exact.X), {"extend": exact.pressure}) @ direction

@@ -65,7 +65,7 @@ class Discretisation:
     """A mesh that follows the control points, its mechanical model, and a linear solver and an objective for each task.
 
     `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. In parts, `lateral` are
-    the models of motions to a side, each with the linear solver that they share.
+    the models of lateral motions, each with the linear solver that they share.
     """
 
     morph: Morph
@@ -123,10 +123,22 @@ def discretise(problem: Problem, body: Body, finest: float = 0.0) -> Discretisat
 
 
 def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None, finest: float = 0.0) -> Morph:
-    """Mesh a body of a problem with its regions and covers, or a part of it; the size of elements is in mm.
+    """Mesh a body of a problem with its regions and covers, or a part of it.
 
-    What cannot be meshed so is tried with finer elements, but with none below `finest`, in mm.
-    Where the cut of a sector would cross itself or a surface, the whole body is meshed.
+    What cannot be meshed so is tried with finer elements. Where the cut of a sector would cross itself or a surface,
+    the whole body is meshed.
+
+    Parameters
+    ----------
+    problem, body : the body, with the regions and covers of its problem.
+    part : of the body that is meshed.
+    size : of the elements, mm; by default that of the problem.
+    finest : no elements are tried that are smaller than this, mm.
+
+    Raises
+    ------
+    MeshError
+        If the body cannot be meshed.
     """
     covers = build_covers(problem.body, reinforcements(problem))
     linings = build_linings(problem.body, problem.region)
@@ -174,20 +186,31 @@ def analyse(
     disc: Discretisation,
     phi: np.ndarray,
     starts: Starts | None = None,
-    tolerance: float = DESIGN_TOLERANCE,
-    explain: bool = False,
-    most: float = math.inf,
+    *,
     near: Analysis | None = None,
+    tolerance: float = DESIGN_TOLERANCE,
+    most: float = math.inf,
     roughest: float = math.inf,
+    explain: bool = False,
 ) -> Analysis | NoEquilibrium:
     """Find the equilibrium of every task on the mesh moved to the design, from the given states or from rest.
 
     Tasks are solved one after another, each with all cores: solving them in parallel threads took 0.9 to 1.3 times as
-    long (two cores, two and three tasks). With `explain`, the reason for a missing equilibrium includes the limit
-    pressure; the path following that finds it takes much longer. For each task the search ends after `most`
-    factorisations, and does not begin at a given state that is too rough, see `solve`. With contact it goes on, where a
-    given state leads nowhere, in steps from `near`, an analysed design on the same mesh: its nodes move to the new
-    design, and what touches stays apart on the way.
+    long (two cores, two and three tasks).
+
+    Parameters
+    ----------
+    problem, space : with its tasks and variables.
+    disc : a mesh of its body.
+    phi : (n,) the design.
+    starts : states or guesses by task, from which the searches begin; by default from rest.
+    near : an analysed design on the same mesh. With contact, where a start leads nowhere, the search goes on in steps
+        from there: nodes move to the new design, and what touches stays apart on the way.
+    tolerance : relative residual of the equilibria.
+    most : factorisations after which the search for the state of a task ends.
+    roughest : a start with a larger residual is not tried, see `solve`.
+    explain : whether the reason for a missing equilibrium includes the limit pressure; the path following that finds it
+        takes much longer.
 
     Raises
     ------
@@ -242,7 +265,7 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
 
 
 def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, list[bool]]:
-    """Whether every task is stable against each kind of motion to a side; there are none but between mirror planes."""
+    """Whether every task is stable against each kind of lateral motion; there are none but between mirror planes."""
     found: dict[str, list[bool]] = {}
     for name, at in analysis.configurations.items():
         found[name] = []
@@ -253,7 +276,7 @@ def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, lis
 
 
 def lateral_stiffness(disc: Discretisation, analysis: Analysis, at_rest: bool = False) -> dict[str, list[Softest]]:
-    """The softest motions to a side of every task, one of each kind, at its state or at rest without its loads."""
+    """The softest lateral motions of every task, one of each kind, at its state or at rest without its loads."""
     found: dict[str, list[Softest]] = {}
     for name, at in analysis.configurations.items():
         masses, state = masses_of(at), rest(at.model) if at_rest else analysis.equilibria[name].state
@@ -265,7 +288,16 @@ def lateral_stiffness(disc: Discretisation, analysis: Analysis, at_rest: bool = 
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:
     """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh.
 
-    Nodes inside may have been shifted since.
+    Parameters
+    ----------
+    space : of the designs.
+    disc : their mesh, whose nodes inside may have been shifted since.
+    analysis : of the design that is known.
+    phi : (n,) the other.
+
+    Returns
+    -------
+    {task: Guess}
     """
     dX = disc.morph.positions(space.control_points(phi)) - analysis.X
     pressures, laid = space.pressures(phi), space.laid(phi)

@@ -90,7 +90,15 @@ def collect_fields(
     sag: np.ndarray | None = None,
     inflation: Mapping[str, Inflation] | None = None,
 ) -> Fields:
-    """Collect the fields of an analysed design."""
+    """Collect the fields of an analysed design.
+
+    Parameters
+    ----------
+    disc : its mesh.
+    analysis : its states.
+    sag : (N, 3) mm, of `compute_sag`, if it is stored.
+    inflation : of `compute_inflation`, if it is stored.
+    """
     mesh = disc.morph.mesh.at(analysis.X)
     u = {name: found.u for name, found in analysis.equilibria.items()}
     return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})

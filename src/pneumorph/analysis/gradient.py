@@ -22,7 +22,7 @@ from pneumorph.geometry import Body, DesignSpace
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium, part_of
 from pneumorph.problem import Pressure, Problem
-from pneumorph.problem.reinforcement import designed
+from pneumorph.problem.designed import designed
 from pneumorph.problem.variable import Variable
 from pneumorph.sensitivity import TaylorTest, taylor_test
 
@@ -171,7 +171,7 @@ def _coarser(at: AnalysedBody) -> AnalysedBody:
         return at
     states = {task: found.state for task, found in at.analysis.equilibria.items()}
     starts = carry_over(old, at.analysis.X, states, disc, disc.morph.mesh.points)
-    found = analyse(problem, at.space, disc, at.space.start, starts, TOLERANCE)
+    found = analyse(problem, at.space, disc, at.space.start, starts, tolerance=TOLERANCE)
     return at if isinstance(found, NoEquilibrium) else AnalysedBody(problem, body, at.space, disc, found)
 
 
@@ -220,7 +220,7 @@ def _analysed(
     problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis | None = None
 ) -> Analysis:
     starts = None if near is None else {task: found.state for task, found in near.equilibria.items()}
-    found = analyse(problem, space, disc, phi, starts, TOLERANCE, explain=near is None)
+    found = analyse(problem, space, disc, phi, starts, tolerance=TOLERANCE, explain=near is None)
     if isinstance(found, NoEquilibrium):
         raise ComputationError(f"the design cannot be analysed: {found.reason}")
     return found

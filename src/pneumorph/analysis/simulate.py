@@ -264,7 +264,17 @@ def step_of(
     skin: Skin,
     whole: Whole | None,
 ) -> SweepStep:
-    """The record of an equilibrium, or of none; `whole` is the whole body where part of it was solved."""
+    """The record of an equilibrium, or of none.
+
+    Parameters
+    ----------
+    task : name of the task.
+    pressures : {chamber: MPa}
+    at : what was solved.
+    answer : the equilibrium, or why there is none.
+    skin : the surface of the whole body.
+    whole : the whole body, where part of it was solved.
+    """
     if isinstance(found, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=found.reason)
     motion = measure_features(at.model, at.X, found.state, shift=np.asarray(at.loads.shift))

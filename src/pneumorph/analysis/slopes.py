@@ -37,6 +37,11 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
 
     Those of the discrete problem, to `DESIGN_ACCURACY`.
 
+    Parameters
+    ----------
+    problem, space, disc : the problem, its design space and the mesh of the design.
+    analysis : of the design.
+
     Raises
     ------
     ComputationError
@@ -54,7 +59,18 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
 
 
 def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis) -> np.ndarray:
-    """dJ/dΦ (n,) of an analysed design, exact, by one adjoint for each task; raises as `design_slopes` does."""
+    """dJ/dΦ (n,) of an analysed design, exact, by one adjoint for each task; as `design_slopes`.
+
+    Parameters
+    ----------
+    problem, space, disc : the problem, its design space and the mesh of the design.
+    analysis : of the design.
+
+    Raises
+    ------
+    ComputationError
+        If an objective has no derivative at this design.
+    """
     parts = [task.weight * _task_gradient(space, disc, analysis, task.name, EXACT) for task in problem.task]
     return sum(parts, np.zeros(space.n))
 
@@ -87,7 +103,14 @@ def margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str,
 def margin_slopes(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, bound: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same for all tasks (k,), and the derivatives (k, n) with respect to Φ."""
+    """The same for all tasks (k,), and the derivatives (k, n) with respect to Φ.
+
+    Parameters
+    ----------
+    space, disc : the design space and the mesh of the design.
+    analysis : of the design.
+    bound : of the limit, as in `find_margin`.
+    """
     values, rows, tangent = [], [], Tangent(disc.model)
     for name, at in analysis.configurations.items():
         found = find_margin(at, tangent, bound)
@@ -100,7 +123,15 @@ def margin_slopes(
 def lateral_slope_of(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, found: Softest
 ) -> np.ndarray:
-    """Derivatives (n,) with respect to Φ of the stiffness against a motion to a side in the state of a task."""
+    """Derivatives (n,) with respect to Φ of the stiffness against a lateral motion in the state of a task.
+
+    Parameters
+    ----------
+    space, disc : the design space and the mesh of the design.
+    analysis : of the design.
+    name : of the task.
+    softest : the motion.
+    """
     at, tangent, state = analysis.configurations[name], disc.tangents[name], analysis.equilibria[name].state
     by_X, by_pressure, by_laid = lateral_slope(at, tangent, state, found, DESIGN_ACCURACY)
     return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid)

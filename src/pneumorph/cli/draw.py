@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.interface.drawing import RequestedPicture
-from pneumorph.interface.drawing import draw as draw_one
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.output.pictures import picture_names, run_pictures
 
@@ -16,7 +15,7 @@ def draw(
     source: Path,
     picture: str,
     design: int | None,
-    cut: str | None,
+    cut: Literal["yz", "xz", "xy", "none"] | None,
     at: str | None,
     task: str | None,
     format: str | None,
@@ -26,7 +25,7 @@ def draw(
     """Draw a picture of a run, or all of them."""
     run = open_run(source, asking(trust))
     if picture != "all":
-        print(f"written to {draw_one(run, RequestedPicture(picture, design, cut, at, task, format), out)}")
+        print(f"written to {run.draw(picture, out, design, cut, at, task, format)}")
         return
     options = {"--design": design, "--cut": cut, "--at": at, "--task": task, "--format": format, "--out": out}
     for option, value in options.items():

@@ -249,7 +249,7 @@ class Design:
         """
         from pneumorph.interface.making import make_design
 
-        return make_design(self, Path(folder), chord)
+        return make_design(self.problem, self.body, self.pressures, Path(folder), chord)
 
     def export(self, path: str | Path, format: str | None = None, task: str | None = None) -> None:
         """Write the whole body to a file for other programs.
@@ -337,7 +337,7 @@ class Design:
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import design_html
 
-        return design_html(self)
+        return design_html(self.problem, self.iteration, self.entry, self.limits)
 
     @property
     def _number(self) -> str:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import TYPE_CHECKING
 
+from pneumorph.limits.certify import LimitReading
 from pneumorph.limits.table import BY_NAME
-from pneumorph.mechanics.material.judge import faults
+from pneumorph.mechanics.material.judge import Fit, faults
 from pneumorph.output.format import format_pressures
+from pneumorph.problem import Problem
+from pneumorph.results import HistoryEntry, RunResult
 from pneumorph.results.achieved import motion_of
-
-if TYPE_CHECKING:
-    from pneumorph.interface.design import Design
-    from pneumorph.interface.material import MaterialFit
-    from pneumorph.interface.runs import Run
 
 MOST_ROWS = 60
 """Longer tables are shown without their middle."""
@@ -35,19 +32,27 @@ def heading(text: str) -> str:
     return f"<p><b>{escape(text)}</b></p>"
 
 
-def design_html(design: Design) -> str:
-    """What a design achieves, if it is known, and its limits."""
-    parts = [heading(", ".join(part for part in (design.problem.title, f"design {design.iteration}") if part))]
-    if design.entry is not None:
+def design_html(problem: Problem, iteration: int, entry: HistoryEntry | None, limits: Iterable[LimitReading]) -> str:
+    """What a design achieves, if it is known, and its limits.
+
+    Parameters
+    ----------
+    problem : of the design.
+    iteration : its number.
+    entry : its results, if they are known.
+    limits : the worst values of its limits.
+    """
+    parts = [heading(", ".join(part for part in (problem.title, f"design {iteration}") if part))]
+    if entry is not None:
         rows = []
-        for task in design.problem.task:
-            found = design.entry.tasks[task.name]
-            motion = motion_of(task, found)
-            state = "stable" if found.stable else "not stable"
-            rows.append((task.name, motion.word, motion, format_pressures(found.pressures), state))
+        for task in problem.task:
+            result = entry.tasks[task.name]
+            motion = motion_of(task, result)
+            state = "stable" if result.stable else "not stable"
+            rows.append((task.name, motion.word, motion, format_pressures(result.pressures), state))
         parts.append(table(("task", "", "result", "pressure", "state"), rows))
     rows = []
-    for reading in design.limits:
+    for reading in limits:
         limit = BY_NAME[reading.limit]
         kept = "kept" if reading.excess() <= limit.tolerance else "not kept"
         asked = f"{'at least' if limit.at_least else 'at most'} {reading.bound:g}"
@@ -56,24 +61,31 @@ def design_html(design: Design) -> str:
     return "".join(parts)
 
 
-def run_html(run: Run) -> str:
-    """The history of a run, and how it ended."""
-    result, tasks = run.result, run.problem.task
-    title = run.problem.title or str(run.path)
+def run_html(problem: Problem, title: str, history: Sequence[HistoryEntry], result: RunResult | None) -> str:
+    """The history of a run, and how it ended.
+
+    Parameters
+    ----------
+    problem : of the run.
+    title : above the table.
+    history : its designs.
+    result : how it ended; None while it goes on.
+    """
+    tasks = problem.task
     rows = [
         (entry.iteration, *(motion_of(task, entry.tasks[task.name]) for task in tasks), "yes" if entry.held else "no")
-        for entry in run.history
+        for entry in history
     ]
     words = (*(task.name for task in tasks), "limits kept")
     end = "The run has not ended." if result is None else f"It ended because {result.reason}."
     return heading(title) + table(("design", *words), rows) + f"<p>{escape(end)}</p>"
 
 
-def fit_html(fitted: MaterialFit) -> str:
-    """The models of a fit, the best first, and what the tests do not decide."""
+def fit_html(fits: Iterable[Fit], reports: Iterable[str]) -> str:
+    """The models of a fit, the best first, and what the tests do not decide, in sentences."""
     rows = [
         (one.form.label, f"{one.r2:.4f}", f"{1e3 * one.rms:.3g}", ", ".join(faults(one)) or "acceptable")
-        for one in fitted.fits
+        for one in fits
     ]
-    said = "".join(f"<p>{escape(sentence)}</p>" for sentence in fitted.reports)
+    said = "".join(f"<p>{escape(sentence)}</p>" for sentence in reports)
     return table(("model", "R²", "RMS / kPa", "verdict"), rows) + said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,28 +10,40 @@ import numpy as np
 
 from pneumorph.analysis.ports import Port, with_and_without
 from pneumorph.analysis.settling import settle
-from pneumorph.interface.design import Design
+from pneumorph.geometry import Body
 from pneumorph.mechanics import rubber_of
+from pneumorph.problem import Problem
 from pneumorph.problem.material import elastomer
 
 if TYPE_CHECKING:
     from pneumorph.make import MadeFiles, Plan, PortEffect, Sag, SiliconePlan
 
 
-def make_design(design: Design, folder: Path, chord: float) -> MadeFiles:
-    """See `Design.make`."""
+Pressures = Mapping[str, Mapping[str, float]]
+
+
+def make_design(problem: Problem, body: Body, pressures: Pressures, folder: Path, chord: float) -> MadeFiles:
+    """Write all files for manufacturing a design; for errors see `Design.make`.
+
+    Parameters
+    ----------
+    problem, body : of the design.
+    pressures : {task: {chamber: MPa}}
+    folder : where to write.
+    chord : largest distance in mm between the surfaces and the triangles of 3MF and STL.
+    """
     from pneumorph.make import make
 
-    return make(design.body, folder, chord, design.problem, lambda plan: _effects(design, plan), _sags)
+    return make(body, folder, chord, problem, lambda plan: _effects(problem, body, pressures, plan), _sags)
 
 
-def _effects(design: Design, plan: Plan) -> Sequence[PortEffect]:
+def _effects(problem: Problem, body: Body, pressures: Pressures, plan: Plan) -> Sequence[PortEffect]:
     from pneumorph.make import PortEffect
 
     cured = 1.0 - plan.spec.shrinkage  # the plan is that of the larger mould
     ports = [Port(cured * stem.start, stem.direction, plan.spec.tube / 2.0) for stem in plan.stems if not stem.closed]
     length = cured * plan.length
-    motions = with_and_without(design.problem, design.body, design.pressures, ports)
+    motions = with_and_without(problem, body, pressures, ports)
     size = np.linalg.norm
     return [
         PortEffect(
@@ -50,11 +62,11 @@ def _sags(plan: SiliconePlan) -> Sequence[Sag]:
     from pneumorph.make import grids, sag_of
 
     rubber = rubber_of(elastomer(plan.spec.silicone))
-    found = []
+    sags = []
     for slab in plan.slabs:
         settled = {
             side: settle(rubber, grid.low, grid.high, grid.filled, grid.held)
             for side, grid in grids(plan, slab).items()
         }
-        found.append(sag_of(plan, slab, settled))
-    return found
+        sags.append(sag_of(plan, slab, settled))
+    return sags

@@ -116,7 +116,7 @@ class MaterialFit:
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import fit_html
 
-        return fit_html(self)
+        return fit_html(self.fits, self.reports)
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write ``fit.png``, ``fit.json`` and, for a plausible model, ``material.toml`` into a folder.
@@ -179,6 +179,7 @@ def fit_material(
     tests: Files | Mapping[str, Files],
     model: str = "all",
     density: str = "1.1 g/cm^3",
+    *,
     max_stretch: float | None = None,
     weights: Mapping[str, float] | None = None,
     stress: str | None = None,

@@ -14,7 +14,7 @@ from pneumorph.objective import build_objectives
 from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
 from pneumorph.problem import Problem, Trust, admit, codes_of, load
-from pneumorph.problem.reinforcement import starting_from
+from pneumorph.problem.designed import starting_from
 from pneumorph.results import HistoryEntry, RunResult
 from pneumorph.run.complete import Outcome, complete
 
@@ -101,7 +101,7 @@ class Run:
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import run_html
 
-        return run_html(self)
+        return run_html(self.problem, self.problem.title or str(self.path), self.history, self.result)
 
     def report(self, path: str | Path | None = None) -> Path:
         """Write the page of the run: one file to open in a browser, which needs no network. Nothing is solved for it.
@@ -176,11 +176,11 @@ class Run:
         'history.pdf'
         """
         # Loads the libraries that draw.
-        from pneumorph.interface.drawing import RequestedPicture, draw
+        from pneumorph.interface.pictures import RequestedPicture, draw
 
-        return draw(
-            self, RequestedPicture(picture, design, cut, at, task, format), None if path is None else Path(path)
-        )
+        asked = RequestedPicture(picture, design, cut, at, task, format)
+        file = asked.file(self.path, None if path is None else Path(path))
+        return draw(self.directory, self.design(design), asked, file)
 
     def complete(self, show: Callable[[Event], None] | None = None) -> Outcome:
         """Run the design loop to its end, from the last stored design.
@@ -237,7 +237,20 @@ def design(
 
 
 def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = False, trust: Trust = False) -> Run:
-    """Make a new run of a problem in a directory, or prepare one for resuming; see `design`."""
+    """Make a new run of a problem in a directory, or prepare one for resuming.
+
+    Parameters
+    ----------
+    problem : Problem, or the path of a problem file
+    out : the run directory.
+    resume : whether an interrupted run of this problem may be in it.
+    trust : whether code in the problem file is trusted; see `load`.
+
+    Raises
+    ------
+    ProblemError
+        If the problem has a mistake, or the directory contains something else.
+    """
     asked = _problem(problem, trust)
     # A mistake in a target is reported before the directory is made.
     build_objectives(asked)

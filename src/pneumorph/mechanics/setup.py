@@ -48,7 +48,8 @@ from pneumorph.problem import (
 from pneumorph.problem import Reinforcement as ReinforcementSpec
 from pneumorph.problem.components import POSE
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
-from pneumorph.problem.regions import REST, materials
+from pneumorph.problem.materials import materials
+from pneumorph.problem.regions import REST
 
 MIXED_FROM = 50.0
 """κ/μ from which `mesh.element = "auto"` selects mixed elements.

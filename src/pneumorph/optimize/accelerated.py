@@ -42,7 +42,13 @@ def minimise(
     iterations: int,
     tolerance: float | np.ndarray,
 ) -> np.ndarray:
-    """The minimum of a convex function in a box, iterated from z (n,); see `advanced`."""
+    """The minimum (n,) of a convex function in a box.
+
+    Parameters
+    ----------
+    gradient, lower, upper, scale, iterations, tolerance : as in `advanced`.
+    z : (n,) where the iteration begins.
+    """
     return advanced(gradient, at_rest(z), lower, upper, scale, iterations, tolerance).z
 
 

@@ -112,7 +112,14 @@ def buckles(now: LateralStability, after: LateralStability) -> bool:
 def lateral_rows(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, lateral: LateralStability
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rows c (k,) and J (k, n) of c + J Ψ ≤ 0, over stiffnesses at rest: c is what a step is to leave, less λ."""
+    """Rows c (k,) and J (k, n) of c + J Ψ ≤ 0, over stiffnesses at rest: c is what a step is to leave, less λ.
+
+    Parameters
+    ----------
+    space, disc : the design space and the mesh of the design.
+    analysis : of the design.
+    lateral : its stability, from which no rows follow unless stiffnesses at rest are known.
+    """
     near = lateral.near()
     slopes = [-lateral_slope_of(space, disc, analysis, name, soft) / at_rest for name, soft, at_rest in near]
     values = [_to_leave(soft.stiffness / at_rest) - soft.stiffness / at_rest for _, soft, at_rest in near]

@@ -29,6 +29,13 @@ def optimality(
     The projected gradient in the metric of smooth steps: 0 where the Karush–Kuhn–Tucker conditions hold, 1 where no
     limit is active. A sum of absolute values is the first-order gain of a step in a box; squares would show only the
     few places where the gradient peaks. Pressures at a bound do not count if the gradient pushes them beyond it.
+
+    Parameters
+    ----------
+    space, smooth, limits : the design space, the smoothing of its steps, and the limits on the shape.
+    phi : (n,) the design.
+    slope : (n,) ∂J/∂Φ.
+    states : the limits on its states.
     """
     free = ~((phi <= space.lower) & (slope > 0) | (phi >= space.upper) & (slope < 0))
     slope = np.where(free, slope, 0.0)

@@ -36,7 +36,15 @@ class Stepper(Protocol):
     """Finds steps. It is immutable: what it learns is returned as a new stepper."""
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
-        """The best step from Φ of at most `radius` (mm); it may break limits a little."""
+        """The best step from a design; it may violate limits a little.
+
+        Parameters
+        ----------
+        phi : (n,) the design.
+        proxy : the model of the objective.
+        radius : of the trust region, mm.
+        states : the limits on states, linearised.
+        """
         ...
 
     def after(self, step: Step) -> Stepper:

@@ -52,7 +52,15 @@ def worthwhile(setup: Setup, current: Iterate) -> float:
 
 
 def conclusion(setup: Setup, last: Iterate, reason: str, is_stable: Mapping[str, bool]) -> str:
-    """Why the run ended, with what has to be known of its last design."""
+    """Why the run ended, with what has to be known of its last design.
+
+    Parameters
+    ----------
+    setup : of the run.
+    last : its last design.
+    reason : why it ended.
+    is_stable : whether the state of each task is stable, against all motions of the whole body.
+    """
     if last.optimality > setup.settings.stopping.optimality:
         reason += f"; the limits leave {100 * last.optimality:.0f} % of the objective's gradient"
     if last.states.broken:

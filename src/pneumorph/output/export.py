@@ -12,7 +12,7 @@ from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.output.abaqus import abaqus_input
 from pneumorph.output.grid import grid
 from pneumorph.problem import Problem, reinforcements
-from pneumorph.problem.regions import materials
+from pneumorph.problem.materials import materials
 from pneumorph.results import Fields
 
 FORMATS = ("vtu", "inp")

@@ -20,7 +20,7 @@ from pneumorph.output.scenes import Scene, highest_stretch, scenes_of
 from pneumorph.output.shape import shape_figure
 from pneumorph.output.view import View
 from pneumorph.problem import Problem
-from pneumorph.problem.reinforcement import starting_from
+from pneumorph.problem.designed import starting_from
 from pneumorph.results import Fields, HistoryEntry, TaskResult
 from pneumorph.run import RunDirectory
 

@@ -10,6 +10,7 @@ from pneumorph.problem.contact import (
     SphereSpec,
     TriangulatedSpec,
 )
+from pneumorph.problem.designed import reinforcements
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
@@ -43,7 +44,7 @@ from pneumorph.problem.objectives import (
     TargetPose,
 )
 from pneumorph.problem.regions import Layer, Region, Sleeve
-from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement, reinforcements
+from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
 

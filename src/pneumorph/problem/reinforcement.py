@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from pneumorph import units
@@ -14,11 +12,6 @@ from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, Number
 from pneumorph.problem.regions import Angle
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Share, Variable
-from pneumorph.symmetry.images import image
-from pneumorph.symmetry.operations import MIRRORS, NORMALS
-
-if TYPE_CHECKING:
-    from pneumorph.problem.whole import Problem
 
 EXTERIOR = "exterior"
 """The name of the body's outer surface."""
@@ -162,96 +155,6 @@ class FibresSpec(_Reinforcement):
 Reinforcement = MembraneSpec | FibresSpec
 
 
-def reinforcements(problem: Problem) -> tuple[Reinforcement, ...]:
-    """All of a problem."""
-    return (*problem.membrane, *problem.fibres)
-
-
 def data_of(each: _Reinforcement) -> dict[str, Variable]:
     """What of one may be designed, by its key."""
     return {key: getattr(each, key) for key in DATA if hasattr(each, key)}
-
-
-def designed(problem: Problem) -> dict[str, dict[str, Variable]]:
-    """What is designed of the reinforcements of a problem: by their names, then by key."""
-    found = {
-        each.name: {key: datum for key, datum in data_of(each).items() if datum.free}
-        for each in reinforcements(problem)
-    }
-    return {name: data for name, data in found.items() if data}
-
-
-def starting_from(problem: Problem, values: Mapping[str, Mapping[str, float]]) -> Problem:
-    """The problem with other values at the start of what is designed, by name and key, in N/mm, rad and 1."""
-
-    def changed(each: Any) -> Any:
-        data = data_of(each)
-        return each.model_copy(
-            update={
-                key: data[key].model_copy(update={"start": value}) for key, value in values.get(each.name, {}).items()
-            }
-        )
-
-    return problem.model_copy(
-        update={"membrane": tuple(map(changed, problem.membrane)), "fibres": tuple(map(changed, problem.fibres))}
-    )
-
-
-def faults(problem: Problem) -> Iterator[tuple[str, str]]:
-    """Key and reason of everything that is wrong with the reinforcements of a problem whose chambers are in order."""
-    body, size = problem.body, problem.mesh.size
-    known = {EXTERIOR: (body.radius, (0.0, body.length))}
-    known |= {chamber.name: (chamber.radius, chamber.span) for chamber in body.chamber}
-    names: list[str] = []
-    for table in ("membrane", "fibres"):
-        for index, each in enumerate(getattr(problem, table)):
-            key = f"{table}[{index}]"
-            if each.name in names:
-                yield f"{key}.name", f'"{each.name}" is used twice; give each membrane and all fibres different names'
-            names.append(each.name)
-            for name in each.surfaces:
-                if name == EXTERIOR and EXTERIOR in (chamber.name for chamber in body.chamber):
-                    yield f"{key}.surfaces", f'"{EXTERIOR}" is a chamber too; give that another name'
-                elif name not in known:
-                    yield f"{key}.surfaces", f'there is no surface "{name}"; the surfaces are {", ".join(known)}'
-                elif each.surfaces.count(name) > 1:
-                    yield f"{key}.surfaces", f'has "{name}" twice; name each surface once'
-                    break
-                else:
-                    yield from _part(key, each, name, *known[name], size)
-
-
-def _part(
-    key: str, each: Reinforcement, name: str, radius: float, span: tuple[float, float], size: float
-) -> Iterator[tuple[str, str]]:
-    if each.span is not None:
-        start, end = each.span
-        if start < span[0] - _EPS or end > span[1] + _EPS:
-            yield f"{key}.span", f'reaches beyond "{name}" ({span[0]:g} to {span[1]:g} mm); make it shorter'
-        elif end - start < size - _EPS:
-            yield f"{key}.span", f"is shorter than mesh.size = {size:g} mm; make it longer or use a finer mesh"
-    if each.angles is not None and (each.angles[1] - each.angles[0]) * radius < size:
-        yield f"{key}.angles", f"cover less than mesh.size = {size:g} mm; change them or use a finer mesh"
-
-
-def surrounds(problem: Problem) -> bool:
-    """Whether every reinforcement goes all the way around."""
-    return all(each.angles is None for each in reinforcements(problem))
-
-
-def keeps(problem: Problem, plane: str) -> bool:
-    """Whether the mirror plane "xz" or "yz" maps every reinforcement to itself."""
-    matrix = np.diag(np.array(MIRRORS[plane], float))
-    chambers, length = problem.body.chamber, problem.body.length
-    names = [chamber.name for chamber in chambers]
-    for each in reinforcements(problem):
-        if isinstance(each, FibresSpec) and each.handed:
-            return False
-        # The middle of the part lies in the plane through the axis of its surface.
-        if each.angles is not None and abs((math.cos, math.sin)[NORMALS[plane]](sum(each.angles) / 2.0)) > 1e-6:
-            return False
-        on = [name for name in each.surfaces if name != EXTERIOR]
-        images = [image(chambers, names.index(name), matrix, length) for name in on]
-        if any(number is None or names[number] not in on for number in images):
-            return False
-    return True

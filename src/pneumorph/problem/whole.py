@@ -4,35 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from html import escape
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import tomli_w
-from pydantic import Field, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 
 from pneumorph.problem.changes import change
-from pneumorph.problem.checks import faults
-from pneumorph.problem.contact import ContactSpec, ObstacleSpec
-from pneumorph.problem.fabrication import MakeSpec
-from pneumorph.problem.material import Material
+from pneumorph.problem.checks.across import inconsistencies
 from pneumorph.problem.models import (
-    MOST_OBSTACLES,
-    MOST_TASKS,
-    BodySpec,
-    EndEffector,
-    Gravity,
-    Limits,
-    MeshSpec,
-    OptimizerSpec,
     Pressure,
-    Task,
 )
 from pneumorph.problem.reasons import faults_of, refusal
-from pneumorph.problem.regions import MOST_REGIONS, Region
-from pneumorph.problem.reinforcement import MOST_REINFORCEMENTS, FibresSpec, MembraneSpec
-from pneumorph.problem.table import Example, Table
+from pneumorph.problem.tables import Tables
 
 
-class Problem(Table):
+class Problem(Tables):
     """A design problem with the tables of a problem file, read by `load` or built in Python.
 
     Quantities are given as text with a unit or as pint quantities; as attributes they are floats in mm, N, MPa, t, s
@@ -59,37 +45,6 @@ class Problem(Table):
     0.06
     """
 
-    title: Annotated[str, Field(max_length=300)] = ""
-    """A title for messages and pictures."""
-    material: Annotated[Material, Example('[material] with name = "Hei-Cast 8400"')]
-    """The rubber: a name of the library alone, or a model with its parameters."""
-    body: Annotated[BodySpec, Example("[body] with its length, radius and chambers")]
-    """The starting body with its chambers."""
-    region: tuple[Region, ...] = Field(default=(), max_length=MOST_REGIONS)
-    """Parts of another rubber, each a table [[region]]."""
-    membrane: tuple[MembraneSpec, ...] = Field(default=(), max_length=MOST_REINFORCEMENTS)
-    """Sheets of paper or fabric on surfaces, which limit strain, each a table [[membrane]]."""
-    fibres: tuple[FibresSpec, ...] = Field(default=(), max_length=MOST_REINFORCEMENTS)
-    """Fibres wound around surfaces, each a table [[fibres]]."""
-    end_effector: EndEffector = EndEffector()
-    """What the tip carries."""
-    gravity: Gravity | None = None
-    """Weight of the body; without this table gravity is off."""
-    contact: ContactSpec | None = None
-    """Contact of the body with itself; without it the body may self-intersect."""
-    obstacle: tuple[ObstacleSpec, ...] = Field(default=(), max_length=MOST_OBSTACLES)
-    """Rigid obstacles, each a table [[obstacle]]; tasks may move them."""
-    task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=MOST_TASKS)
-    """Tasks, each a table [[task]]; all share the shape."""
-    limits: Limits = Limits()
-    """Limits that every design satisfies."""
-    mesh: MeshSpec = MeshSpec()
-    """Size and kind of the elements."""
-    optimizer: OptimizerSpec = OptimizerSpec()
-    """Steps and number of designs."""
-    make: MakeSpec = MakeSpec()
-    """How the body and its mould are made."""
-
     @model_validator(mode="wrap")
     @classmethod
     def _sound(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
@@ -98,8 +53,8 @@ class Problem(Table):
             problem = handler(data)
         except ValidationError as error:
             raise refusal(faults_of(error)) from None
-        if found := faults(problem):
-            raise refusal(found)
+        if faults := inconsistencies(problem):
+            raise refusal(faults)
         zero = Pressure.model_validate("0 kPa")
         tasks = [
             task.model_copy(

@@ -26,7 +26,7 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep, read
-from pneumorph.problem.reinforcement import designed
+from pneumorph.problem.designed import designed
 from pneumorph.results import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
 from pneumorph.results.arrays import floats
 from pneumorph.run.differences import differences, in_words

@@ -15,8 +15,9 @@ from pneumorph.geometry.tube.level import Sides, sides_of
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.geometry.tube.wedge import Cones, cones_of
+from pneumorph.problem.designed import designed, reinforcements
 from pneumorph.problem.models import Symmetry
-from pneumorph.problem.reinforcement import data_of, designed, reinforcements
+from pneumorph.problem.reinforcement import data_of
 from pneumorph.problem.variable import Variable
 from pneumorph.symmetry.basis import column_squares, symmetric_basis
 from pneumorph.symmetry.operations import operations

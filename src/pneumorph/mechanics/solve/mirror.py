@@ -7,7 +7,8 @@ from math import nan
 
 import numpy as np
 
-from pneumorph.problem import Problem, regions, reinforcement
+from pneumorph.problem import Problem
+from pneumorph.problem.mirrored import keeps_regions, keeps_reinforcements
 from pneumorph.symmetry.operations import MIRRORS, operations
 
 Pressures = Mapping[str, float]
@@ -48,8 +49,8 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> boo
     weight = np.zeros(3) if gravity is None else gravity.acceleration * np.array(gravity.direction)
     return (
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
-        and regions.keeps(problem, plane)
-        and reinforcement.keeps(problem, plane)
+        and keeps_regions(problem, plane)
+        and keeps_reinforcements(problem, plane)
         and not np.any(weight[mirror < 0])
         and not np.any(np.array(effector.force)[mirror < 0])
         and not np.any(np.array(effector.moment)[axial < 0])

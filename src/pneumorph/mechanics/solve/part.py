@@ -7,7 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from pneumorph.mechanics.solve.mirror import Pressures, applied_pressures, mirrors_of
-from pneumorph.problem import Problem, reinforcement
+from pneumorph.problem import Problem
+from pneumorph.problem.designed import reinforcements, surrounds
 from pneumorph.symmetry.images import image
 from pneumorph.symmetry.operations import operations
 from pneumorph.symmetry.part import MOST_TURNS, Part, beginning_of, images_of, onwards, sector
@@ -36,7 +37,7 @@ def turns_of_problem(problem: Problem, applied: list[Pressures]) -> int:
 
     Each chamber beside the axis has to lie within one of the sectors.
     """
-    if not _along_axis(problem) or problem.obstacle or problem.region or not reinforcement.surrounds(problem):
+    if not _along_axis(problem) or problem.obstacle or problem.region or not surrounds(problem):
         return 1
     group = operations(problem.body.symmetry)
     for turns in range(MOST_TURNS, 1, -1):
@@ -65,7 +66,7 @@ def _turns_chambers(problem: Problem, rotation: np.ndarray, applied: list[Pressu
         name = chambers[other].name
         if other != number and any(given.get(chamber.name, 0.0) != given.get(name, 0.0) for given in applied):
             return False
-        laid = reinforcement.reinforcements(problem)
+        laid = reinforcements(problem)
         if any((chamber.name in each.surfaces) != (name in each.surfaces) for each in laid):
             return False
     return True

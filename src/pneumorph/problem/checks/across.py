@@ -5,20 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.problem import regions, reinforcement
+from pneumorph.problem.checks.regions import check_regions
+from pneumorph.problem.checks.reinforcement import check_reinforcements
 from pneumorph.problem.contact import PlaneSpec, TriangulatedSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent
+from pneumorph.problem.materials import materials
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
+from pneumorph.problem.regions import REST
 from pneumorph.problem.stl import MOST_TRIANGLES
+from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.images import WITHIN, image, place, placed
 from pneumorph.symmetry.operations import operations
-
-if TYPE_CHECKING:
-    from pneumorph.problem.whole import Problem
 
 MAX_CONTROL_POINTS = 100_000
 MAX_ELEMENTS = 1_000_000
@@ -27,19 +27,19 @@ _EPS = 1e-9  # mm; lengths that are meant to be equal may differ by rounding
 Fault = tuple[str, str]
 
 
-def faults(problem: Problem) -> list[Fault]:
+def inconsistencies(problem: Tables) -> list[Fault]:
     """Key and reason of every inconsistency, the most basic ones first.
 
     Checks that rely on others are left out if these have found something.
     """
     found = [*_names(problem), *_chambers_in_body(problem)]
-    relying = () if found else (_symmetry, _walls, regions.faults, reinforcement.faults)
+    relying = () if found else (_symmetry, _walls, check_regions, check_reinforcements)
     for check in (*relying, _tasks, _ranges, _limits, _contact, _resolution):
         found += check(problem)
     return found
 
 
-def _names(problem: Problem) -> Iterator[Fault]:
+def _names(problem: Tables) -> Iterator[Fault]:
     for key, parts in (
         ("body.chamber", problem.body.chamber),
         ("task", problem.task),
@@ -51,7 +51,7 @@ def _names(problem: Problem) -> Iterator[Fault]:
                 yield f"{key}[{index}].name", f'"{name}" is used twice; give each one a different name'
 
 
-def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
+def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
     body = problem.body
     for index, chamber in enumerate(body.chamber):
         key, (start, end) = f"body.chamber[{index}]", chamber.span
@@ -83,7 +83,7 @@ def _chambers_in_body(problem: Problem) -> Iterator[Fault]:
             )
 
 
-def _symmetry(problem: Problem) -> Iterator[Fault]:
+def _symmetry(problem: Tables) -> Iterator[Fault]:
     """Check that chambers and ripples are symmetric, and that the symmetry does not rule an objective out."""
     body = problem.body
     group = operations(body.symmetry)
@@ -178,7 +178,7 @@ def _fault_of_ripple(body: BodySpec, index: int, matrix: np.ndarray) -> Fault | 
     return None
 
 
-def _same_pressures(problem: Problem, task: Task, images: list[int]) -> bool:
+def _same_pressures(problem: Tables, task: Task, images: list[int]) -> bool:
     """Whether chambers and their images have the same pressures in a task, and keep them during the design."""
     names = [chamber.name for chamber in problem.body.chamber]
     pairs = [(name, names[image]) for name, image in zip(names, images, strict=True)]
@@ -186,7 +186,7 @@ def _same_pressures(problem: Problem, task: Task, images: list[int]) -> bool:
     return all(one == other and not (one is not None and one.free) for _, one, other in given)
 
 
-def _tasks(problem: Problem) -> Iterator[Fault]:
+def _tasks(problem: Tables) -> Iterator[Fault]:
     names = [chamber.name for chamber in problem.body.chamber]
     obstacles = [obstacle.name for obstacle in problem.obstacle]
     known = f"the obstacles are {', '.join(obstacles)}" if obstacles else "add a table [[obstacle]]"
@@ -213,7 +213,7 @@ def _tasks(problem: Problem) -> Iterator[Fault]:
             yield f"task[{index}].objective.{key}", reason
 
 
-def _walls(problem: Problem) -> Iterator[Fault]:
+def _walls(problem: Tables) -> Iterator[Fault]:
     """Check wall thickness along the axis only: the design loop thickens walls across it but does not move the ends."""
     body, wall = problem.body, problem.limits.wall
     fix = f"thinner than limits.wall = {wall:g} mm at the start; move or shrink the chamber, or lower the limit"
@@ -231,19 +231,19 @@ _BEYOND = 3.0
 """Largest ratio of the starting curvature to its limit; from below it the design loop can reach the limit."""
 
 
-def _ranges(problem: Problem) -> Iterator[Fault]:
+def _ranges(problem: Tables) -> Iterator[Fault]:
     """A limit on strain is relative to the stated range of every rubber; two models state it by their limits."""
-    for name, material in regions.materials(problem).items():
+    for name, material in materials(problem).items():
         stated = material.valid_stretch is not None or isinstance(material, (ArrudaBoyce, Gent))
         if problem.limits.strain is not None and not stated:
-            where = "material" if name == regions.REST else f'the material of region "{name}"'
+            where = "material" if name == REST else f'the material of region "{name}"'
             yield (
                 "limits.strain",
                 f"needs the stretch up to which {where} is valid; give it as valid_stretch, or leave the limit out",
             )
 
 
-def _limits(problem: Problem) -> Iterator[Fault]:
+def _limits(problem: Tables) -> Iterator[Fault]:
     body, limits = problem.body, problem.limits
     tubes = [("the exterior", body.radius, "flat", body.ripple, "body.ripple.amplitude")]
     for index, chamber in enumerate(body.chamber):
@@ -272,7 +272,7 @@ def _limits(problem: Problem) -> Iterator[Fault]:
             )
 
 
-def _contact(problem: Problem) -> Iterator[Fault]:
+def _contact(problem: Tables) -> Iterator[Fault]:
     """The activation distance is less than every wall and slot: surfaces at rest do not push each other."""
     distance, limits = problem.contact and problem.contact.distance, problem.limits
     if problem.contact and problem.contact.friction and not problem.obstacle:
@@ -293,7 +293,7 @@ def _contact(problem: Problem) -> Iterator[Fault]:
             )
 
 
-def _resolution(problem: Problem) -> Iterator[Fault]:
+def _resolution(problem: Tables) -> Iterator[Fault]:
     body, density, size = problem.body, problem.body.control_density, problem.mesh.size
     tubes = [(body.radius, body.length)] + [(c.radius, c.span[1] - c.span[0]) for c in body.chamber]
     if density * body.length < 4:

@@ -1,0 +1,1 @@
+"""Checks across tables: whether the parts of a problem are consistent with each other."""
