@@ -228,16 +228,16 @@ def analyse(
         since = None
         if near is not None and disc.model.contact is not None:
             since = near.configurations[task.name], near.equilibria[task.name].state
-        found = solve(at, disc.tangents[task.name], start, tolerance, since, most, roughest)
-        if explain and isinstance(found, NoEquilibrium):
-            found = diagnose(at, disc.tangents[task.name], found)
-        if isinstance(found, NoEquilibrium):
-            return found
-        configurations[task.name], equilibria[task.name] = at, found
-        values[task.name] = disc.objectives[task.name].at(disc.model, at.X, found.state)
+        equilibrium = solve(at, disc.tangents[task.name], start, tolerance, since, most, roughest)
+        if explain and isinstance(equilibrium, NoEquilibrium):
+            equilibrium = diagnose(at, disc.tangents[task.name], equilibrium)
+        if isinstance(equilibrium, NoEquilibrium):
+            return equilibrium
+        configurations[task.name], equilibria[task.name] = at, equilibrium
+        values[task.name] = disc.objectives[task.name].at(disc.model, at.X, equilibrium.state)
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
-        crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + found.u)
+        crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + equilibrium.u)
     value = sum(task.weight * values[task.name] for task in problem.task)
     return Analysis(phi, points, X, pressures, space.data(phi), configurations, equilibria, values, value, crossing)
 
@@ -247,42 +247,42 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
 
     Of part of a body, against all motions of the whole.
     """
-    found = {}
+    stable = {}
     for name, equilibrium in analysis.equilibria.items():
         tangent = disc.tangents[name]
         tangent.move_to(analysis.configurations[name], equilibrium.state)
-        found[name] = tangent.negative_pivots == 0
+        stable[name] = tangent.negative_pivots == 0
     if not disc.model.part:
-        return found
+        return stable
     if disc.lateral:
         lateral = lateral_stability(disc, analysis)
-        return {name: found[name] and all(lateral[name]) for name in found}
+        return {name: stable[name] and all(lateral[name]) for name in stable}
     whole = whole_of(disc.model, disc.morph.mesh)
     return {
-        name: found[name] and whole.negative_pivots(at, analysis.equilibria[name].state) == 0
+        name: stable[name] and whole.negative_pivots(at, analysis.equilibria[name].state) == 0
         for name, at in analysis.configurations.items()
     }
 
 
 def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, list[bool]]:
     """Whether every task is stable against each kind of lateral motion; there are none but between mirror planes."""
-    found: dict[str, list[bool]] = {}
+    stable: dict[str, list[bool]] = {}
     for name, at in analysis.configurations.items():
-        found[name] = []
+        stable[name] = []
         for kind, tangent in disc.lateral:
             tangent.factorise(replace(at, model=kind), analysis.equilibria[name].state)
-            found[name].append(tangent.negative_pivots == 0)
-    return found
+            stable[name].append(tangent.negative_pivots == 0)
+    return stable
 
 
 def lateral_stiffness(disc: Discretisation, analysis: Analysis, at_rest: bool = False) -> dict[str, list[Softest]]:
     """The softest lateral motions of every task, one of each kind, at its state or at rest without its loads."""
-    found: dict[str, list[Softest]] = {}
+    motions: dict[str, list[Softest]] = {}
     for name, at in analysis.configurations.items():
         masses, state = masses_of(at), rest(at.model) if at_rest else analysis.equilibria[name].state
         at = unloaded(at) if at_rest else at
-        found[name] = [softest(replace(at, model=kind), state, tangent, masses) for kind, tangent in disc.lateral]
-    return found
+        motions[name] = [softest(replace(at, model=kind), state, tangent, masses) for kind, tangent in disc.lateral]
+    return motions
 
 
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:
@@ -348,12 +348,12 @@ def carry_over(
 
 def _hydrostatic(old: Model, image: Unfolded, state: State, new: Discretisation, X_new: np.ndarray) -> np.ndarray:
     """π on a new mesh: it jumps between regions, so that of each is carried over within it."""
-    found = np.zeros((len(new.model.rubbers), new.model.nodes))
+    pi = np.zeros((len(new.model.rubbers), new.model.nodes))
     values = np.asarray(state.hydrostatic).reshape(len(old.rubbers), -1)[:, old.source[image.source]]
     mesh = image.mesh
     for number, region in enumerate(old.regions):
         own = mesh.regions.get(region, np.arange(len(mesh.tets)))
         within = replace(mesh, tets=mesh.tets[own], regions={})
         nodes = np.unique(new.morph.mesh.tets[new.model.regions[region]])
-        found[number, nodes] = transfer(within, linear(within, values[number])[:, None], X_new[nodes])[:, 0]
-    return found.ravel()
+        pi[number, nodes] = transfer(within, linear(within, values[number])[:, None], X_new[nodes])[:, 0]
+    return pi.ravel()

@@ -40,7 +40,9 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
     arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
     arrays |= pack_covers(carrier.mesh)
     arrays |= {f"param {name}": values for name, values in carrier.param.items()}
-    arrays |= {f"state {name}": disc.model.vector(found.state) for name, found in analysis.equilibria.items()}
+    arrays |= {
+        f"state {name}": disc.model.vector(equilibrium.state) for name, equilibrium in analysis.equilibria.items()
+    }
     return arrays
 
 

@@ -37,12 +37,12 @@ PARTS = tuple(part / 6 for part in range(1, 6))
 
 def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
     """Collect the result of every task of an analysed design, by the task's name."""
-    found = {}
+    results = {}
     for name, equilibrium in analysis.equilibria.items():
         objective = disc.objectives[name]
         moved = objective.features(disc.model, analysis.configurations[name].X, equilibrium.state)
         translations, rotations = poses_of(disc.model, moved)
-        found[name] = TaskResult(
+        results[name] = TaskResult(
             pressures=analysis.pressures[name],
             objective=analysis.values[name],
             errors={key: float(error(moved)) for key, error in objective.errors.items()},
@@ -62,7 +62,7 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             pose_rotations=rotations,
             self_intersecting=analysis.self_intersecting[name],
         )
-    return found
+    return results
 
 
 def poses_of(model: Model, moved: Features) -> tuple[dict[str, Vector], dict[str, Vector]]:
@@ -100,7 +100,7 @@ def collect_fields(
     inflation : of `compute_inflation`, if it is stored.
     """
     mesh = disc.morph.mesh.at(analysis.X)
-    u = {name: found.u for name, found in analysis.equilibria.items()}
+    u = {name: equilibrium.u for name, equilibrium in analysis.equilibria.items()}
     return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})
 
 
@@ -113,8 +113,8 @@ def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> n
     loads = loads_of(problem, disc.model, {}, laid=laid)
     at = configure(disc.model, analysis.X, loads, guided_of(problem))
     # With another solver: those of the tasks keep the factorisations from which the next design starts.
-    found = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
-    return found.u if isinstance(found, Equilibrium) else None
+    equilibrium = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
+    return equilibrium.u if isinstance(equilibrium, Equilibrium) else None
 
 
 def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
@@ -127,7 +127,7 @@ def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inf
     mesh = disc.morph.mesh.at(analysis.X)
     skin = skin_of(mesh)
     # A solver of its own, as for the sag.
-    tangent, found = Tangent(disc.model), {}
+    tangent, inflation = Tangent(disc.model), {}
     for task, pressures in analysis.pressures.items():
         if not any(pressures.values()):
             continue
@@ -135,8 +135,8 @@ def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inf
         states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
         if states:
             parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
-            found[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
-    return found
+            inflation[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
+    return inflation
 
 
 def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:

@@ -123,14 +123,14 @@ class Explorer:
         given = {chamber.name: float(pressures.get(chamber.name, 0.0)) for chamber in self.problem.body.chamber}
         meshed = self._meshed(given)
         at = self._at(meshed, given)
-        found = meshed.search(at, self._strides(meshed, given), stop)
+        answer = meshed.search(at, self._strides(meshed, given), stop)
         if stop():
             raise Stopped
         task = self.problem.task[0].name
-        step = step_of(task, given, at, found, meshed.skin, meshed.whole)
-        if isinstance(found, NoEquilibrium):
+        step = step_of(task, given, at, answer, meshed.skin, meshed.whole)
+        if isinstance(answer, NoEquilibrium):
             return Explored(step, None)
-        return Explored(step, Fields(meshed.mesh, {task: found.u}, {task: nodal_stretch(meshed.mesh, found.u)}))
+        return Explored(step, Fields(meshed.mesh, {task: answer.u}, {task: nodal_stretch(meshed.mesh, answer.u)}))
 
     def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
         # Where obstacles are is a matter of the task; the first one's results are in its name.
@@ -166,10 +166,10 @@ class Explorer:
         """The equilibria that are stored: of every task, and without pressure."""
         X, still = stored.mesh.points, np.zeros(6)
         known, poses = [], {task.name: task.poses for task in self.problem.task}
-        for task, found in self._results.items():
-            plate = np.array([*found.translation, *found.rotation]) if model.plate else still
-            loads = loads_of(self.problem, model, dict(found.pressures), poses[task])
-            state = restored(model, X, stored.u[task], plate, _objects(model, loads, found))
+        for task, result in self._results.items():
+            plate = np.array([*result.translation, *result.rotation]) if model.plate else still
+            loads = loads_of(self.problem, model, dict(result.pressures), poses[task])
+            state = restored(model, X, stored.u[task], plate, _objects(model, loads, result))
             known.append((configure(model, X, loads, guided_of(self.problem)), state))
         nothing = loads_of(self.problem, model, {})
         if not (np.any(nothing.acceleration) or np.any(nothing.wrench)):
@@ -177,11 +177,11 @@ class Explorer:
         return known
 
 
-def _objects(model: Model, loads: Loads, found: TaskResult) -> np.ndarray:
+def _objects(model: Model, loads: Loads, result: TaskResult) -> np.ndarray:
     """The unknowns (J, 6) of free obstacles at a result."""
     if model.contact is None or not model.contact.free:
         return np.zeros((0, 6))
-    poses = [[*found.pose_translations[name], *found.pose_rotations[name]] for name in model.contact.free]
+    poses = [[*result.pose_translations[name], *result.pose_rotations[name]] for name in model.contact.free]
     return np.array(poses) - np.asarray(loads.shift)[model.contact.rows]
 
 
@@ -213,25 +213,25 @@ class _Meshed:
         """The equilibrium from the nearest known states, or else along a way from rest."""
         self.tangent.stop = stop
         if near := self._near(at.loads):
-            found = self._from(near, at)
-            if isinstance(found, Equilibrium) or stop():
-                return found
+            answer = self._from(near, at)
+            if isinstance(answer, Equilibrium) or stop():
+                return answer
         # From rest, whatever is known: from there nothing was found.
         walked: list[tuple[Configuration, State]] = []
         for step in way:
-            found = self._from(walked[-2:], step)
-            if isinstance(found, NoEquilibrium) or stop():
-                return found
-            walked.append((step, found.state))
+            answer = self._from(walked[-2:], step)
+            if isinstance(answer, NoEquilibrium) or stop():
+                return answer
+            walked.append((step, answer.state))
         return self._from(walked[-2:], at)
 
     def _from(self, near: list[tuple[Configuration, State]], at: Configuration) -> Equilibrium | NoEquilibrium:
         """The equilibrium from one or two known states, from rest without any."""
         start, since = secant_start(near, at), near[-1] if near else None
-        found = solve(at, self.tangent, start, since=since, most=MOST_FACTORISATIONS)
-        if isinstance(found, Equilibrium):
-            self.known.append((at, found.state))
-        return found
+        answer = solve(at, self.tangent, start, since=since, most=MOST_FACTORISATIONS)
+        if isinstance(answer, Equilibrium):
+            self.known.append((at, answer.state))
+        return answer
 
     def _near(self, loads: Loads) -> list[tuple[Configuration, State]]:
         """The nearest known state last; before it, for a secant, the next nearest that is not too close to it."""

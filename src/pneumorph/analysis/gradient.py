@@ -139,7 +139,7 @@ def run_gradient_check(at: AnalysedBody) -> GradientCheck:
     if count := len(space.free_data):
         directions["sheets and fibres"] = np.zeros(space.n)
         directions["sheets and fibres"][-count:] = random.uniform(0.5, 1.0, count)
-    motion = max(float(np.abs(found.u).max()) for found in at.analysis.equilibria.values())
+    motion = max(float(np.abs(equilibrium.u).max()) for equilibrium in at.analysis.equilibria.values())
     scale = max(motion, LEAST_MOTION)
 
     def value(phi: np.ndarray) -> float:
@@ -169,10 +169,10 @@ def _coarser(at: AnalysedBody) -> AnalysedBody:
         return at
     if disc.model.elements >= old.model.elements:
         return at
-    states = {task: found.state for task, found in at.analysis.equilibria.items()}
+    states = {task: equilibrium.state for task, equilibrium in at.analysis.equilibria.items()}
     starts = carry_over(old, at.analysis.X, states, disc, disc.morph.mesh.points)
-    found = analyse(problem, at.space, disc, at.space.start, starts, tolerance=TOLERANCE)
-    return at if isinstance(found, NoEquilibrium) else AnalysedBody(problem, body, at.space, disc, found)
+    analysis = analyse(problem, at.space, disc, at.space.start, starts, tolerance=TOLERANCE)
+    return at if isinstance(analysis, NoEquilibrium) else AnalysedBody(problem, body, at.space, disc, analysis)
 
 
 def is_flat(test: TaylorTest, slope: float, scale: float) -> bool:
@@ -203,24 +203,24 @@ def _with_scales_of_tests(problem: Problem) -> Problem:
         for task in problem.task
     ]
     widths = dict.fromkeys(("stiffness", "coverage"), lambda datum: datum.start) | {"winding": lambda datum: 1.0}
-    found = designed(problem)
-    laid = {
+    data = designed(problem)
+    reinforced = {
         table: tuple(
             each.model_copy(
-                update={key: scaled(datum, widths[key](datum)) for key, datum in found.get(each.name, {}).items()}
+                update={key: scaled(datum, widths[key](datum)) for key, datum in data.get(each.name, {}).items()}
             )
             for each in getattr(problem, table)
         )
         for table in ("membrane", "fibres")
     }
-    return problem.model_copy(update={"task": tuple(tasks), **laid})
+    return problem.model_copy(update={"task": tuple(tasks), **reinforced})
 
 
 def _analysed(
     problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis | None = None
 ) -> Analysis:
-    starts = None if near is None else {task: found.state for task, found in near.equilibria.items()}
-    found = analyse(problem, space, disc, phi, starts, tolerance=TOLERANCE, explain=near is None)
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(f"the design cannot be analysed: {found.reason}")
-    return found
+    starts = None if near is None else {task: equilibrium.state for task, equilibrium in near.equilibria.items()}
+    analysis = analyse(problem, space, disc, phi, starts, tolerance=TOLERANCE, explain=near is None)
+    if isinstance(analysis, NoEquilibrium):
+        raise ComputationError(f"the design cannot be analysed: {analysis.reason}")
+    return analysis

@@ -129,15 +129,15 @@ def _moved(mesh: TetMesh, points: np.ndarray, nodes: np.ndarray, shift: np.ndarr
     """The points with `nodes` moved, by less where an element would become too flat; edges there become straight."""
     share = np.ones(len(nodes))
     for _ in range(_HALVINGS):
-        found = points.copy()
-        found[nodes] += share[:, None] * shift
+        moved = points.copy()
+        moved[nodes] += share[:, None] * shift
         near = np.isin(mesh.tets[:, :4], nodes).any(axis=1)
         tets = mesh.tets[near]
         touched = np.isin(tets[:, TET_EDGES], nodes).any(axis=2)
-        found[tets[:, 4:][touched]] = found[tets[:, TET_EDGES]].mean(axis=2)[touched]
-        flat = tets[scaled_jacobian(found, tets) < _FLATTEST]
+        moved[tets[:, 4:][touched]] = moved[tets[:, TET_EDGES]].mean(axis=2)[touched]
+        flat = tets[scaled_jacobian(moved, tets) < _FLATTEST]
         if not len(flat):
-            return found
+            return moved
         share[np.isin(nodes, flat[:, :4])] /= 2.0
     return points
 
@@ -154,25 +154,25 @@ def compared(
     models = [model_of(problem, mesh, {"rubber": rubber, "tubes": tubes}) for tubes in (rubber, tube_of(rubber))]
     tangents = [Tangent(model) for model in models]
     poses = {task.name: task.poses for task in problem.task}
-    found: dict[Any, tuple[Features, Features]] = {}
+    known: dict[Any, tuple[Features, Features]] = {}
     results = {}
     for task, own in pressures.items():
         key = (*(own.get(chamber, 0.0) for chamber in models[0].chambers), *poses[task].items())
-        if key not in found:
+        if key not in known:
             state, measured = None, []
             for model, tangent in zip(models, tangents, strict=True):
                 at = configure(model, mesh.points, loads_of(problem, model, dict(own), poses[task]), guided_of(problem))
                 state = _solved(task, solve(at, tangent, state, DESIGN_TOLERANCE)).state
                 measured.append(measure_features(model, mesh.points, state))
-            found[key] = measured[0], measured[1]
-        results[task] = found[key]
+            known[key] = measured[0], measured[1]
+        results[task] = known[key]
     return results
 
 
-def _solved(task: str, found: Equilibrium | NoEquilibrium) -> Equilibrium:
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(f"the effect of the ports on task {task} is not known: {found.reason}")
-    return found
+def _solved(task: str, answer: Equilibrium | NoEquilibrium) -> Equilibrium:
+    if isinstance(answer, NoEquilibrium):
+        raise ComputationError(f"the effect of the ports on task {task} is not known: {answer.reason}")
+    return answer
 
 
 def _symmetric(ports: Sequence[Port], mirror: np.ndarray) -> bool:

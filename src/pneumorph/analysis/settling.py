@@ -53,7 +53,7 @@ def settle(
     mesh = TetMesh(whole.points[used], renumbered.reshape(tets.shape), {})
     model = build_model(mesh, rubber, plate=False, supports=held(mesh.points), mixed=asks_for_mixed(rubber))
     at = configure(model, mesh.points, build_loads(model, {}, acceleration=np.array([0.0, 0.0, -_GRAVITY])))
-    found = solve(at, Tangent(model), tolerance=_TOLERANCE)
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(f"the sag of the silicone is not known: {found.reason}")
-    return mesh.points, found.u
+    equilibrium = solve(at, Tangent(model), tolerance=_TOLERANCE)
+    if isinstance(equilibrium, NoEquilibrium):
+        raise ComputationError(f"the sag of the silicone is not known: {equilibrium.reason}")
+    return mesh.points, equilibrium.u

@@ -130,13 +130,13 @@ class Simulation:
         """Displacements and rotation vectors (6,) of obstacles in a task, where some of their components are given."""
         own, still = next(each.poses for each in self.problem.task if each.name == task), (0.0,) * len(MOTIONS)
         names = [obstacle.name for obstacle in self.problem.obstacle]
-        found = {
+        moves = {
             name: tuple(
                 given.get(f"{name}.{motion}", part) for motion, part in zip(MOTIONS, own.get(name, still), strict=True)
             )
             for name in names
         }
-        return {name: pose for name, pose in found.items() if any(pose)}
+        return {name: pose for name, pose in moves.items() if any(pose)}
 
     def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
@@ -152,14 +152,14 @@ class Simulation:
                 poses = [self._poses(tasks[0], given) for given in path.moves]
                 loads = [loads_of(self.problem, self.model, *each) for each in zip(along, poses, strict=True)]
                 configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
-                for pressures, posed, (at, found) in zip(
+                for pressures, posed, (at, answer) in zip(
                     along, poses, self._sweep(configurations, tangent), strict=True
                 ):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
-                    step = step_of(tasks[0], pressures, at, found, skin, whole)
+                    step = step_of(tasks[0], pressures, at, answer, skin, whole)
                     step = replace(step, moves=moves, turns=turns)
                     for curve in new:
-                        curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, found)))
+                        curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, answer)))
                         yield curve.steps[-1]
 
     def _sweep(
@@ -169,12 +169,12 @@ class Simulation:
             return sweep_with_friction(path, tangent, self.friction)
         return zip(path, sweep(path, tangent), strict=True)
 
-    def _errors(self, task: str, at: Configuration, found: Equilibrium | NoEquilibrium) -> dict[str, float]:
+    def _errors(self, task: str, at: Configuration, answer: Equilibrium | NoEquilibrium) -> dict[str, float]:
         """Distances of an equilibrium from the target of a task, if it has one."""
         objective = self.targets.get(task)
-        if objective is None or isinstance(found, NoEquilibrium):
+        if objective is None or isinstance(answer, NoEquilibrium):
             return {}
-        moved = replace(objective, shift=np.asarray(at.loads.shift)).features(at.model, at.X, found.state)
+        moved = replace(objective, shift=np.asarray(at.loads.shift)).features(at.model, at.X, answer.state)
         return {name: float(error(moved)) for name, error in objective.errors.items()}
 
 
@@ -219,7 +219,7 @@ def prepare_simulation(
     blocked = _blocked(problem, list(block))
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
     mesh = mesh_of(problem, body, part_of(problem, applied)).mesh
-    targets = {name: found for name, found in _targets(problem).items() if name in pressures}
+    targets = {name: target for name, target in _targets(problem).items() if name in pressures}
     given_friction = 0.0 if problem.contact is None else problem.contact.friction
     coefficient = _friction(problem, given_friction if friction is None else friction)
     return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets, coefficient)
@@ -260,7 +260,7 @@ def step_of(
     task: str,
     pressures: dict[str, float],
     at: Configuration,
-    found: Equilibrium | NoEquilibrium,
+    answer: Equilibrium | NoEquilibrium,
     skin: Skin,
     whole: Whole | None,
 ) -> SweepStep:
@@ -275,36 +275,36 @@ def step_of(
     skin : the surface of the whole body.
     whole : the whole body, where part of it was solved.
     """
-    if isinstance(found, NoEquilibrium):
-        return SweepStep(task, pressures, converged=False, reason=found.reason)
-    motion = measure_features(at.model, at.X, found.state, shift=np.asarray(at.loads.shift))
-    touched = contact_forces(at, found.state)
+    if isinstance(answer, NoEquilibrium):
+        return SweepStep(task, pressures, converged=False, reason=answer.reason)
+    motion = measure_features(at.model, at.X, answer.state, shift=np.asarray(at.loads.shift))
+    touched = contact_forces(at, answer.state)
     translations, rotations = poses_of(at.model, motion)
     return SweepStep(
         task=task,
         pressures=pressures,
         translation=vector(motion.translation),
         rotation=vector(motion.rotation),
-        reaction=_reaction(at, found),
-        volumes=found.volumes,
-        max_stretch=found.max_stretch,
-        beyond_validity=at.model.beyond_validity(found.stretches),
-        stable=found.stable and (whole is None or whole.negative_pivots(at, found.state) == 0),
-        region_stretches=by_region(found.stretches),
+        reaction=_reaction(at, answer),
+        volumes=answer.volumes,
+        max_stretch=answer.max_stretch,
+        beyond_validity=at.model.beyond_validity(answer.stretches),
+        stable=answer.stable and (whole is None or whole.negative_pivots(at, answer.state) == 0),
+        region_stretches=by_region(answer.stretches),
         contact={name: vector(force) for name, force in touched.on.items()},
         contact_normal=touched.normal,
         contact_area=touched.area,
         self_contact=touched.own,
         pose_translations=translations,
         pose_rotations=rotations,
-        self_intersecting=skin.intersects_itself(at.X + found.u),
+        self_intersecting=skin.intersects_itself(at.X + answer.u),
     )
 
 
-def _reaction(at: Configuration, found: Equilibrium) -> dict[str, float]:
+def _reaction(at: Configuration, equilibrium: Equilibrium) -> dict[str, float]:
     """Force (N) or torque (N·mm) that the actuator exerts on the blocks and springs at its plate, by component."""
     spring = at.model.copies * np.asarray(at.loads.spring)
-    exerted = found.reaction + spring * found.plate
+    exerted = equilibrium.reaction + spring * equilibrium.plate
     return {
         name: float(exerted[index]) for index, name in enumerate(COMPONENTS) if at.blocked[index] or spring[index] > 0.0
     }

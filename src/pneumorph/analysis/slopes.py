@@ -87,9 +87,9 @@ def strain_slopes(space: DesignSpace, disc: Discretisation, analysis: Analysis) 
     """The same for all tasks (k,), and the derivatives (k, n) with respect to Φ, by one adjoint each."""
     values, rows = [], []
     for name, at in analysis.configurations.items():
-        found = gradient(at, disc.tangents[name], analysis.equilibria[name], StrainShare(), DESIGN_ACCURACY)
-        values.append(found.value)
-        rows.append(space.pullback(disc.morph.pullback(found.X), {name: found.pressure}, found.laid))
+        derivatives = gradient(at, disc.tangents[name], analysis.equilibria[name], StrainShare(), DESIGN_ACCURACY)
+        values.append(derivatives.value)
+        rows.append(space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.laid))
     return np.array(values), np.array(rows)
 
 
@@ -113,15 +113,15 @@ def margin_slopes(
     """
     values, rows, tangent = [], [], Tangent(disc.model)
     for name, at in analysis.configurations.items():
-        found = find_margin(at, tangent, bound)
-        by_X, by_pressure, by_laid = margin_slope(at, tangent, found)
-        values.append(found.load)
+        limit_point = find_margin(at, tangent, bound)
+        by_X, by_pressure, by_laid = margin_slope(at, tangent, limit_point)
+        values.append(limit_point.load)
         rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid))
     return np.array(values), np.array(rows)
 
 
 def lateral_slope_of(
-    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, found: Softest
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, softest: Softest
 ) -> np.ndarray:
     """Derivatives (n,) with respect to Φ of the stiffness against a lateral motion in the state of a task.
 
@@ -133,7 +133,7 @@ def lateral_slope_of(
     softest : the motion.
     """
     at, tangent, state = analysis.configurations[name], disc.tangents[name], analysis.equilibria[name].state
-    by_X, by_pressure, by_laid = lateral_slope(at, tangent, state, found, DESIGN_ACCURACY)
+    by_X, by_pressure, by_laid = lateral_slope(at, tangent, state, softest, DESIGN_ACCURACY)
     return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid)
 
 
@@ -141,12 +141,12 @@ def _task_gradient(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, accuracy: float
 ) -> np.ndarray:
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
-    found = gradient(at, disc.tangents[name], equilibrium, disc.objectives[name], accuracy)
-    if not np.isfinite(found.X).all():
+    derivatives = gradient(at, disc.tangents[name], equilibrium, disc.objectives[name], accuracy)
+    if not np.isfinite(derivatives.X).all():
         raise ComputationError(
             f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"
         )
-    return space.pullback(disc.morph.pullback(found.X), {name: found.pressure}, found.laid)
+    return space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.laid)
 
 
 def _task_jacobian(
@@ -154,9 +154,9 @@ def _task_jacobian(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Residuals (k,) of a task and their derivatives (k, n) with respect to Φ."""
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
-    found = residual_jacobian(at, disc.tangents[name], equilibrium, disc.objectives[name])
+    derivatives = residual_jacobian(at, disc.tangents[name], equilibrium, disc.objectives[name])
     rows = [
         space.pullback(disc.morph.pullback(X), {name: dict(zip(disc.model.chambers, pressure, strict=True))}, laid)
-        for X, pressure, laid in zip(found.X, found.pressure, found.laid, strict=True)
+        for X, pressure, laid in zip(derivatives.X, derivatives.pressure, derivatives.laid, strict=True)
     ]
-    return found.residuals, np.array(rows)
+    return derivatives.residuals, np.array(rows)

@@ -118,9 +118,9 @@ class Design:
         return (self._computed() if self.stored is None else self.stored).whole()
 
     def _computed(self, inflated: bool = False) -> Fields:
-        disc, found = self._analysed
-        ways = compute_inflation(disc, found) if inflated else None
-        return collect_fields(disc, found, compute_sag(self.problem, disc, found), ways)
+        disc, analysis = self._analysed
+        ways = compute_inflation(disc, analysis) if inflated else None
+        return collect_fields(disc, analysis, compute_sag(self.problem, disc, analysis), ways)
 
     @property
     def mesh(self) -> pyvista.UnstructuredGrid:
@@ -175,8 +175,8 @@ class Design:
         --------
         >>> import pneumorph as pm
         >>> best = pm.open_run("runs/small").best
-        >>> held = best.simulate({"A": "60 kPa"}, block="axial")
-        >>> held.steps[0].reaction["axial"] > 0  # N
+        >>> blocked = best.simulate({"A": "60 kPa"}, block="axial")
+        >>> blocked.steps[0].reaction["axial"] > 0  # N
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
@@ -209,8 +209,8 @@ class Design:
         --------
         >>> import pneumorph as pm
         >>> explorer = pm.open_run("runs/small").best.explorer()
-        >>> found = explorer.at({"A": 0.055})  # MPa
-        >>> print(found.step.stable, found.fields.whole().stretch["extend"].max() > 1.0)
+        >>> explored = explorer.at({"A": 0.055})  # MPa
+        >>> print(explored.step.stable, explored.fields.whole().stretch["extend"].max() > 1.0)
         True True
         """
         stored = self.stored if self.entry is not None else None
@@ -361,10 +361,10 @@ class Design:
         problem = _with_pressures(self.problem, self.pressures)
         space = build_design_space(problem, self.body)
         disc = discretise(problem, self.body)
-        found = analyse(problem, space, disc, space.start, explain=True)
-        if isinstance(found, NoEquilibrium):
-            raise ComputationError(f"the design cannot be analysed: {found.reason}")
-        return disc, found
+        analysis = analyse(problem, space, disc, space.start, explain=True)
+        if isinstance(analysis, NoEquilibrium):
+            raise ComputationError(f"the design cannot be analysed: {analysis.reason}")
+        return disc, analysis
 
 
 def starting_design(problem: Problem) -> Design:

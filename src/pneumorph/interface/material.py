@@ -299,15 +299,15 @@ def _names_of(files: Sequence[Path]) -> str:
 
 def _by_mode(tests: Files | Mapping[str, Files]) -> list[tuple[str, Path]]:
     given = tests if isinstance(tests, Mapping) else {"uniaxial": tests}
-    found = []
+    listed = []
     for name, files in given.items():
         if name not in MODES:
             raise ProblemError(f'tests: "{name}" is not a mode; use one of {", ".join(MODES)}')
         several = [files] if isinstance(files, str | Path) else files
-        found += [(MODES[name], Path(path)) for path in several]
-    if not found:
+        listed += [(MODES[name], Path(path)) for path in several]
+    if not listed:
         raise ProblemError("tests: no file is given; give at least one")
-    return found
+    return listed
 
 
 def _area(text: str) -> float:

@@ -303,9 +303,9 @@ def open_run(path: str | Path, trust: Trust = False) -> Run:
     >>> pm.open_run("runs/small").problem.title
     'Small linear actuator'
     """
-    found = Run(run.open_run(path))
-    admit(codes_of(found.problem), str(path), trust)
-    return found
+    opened = Run(run.open_run(path))
+    admit(codes_of(opened.problem), str(path), trust)
+    return opened
 
 
 def _problem(given: Problem | str | Path, trust: Trust) -> Problem:

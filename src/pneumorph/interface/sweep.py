@@ -105,8 +105,8 @@ class Sweep:
             raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
         blocked = [
             WORDS[MOTION_OF.get(name, name)]
-            for name, held in zip(COMPONENTS, self.simulation.blocked, strict=True)
-            if held
+            for name, is_blocked in zip(COMPONENTS, self.simulation.blocked, strict=True)
+            if is_blocked
         ]
         words = f"blocked: {' and '.join(blocked)}" if blocked else ""
         title = ", ".join(part for part in (self.simulation.problem.title, words) if part)

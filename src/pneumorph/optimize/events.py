@@ -56,7 +56,7 @@ class MeshKept:
 
 @dataclass(frozen=True)
 class DesignRejected:
-    """A step was taken back; `reason` is a sentence. The next step is at most `step_mm` long."""
+    """A step was rejected; `reason` is a sentence. The next step is at most `step_mm` long."""
 
     iteration: int
     reason: str
@@ -92,8 +92,8 @@ class DesignAccepted:
 class Finished:
     """The loop has ended; `reason` is a sentence.
 
-    The last design is the best: each is better than the one before, compared on one mesh. `held` says whether it keeps
-    every limit; `stable`, by task, whether its state is stable, also where a part was analysed. `fields`
+    The last design is the best: each is better than the one before, compared on one mesh. `held` says whether it
+    satisfies every limit; `stable`, by task, whether its state is stable, also where a part was analysed. `fields`
     are those of the last design, with its sag under weight alone and its inflation.
     """
 

@@ -58,11 +58,11 @@ def optimise(setup: Setup, state: Mapping[str, Any] | None = None) -> Iterator[E
     if state is None:
         yield accepted(setup, current, StepRecord(current.disc.factorisations, remeshed=False), clock)
     while (reason := reason_to_stop(setup, current)) is None:
-        found = yield from improve(setup, current)
-        if isinstance(found, Ended):
-            reason = found.reason
+        following = yield from improve(setup, current)
+        if isinstance(following, Ended):
+            reason = following.reason
             break
-        current = found
+        current = following
     yield _finished(setup, current, reason)
 
 

@@ -30,19 +30,19 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
     """
     problem, space = setup.problem, setup.space
     with clock.phase("geometry"):
-        found, moved = _within_limits(setup)
+        feasible, moved = _within_limits(setup)
         if moved is not None:
             yield moved
-        disc = setup.discretise(space.body(found.phi), 0.0)
+        disc = setup.discretise(space.body(feasible.phi), 0.0)
     with clock.phase("equilibrium"):
-        analysis = analyse(problem, space, disc, found.phi, explain=True)
+        analysis = analyse(problem, space, disc, feasible.phi, explain=True)
     if isinstance(analysis, NoEquilibrium):
         raise ComputationError(f"the starting design cannot be analysed: {analysis.reason}")
     _require_contact(problem, disc, analysis)
     with clock.phase("equilibrium"):
         lateral = judge(disc, analysis, {})
     learnt = Learnt(setup.stepper, no_curvature(space.n), 1.0, ())
-    return evaluate(setup, 0, AnalysedDesign(analysis, disc, found.report, lateral), learnt, clock)
+    return evaluate(setup, 0, AnalysedDesign(analysis, disc, feasible.report, lateral), learnt, clock)
 
 
 def _require_contact(problem: Problem, disc: Discretisation, analysis: Analysis) -> None:
@@ -63,15 +63,15 @@ def _within_limits(setup: Setup) -> tuple[Within, BroughtWithin | None]:
     before = setup.certify(asked)
     if before.satisfied():
         return Within(asked, before), None
-    found = setup.within(asked)
-    if not isinstance(found, Within):
-        broken = "; ".join(map(str, found.violated()))
+    feasible = setup.within(asked)
+    if not isinstance(feasible, Within):
+        broken = "; ".join(map(str, feasible.violated()))
         raise ComputationError(
             f"the start breaks limits that no design near it keeps together: {broken}; widen one of them, or change "
             "the body"
         )
-    moved = float(np.abs(found.phi - asked).max())
-    return found, BroughtWithin(tuple(map(str, before.violated())), moved)
+    moved = float(np.abs(feasible.phi - asked).max())
+    return feasible, BroughtWithin(tuple(map(str, before.violated())), moved)
 
 
 def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:

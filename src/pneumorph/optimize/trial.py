@@ -84,16 +84,16 @@ def analyse_trial(
         return Trial(now.disc, None, str(mesh), before, remeshed=True, factorisations=0)
     disc, lateral = mesh.disc, None
     with clock.phase("equilibrium"):
-        found, reached = _solve(setup, now, mesh, phi)
-        if not isinstance(found, NoEquilibrium):
-            if disc is not now.disc and found.value > before:
-                before = _value_on(setup, disc, now.analysis, found)
-            lateral = judge(disc, found, now.lateral.at_rest)
+        analysis, reached = _solve(setup, now, mesh, phi)
+        if not isinstance(analysis, NoEquilibrium):
+            if disc is not now.disc and analysis.value > before:
+                before = _value_on(setup, disc, now.analysis, analysis)
+            lateral = judge(disc, analysis, now.lateral.at_rest)
     spent = disc.factorisations - (0 if mesh.remeshed else count)
-    if isinstance(found, NoEquilibrium):
-        return Trial(disc, None, found.reason, before, mesh.remeshed, spent, reached=reached)
-    excess, limit = worst_state(problem, disc, found)
-    return Trial(disc, found, "", before, mesh.remeshed, spent, lateral, excess, limit)
+    if isinstance(analysis, NoEquilibrium):
+        return Trial(disc, None, analysis.reason, before, mesh.remeshed, spent, reached=reached)
+    excess, limit = worst_state(problem, disc, analysis)
+    return Trial(disc, analysis, "", before, mesh.remeshed, spent, lateral, excess, limit)
 
 
 def _follow(
@@ -137,9 +137,9 @@ def _solve(
         near = None if mesh.remeshed else now.analysis
         return analyse(problem, space, disc, phi, mesh.starts, most=settings.most_in_contact, near=near), 1.0
     most = settings.most_on_new_mesh if mesh.remeshed else settings.most
-    found = analyse(problem, space, disc, phi, mesh.starts, most=most, roughest=settings.roughest)
-    if not isinstance(found, NoEquilibrium):
-        return found, 1.0
+    analysis = analyse(problem, space, disc, phi, mesh.starts, most=most, roughest=settings.roughest)
+    if not isinstance(analysis, NoEquilibrium):
+        return analysis, 1.0
     if not mesh.remeshed:
         return _in_parts(setup, now.disc, now.analysis, disc, phi)
     starts = _carried(now.disc, now.analysis, disc)
@@ -160,22 +160,22 @@ def _in_parts(
     end, phi : the design, and its mesh: the same, perhaps with other nodes inside.
     """
     problem, space, settings = setup.problem, setup.space, setup.settings.trial
-    found, reached, part = near, 0.0, 0.5
+    last, reached, part = near, 0.0, 0.5
     while reached < 1.0:
         share = min(reached + part, 1.0)
         shift = begin.morph.shift + share * (end.morph.shift - begin.morph.shift)
         disc, there = replace(end, morph=replace(end.morph, shift=shift)), near.phi + share * (phi - near.phi)
         if _quality(disc, space.control_points(there)) < settings.bearable:
             return NoEquilibrium("the mesh folds on the way", 0.0, None), reached
-        starts = predict_states(space, disc, found, there)
+        starts = predict_states(space, disc, last, there)
         tried = analyse(problem, space, disc, there, starts, most=settings.most, roughest=settings.roughest)
         if not isinstance(tried, NoEquilibrium):
-            found, reached = tried, share
+            last, reached = tried, share
         elif part > settings.shortest:
             part /= 2
         else:
             return tried, reached
-    return found, reached
+    return last, reached
 
 
 def _carried(

@@ -181,14 +181,14 @@ def pack_covers(mesh: TetMesh) -> dict[str, np.ndarray]:
 
 def unpack_covers(arrays: Mapping[str, np.ndarray]) -> dict[str, Covered]:
     """The covers of a mesh from stored arrays; KeyError or ValueError if they are none."""
-    found = {}
+    covers = {}
     for name in (key.removeprefix("cover ") for key in arrays if key.startswith("cover ")):
         nodes = indices(arrays, f"cover {name}", None, 6, below=2**31)
         points = floats(arrays, f"points {name}", len(nodes), 3, 5, most=1e6)
         if not len(nodes) or not (points[..., 2] >= 0.0).all() or not np.abs(points[..., 3:]).max(axis=-1).all():
             raise ValueError(f'what lies under "{name}" has no points, or no weights or directions there')
-        found[name] = Covered(nodes, points)
-    return found
+        covers[name] = Covered(nodes, points)
+    return covers
 
 
 def skin_of(mesh: TetMesh) -> np.ndarray:

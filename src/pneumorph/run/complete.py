@@ -101,9 +101,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
         objective=last.objective,
         optimality=last.optimality,
         motions={name: Motion(motion.value, motion.unit) for name, motion in motions.items()},
-        tasks={
-            name: replace(found, stable=outcome.stable.get(name, found.stable)) for name, found in last.tasks.items()
-        },
+        tasks={name: replace(done, stable=outcome.stable.get(name, done.stable)) for name, done in last.tasks.items()},
         limits=last.limits,
         held=last.held,
         seconds={phase: sum(entry.seconds[phase] for entry in history) for phase in last.seconds},

@@ -15,8 +15,8 @@ _NAMED = 5  # keys that a message names
 
 def differences(one: Problem, other: Problem) -> list[str]:
     """The keys in which two problems differ, other than those that are harmless for a run."""
-    found = _differences(one.model_dump(), other.model_dump())
-    return [key for key in found if key not in HARMLESS and key.split(".")[0] not in HARMLESS]
+    keys = _differences(one.model_dump(), other.model_dump())
+    return [key for key in keys if key not in HARMLESS and key.split(".")[0] not in HARMLESS]
 
 
 def in_words(keys: list[str]) -> str:

@@ -110,10 +110,10 @@ class RunDirectory:
         if not path.exists():
             return None
         with reporting_damage(path):
-            found = unpack_fields(read_arrays(path))
-            if set(found.u) != self._tasks():
+            stored = unpack_fields(read_arrays(path))
+            if set(stored.u) != self._tasks():
                 raise ValueError("its tasks are not those of the problem")
-            return found
+            return stored
 
     def write_result(self, result: RunResult) -> None:
         """Store ``result.json``."""
@@ -127,20 +127,20 @@ class RunDirectory:
         if not path.exists():
             return None
         with reporting_damage(path, "remove it and run with --resume"):
-            found = from_json(RunResult, read_json(path))
-            if set(found.tasks) != self._tasks() or not self._tasks() <= set(found.motions):
+            stored = from_json(RunResult, read_json(path))
+            if set(stored.tasks) != self._tasks() or not self._tasks() <= set(stored.motions):
                 raise ValueError("its tasks are not those of the problem")
-            return found
+            return stored
 
     def history(self) -> list[HistoryEntry]:
         """The history in the order of iterations; an incomplete last line is ignored."""
         path = self.path / "history.jsonl"
         with reporting_damage(path):
-            found = [self._entry(number, text) for number, text in enumerate(complete_lines(path), start=1)]
-            for one, following in pairwise(found):
+            entries = [self._entry(number, text) for number, text in enumerate(complete_lines(path), start=1)]
+            for one, following in pairwise(entries):
                 if following.iteration <= one.iteration:
                     raise ValueError(f"design {following.iteration} follows design {one.iteration}")
-            return found
+            return entries
 
     def latest(self) -> int | None:
         """The iteration of the checkpoint; None before the first.
@@ -223,16 +223,16 @@ class RunDirectory:
     def _entry(self, number: int, text: str) -> HistoryEntry:
         """The entry of a line, by its number in the file; ValueError if it is not one of this run."""
         try:
-            found = from_json(HistoryEntry, json.loads(text))
-            if not 0 <= found.iteration < MOST_DESIGNS:
-                raise ValueError(f"it is of design {found.iteration}")
-            if set(found.tasks) != self._tasks():
+            entry = from_json(HistoryEntry, json.loads(text))
+            if not 0 <= entry.iteration < MOST_DESIGNS:
+                raise ValueError(f"it is of design {entry.iteration}")
+            if set(entry.tasks) != self._tasks():
                 raise ValueError("its tasks are not those of the problem")
-            if not self._has_data(found.reinforcements):
+            if not self._has_data(entry.reinforcements):
                 raise ValueError("its sheets and fibres are not those of the problem")
-            if missing := self._limits - set(found.limits) or {"total"} - set(found.seconds):
+            if missing := self._limits - set(entry.limits) or {"total"} - set(entry.seconds):
                 raise KeyError(min(missing))
-            return found
+            return entry
         except (KeyError, TypeError, ValueError, RecursionError) as error:
             words = f"{error} is missing" if isinstance(error, KeyError) else str(error)
             raise ValueError(f"line {number}: {words}") from None
@@ -307,7 +307,7 @@ class RunDirectory:
             return
         with atomic.opened(self.path / folder, follow=False) as there:
             for name in there.names():
-                if (found := _NUMBERED.fullmatch(name)) and unwanted(int(found[1])):
+                if (number := _NUMBERED.fullmatch(name)) and unwanted(int(number[1])):
                     there.remove(name)
 
 
