@@ -134,10 +134,15 @@ def modules_needed(path: Path) -> set[str]:
     return needed & NAMES.keys()
 
 
-@pytest.mark.parametrize(
-    "package", sorted({path.parts[len(SOURCE.parts)] for path in MODULES if path.parent != SOURCE})
-)
-def test_packages_have_no_circles_inside(package):
+ROOMS = sorted({path.parts[len(SOURCE.parts)] for path in MODULES if path.parent != SOURCE})
+# Those whose circles are still to be cut; none at the end.
+CIRCULAR = {"mechanics"}
+
+
+@pytest.mark.parametrize("package", ROOMS)
+def test_packages_have_no_circles_inside(package, request):
+    if package in CIRCULAR:
+        request.node.add_marker(pytest.mark.xfail(strict=True))
     inside = {name: path for name, path in NAMES.items() if name.split(".")[1:2] == [package]}
     try:
         TopologicalSorter({name: modules_needed(path) & inside.keys() for name, path in inside.items()}).prepare()
