@@ -23,7 +23,7 @@ def edges(spec: BodySpec, regions: Sequence[Region], images: bool = False) -> tu
         for angle in (angle for region in regions for angle in region.within or ()):
             x, y, _ = matrix @ [math.cos(angle), math.sin(angle), 0.0]
             turned = math.atan2(y, x) % _TURN
-            if all(away(turned, other) > _EPS for other in found):
+            if all(angle_between(turned, other) > _EPS for other in found):
                 found.append(turned)
     return tuple(sorted(found))
 
@@ -52,6 +52,6 @@ def crosses(chamber: ChamberSpec) -> bool:
     return math.hypot(*chamber.center) <= _EPS
 
 
-def away(one: float, other: float) -> float:
+def angle_between(one: float, other: float) -> float:
     """Distance of two angles."""
     return abs((one - other + math.pi) % _TURN - math.pi)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pneumorph.problem.models import BodySpec, Ripple
 from pneumorph.problem.regions import Region
 from pneumorph.problem.tables import Tables
-from pneumorph.problem.wedges import away, crosses, edges, gap_around, gaps
+from pneumorph.problem.wedges import angle_between, crosses, edges, gap_around, gaps
 from pneumorph.symmetry.operations import columns, columns_multiple
 
 LEAST = math.radians(60.0)
@@ -63,7 +63,7 @@ def _others(problem: Tables, own: list[tuple[str, Region]]) -> Iterator[tuple[st
         for _, other in own[:number]:
             first, last = other.within or (0.0, 0.0)
             between = (first - end) % _TURN, (start - last) % _TURN
-            apart = [0.0 if away(each, 0.0) < _EPS else each for each in between]
+            apart = [0.0 if angle_between(each, 0.0) < _EPS else each for each in between]
             if abs(sum(apart) + end - start + last - first - _TURN) > 1e-6:
                 yield key, f'overlaps that of "{other.name}"; change the angles'
             elif any(0.0 < each < LEAST - _EPS for each in apart):
@@ -134,12 +134,12 @@ def _chambers(problem: Tables, key: str, angles: Sequence[float]) -> Iterator[tu
         distance = min(_depth(chamber.center, start), -_depth(chamber.center, end))
         if distance < reach + wall:
             place = math.atan2(chamber.center[1], chamber.center[0])
-            edge = min(angles, key=lambda angle, place=place: away(angle, place))
+            edge = min(angles, key=lambda angle, place=place: angle_between(angle, place))
             yield (
                 key,
                 f'lets the half-plane at {math.degrees(edge):.4g} deg come nearer to chamber "{chamber.name}" '
                 f"than limits.wall = {wall:g} mm, its control points counted; move the chamber away by "
-                f"{math.ceil(100.0 * (reach + wall - away)) / 100.0:g} mm or onto the axis, or change the angles",
+                f"{math.ceil(100.0 * (reach + wall - distance)) / 100.0:g} mm or onto the axis, or change the angles",
             )
 
 
