@@ -89,8 +89,8 @@ def test_no_design_begins_to_go_through_itself(three, monkeypatch):
     monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: x[:, 2].max() > 40.0 + most)
     _, events = run(9)
     assert 0.5 * most < extension(accepted(events)[-1]) <= most
-    assert any(isinstance(each, DesignRejected) and "go through itself" in each.reason for each in events)
-    assert "go through itself; with a table [contact]" in events[-1].reason
+    assert any(isinstance(each, DesignRejected) and "self-intersect" in each.reason for each in events)
+    assert "self-intersect; with a table [contact]" in events[-1].reason
     assert not any(each.entry.tasks["extend"].self_intersecting for each in accepted(events))
 
 

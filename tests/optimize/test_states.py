@@ -1,4 +1,4 @@
-"""Limits on the states of tasks: kept by accepted designs, and mended where the start breaks them."""
+"""Limits on the states of tasks: kept by accepted designs, and restored where the start violates them."""
 
 from itertools import pairwise
 
@@ -41,7 +41,7 @@ def test_designs_keep_the_limit_and_still_gain():
     assert end.held
 
 
-def test_a_start_beyond_the_limit_is_mended():
+def test_a_start_beyond_the_limit_is_brought_within_it():
     found, end = entries(problem(1.08, 5))
     strains = [entry.limits["strain"] for entry in found]
     assert strains[0] > 1.01 and not found[0].held

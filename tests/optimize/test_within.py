@@ -1,4 +1,4 @@
-"""Motions back within the limits: what can be mended is, and what cannot ends soon."""
+"""Motions back within the limits: what can be repaired is, and what cannot ends soon."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_bumps_are_smoothed(setup: Setup) -> None:
     assert certify(setup.space.body(found.phi), setup.problem.limits).satisfied()
 
 
-def test_what_cannot_be_mended_ends_soon(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_repaired_ends_soon(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a motion comes no nearer to the limits, others from there hardly ever do."""
     motions, move = [], within.least_motion
 

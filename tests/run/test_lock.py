@@ -13,15 +13,15 @@ from pneumorph.errors import ComputationError, NotWritten, ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.optimize import DesignAccepted
 from pneumorph.problem import loads
-from pneumorph.run import RunDirectory, StoredDesign, complete, create, held, lock, open_run, resume
+from pneumorph.run import RunDirectory, StoredDesign, complete, create, lock, locked, open_run, resume
 
 PROBLEM = loads(tiny())
 START = starting_body(PROBLEM.body)
 PRESSURES = {"extend": {"A": 0.06}}
 HOLDER = """
 import pathlib, sys
-from pneumorph.run import held
-with held(pathlib.Path(sys.argv[1])):
+from pneumorph.run import locked
+with locked(pathlib.Path(sys.argv[1])):
     print(1, flush=True)
     input()
 """
@@ -54,7 +54,7 @@ def contents(run):
 def test_a_second_run_is_refused_before_it_changes_anything(run):
     # What the first one is about to store.
     (run.path / "designs" / "0002.npz").write_bytes(b"half")
-    with held(run.path):
+    with locked(run.path):
         before = contents(run)
         for action in (
             lambda: create(run.path, PROBLEM),
@@ -86,7 +86,7 @@ def test_where_there_are_no_locks_it_goes_on(run, monkeypatch, error):
         raise error
 
     monkeypatch.setattr(lock.FileLock, "acquire", unknown)
-    with held(run.path), held(run.path):
+    with locked(run.path), locked(run.path):
         assert resume(run.path, PROBLEM).latest() == 1
 
 

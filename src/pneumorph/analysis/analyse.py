@@ -101,7 +101,7 @@ class Analysis:
     configurations, equilibria : by task.
     values : the tasks' objectives.
     value : J, their weighted sum.
-    self_intersecting : whether the deformed body goes through itself, by task.
+    self_intersecting : whether the deformed body intersects itself, by task.
     """
 
     phi: np.ndarray

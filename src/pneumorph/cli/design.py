@@ -64,7 +64,7 @@ def design(
 
 
 def _conclude(run: Run, screen: Screen, console: Console) -> None:
-    """Draw the pictures and the page, say where they are, and print the last words, which are never left out."""
+    """Draw the pictures and the page, say where they are, and print the summary, which is never left out."""
     history, result = run.history, run.result
     if not history or result is None:
         return

@@ -1,4 +1,4 @@
-"""The last words of a design run: what was achieved, within which limits, which design is the best, and where it is."""
+"""The summary of a design run: what was achieved, within which limits, which design is the best, and where it is."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pneumorph.results.achieved import motion_of
 
 
 def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[RenderableType]:
-    """The last words, to be printed one after another; `start` is the history's first entry."""
+    """The summary, to be printed one after another; `start` is the history's first entry."""
     best = run.best
     yield Text(f"\n{how_many(run.problem.optimizer.iterations, result)}")
     yield tasks_table(run.problem, start, result)

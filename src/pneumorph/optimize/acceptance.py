@@ -186,10 +186,10 @@ def _does_not_intersect_itself(tried: Tried) -> Verdict:
         return None
     if tried.region.radius < tried.setup.settings.radius.ordinary:
         return Ended(
-            f"a step of {tried.length:.2g} mm would make the body go through itself; with a table [contact] its "
+            f"a step of {tried.length:.2g} mm would make the body self-intersect; with a table [contact] its "
             "surfaces press on each other instead"
         )
-    return tried.rejected("the body would go through itself")
+    return tried.rejected("the body would self-intersect")
 
 
 def _newly_intersects(before: Analysis, after: Analysis) -> bool:

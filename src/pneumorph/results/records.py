@@ -61,7 +61,7 @@ class TaskResult:
     pose_translations, pose_rotations : {obstacle: (3,) mm, rad}
         Displacements and rotation vectors of free obstacles from their places.
     self_intersecting : bool
-        Whether the deformed body goes through itself: a design that did so from the start may, without self-contact.
+        Whether the deformed body intersects itself: without self-contact a design may that did so from the start.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -212,7 +212,7 @@ class SweepStep:
     self_contact : float
         Sum of the forces with which the body's surface presses on itself.
     self_intersecting : bool
-        Whether the deformed body goes through itself, which a problem without self-contact allows.
+        Whether the deformed body intersects itself, which a problem without self-contact allows.
     """
 
     task: str

@@ -15,7 +15,7 @@ from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry, Motion, RunResult
 from pneumorph.results.achieved import motion_of
-from pneumorph.run import RunDirectory, StoredDesign, held
+from pneumorph.run import RunDirectory, StoredDesign, locked
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
     """
     with contextlib.ExitStack() as stack:
         try:
-            stack.enter_context(held(run.path))
+            stack.enter_context(locked(run.path))
         except OSError as error:
             raise NotWritten(f"{run.path}: cannot be written ({error.strerror}); make it writable") from None
         return _complete(run, show)

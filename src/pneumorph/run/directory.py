@@ -30,7 +30,7 @@ from pneumorph.problem.designed import designed
 from pneumorph.results import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
 from pneumorph.results.arrays import floats
 from pneumorph.run.differences import differences, in_words
-from pneumorph.run.lock import NAME, held
+from pneumorph.run.lock import NAME, locked
 from pneumorph.run.reading import complete_lines, read_arrays, read_json, reporting_damage
 
 Checkpoint = dict[str, Any]
@@ -317,7 +317,7 @@ def create(path: str | Path, problem: Problem) -> RunDirectory:
     with _usable(path):
         path.mkdir(parents=True, exist_ok=True)
         if (path / NAME).exists() or _is_empty(path):
-            with held(path):
+            with locked(path):
                 if _is_empty(path):
                     _store(path, problem)
                     return RunDirectory(path, problem)
@@ -345,7 +345,7 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
             f"{path}: contains a run of another problem ({in_words(keys)}); name another --out or use "
             f"{path}/problem.toml"
         )
-    with _usable(path), held(path):
+    with _usable(path), locked(path):
         run = RunDirectory(path, problem)
         run.latest()
         run.check_folders()

@@ -26,8 +26,8 @@ WITHOUT_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
 
 
 @contextmanager
-def held(directory: Path) -> Iterator[None]:
-    """Hold a run's directory.
+def locked(directory: Path) -> Iterator[None]:
+    """Lock a run's directory.
 
     Raises
     ------
