@@ -143,7 +143,7 @@ def test_a_quick_check_tests_no_gradient(run, tiny, monkeypatch):
 def test_check_says_why_a_state_is_not_to_be_trusted(run, tiny, monkeypatch):
     monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: True)
     result = run("check", tiny, "--quick")
-    assert result.exit_code == 0 and "warning   extend: the deformed body goes through itself" in result.output
+    assert result.exit_code == 0 and "warning   extend: the deformed body self-intersects" in result.output
 
 
 def test_a_body_that_does_not_move_has_no_gradient_to_test(run, tiny):

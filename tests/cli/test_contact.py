@@ -27,7 +27,7 @@ def test_simulate_says_what_presses_on_an_obstacle(run, tiny, tmp_path):
     assert 0.0 < last["translation_mm"][2] < 0.35
     # The plate is round, of radius 8 mm, and touches with all of its face.
     assert last["contact_area_mm2"]["wall"] == pytest.approx(201, rel=0.05)
-    assert "presses on wall with (" in result.output
+    assert "force on wall (" in result.output
     with (tmp_path / "s.csv").open() as table:
         rows = list(csv.DictReader(table))
     assert float(rows[-1]["contact_wall_z_N"]) == pytest.approx(z)
@@ -123,4 +123,4 @@ def test_a_free_ball_is_lifted_by_the_tip(run, tiny, tmp_path):
     assert lifted == pytest.approx(last["translation_mm"][2] - first["translation_mm"][2], abs=1e-4) and lifted > 0.05
     with (tmp_path / "s.csv").open() as table:
         assert float(list(csv.DictReader(table))[1]["pose_ball_z_mm"]) == pytest.approx(last["pose_mm"]["ball"][2])
-    assert "ball goes by (0.000, 0.000, " in result.output
+    assert "ball moves by (0.000, 0.000, " in result.output

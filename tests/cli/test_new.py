@@ -85,4 +85,4 @@ def test_every_fault_of_a_file_has_a_line(run, tmp_path):
     ]  # fmt: skip
     path.write_text("\n".join(f"key{number} = 1" for number in range(12)), encoding="utf-8")
     lines = run("check", path).stderr.splitlines()
-    assert len(lines) == 11 and lines[-1] == "pneumorph: and 5 more; mend these first"
+    assert len(lines) == 11 and lines[-1] == "pneumorph: and 5 more; correct these first"

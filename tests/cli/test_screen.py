@@ -97,7 +97,7 @@ def test_tasks_are_shown_from_start_to_end():
     assert shown.split() == ["extend", "extension", "0.10", "mm", "→", "0.25", "mm", "60", "kPa", "stable"]
     assert "not stable !" in printed(tasks_table(PROBLEM, entry(0), unstable))
     crossing = replace(RESULT, tasks={"extend": replace(RESULT.tasks["extend"], self_intersecting=True)})
-    assert "stable, through itself !" in printed(tasks_table(PROBLEM, entry(0), crossing))
+    assert "stable, self-intersecting !" in printed(tasks_table(PROBLEM, entry(0), crossing))
 
 
 @pytest.mark.parametrize("width", [60, 100])
@@ -124,5 +124,5 @@ def test_the_last_words_say_which_design_is_the_best_and_where(tmp_path):
     fields = analysed(PROBLEM, 0.0)
     run = Run(waving_run(tmp_path / "run", PROBLEM, 2, {0: fields, 1: fields}))
     text = printed(*outcome(run, line(PROBLEM, 0, {"extend": {"A": 0.06}}), RESULT), width=300)
-    assert f"The best is design 1, the last: {tmp_path}/run/designs/0001.npz." in text
+    assert f"number 1, the last: {tmp_path}/run/designs/0001.npz." in text
     assert text.rstrip().endswith(f"pneumorph view {tmp_path}/run")

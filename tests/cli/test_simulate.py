@@ -108,4 +108,4 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
     result = run("simulate", file, "--pressure", "A=-50:-150:-50kPa", *held, "--json", tmp_path / "s.json")
     assert result.exit_code == 0, result.output
     assert [step.get("self_intersecting", False) for step in steps_of(tmp_path / "s.json")] == [False, False, True]
-    assert result.output.count("goes through itself") == 1 and "[contact]" in result.output
+    assert result.output.count("self-intersects") == 1 and "[contact]" in result.output

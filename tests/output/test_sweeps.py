@@ -81,7 +81,7 @@ def words(legend):
 def test_one_sweep(drawn):
     _, panels = drawn([ONE], "blocked")
     assert list(panels) == [
-        "translation of the tip", "rotation of the tip", "force on what holds the tip", "torque on what holds the tip",
+        "translation of the tip", "rotation of the tip", "blocked force of the tip", "blocked torque of the tip",
         "volume of the chambers", "largest stretch",
     ]  # fmt: skip
     motion = panels["translation of the tip"]

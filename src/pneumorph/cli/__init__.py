@@ -29,7 +29,7 @@ class Commands(WholeSentences):
             for fault in error.faults[:MOST_FAULTS]:
                 _report(fault)
             if len(error.faults) > MOST_FAULTS:
-                _report(f"and {len(error.faults) - MOST_FAULTS} more; mend these first")
+                _report(f"and {len(error.faults) - MOST_FAULTS} more; correct these first")
             raise typer.Exit(2) from None
         except ComputationError as error:
             _report(error)

@@ -10,16 +10,14 @@ import typer
 from pneumorph.cli.help import WholeSentences
 
 RunDirectory = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
-Trusted = Annotated[
-    bool, typer.Option("--trust", help="Run the Python code that comes with the file, without a question.")
-]
+Trusted = Annotated[bool, typer.Option("--trust", help="Run the Python code in the file without asking.")]
 DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")]
 
 
 def new(
     name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the file; .toml is added.")],
     kind: Annotated[
-        str, typer.Option(metavar="extension|bending|twist|finger|arm", help="What the robot does.")
+        str, typer.Option(metavar="extension|bending|twist|finger|arm", help="Kind of robot.")
     ] = "extension",
 ) -> None:
     """Write a commented problem file to start from."""
@@ -33,7 +31,7 @@ def design(
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the outcome, and what is wrong.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the summary and errors.")] = False,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -64,7 +62,7 @@ def simulate(
             metavar="plate.z=0:-3:-0.5mm",
             help="Move an obstacle along an axis, as a sweep or by a constant displacement (plate.z=-3mm), or turn it "
             "about one (plate.turn_z=0:90:5deg); repeatable. "
-            "What is swept changes together. Other obstacles are where the task puts them.",
+            "All sweeps change together. Other obstacles have the pose of the task.",
         ),
     ] = None,
     friction: Annotated[
@@ -87,7 +85,9 @@ def simulate(
     csv: Annotated[Path | None, typer.Option(help="Write the steps to this file as a table.")] = None,
     png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep to this file.")] = None,
     design: Annotated[int | None, typer.Option(min=0, help="Number of a run's design; by default the last.")] = None,
-    task: Annotated[str | None, typer.Option(help="Simulate only this task; by default all that differ.")] = None,
+    task: Annotated[
+        str | None, typer.Option(help="Simulate only this task; by default all tasks with different loads.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print no steps, for --json, --csv or --png.")] = False,
     trust: Trusted = False,
 ) -> None:
@@ -121,7 +121,9 @@ def export(
             help="vtu for ParaView and VTK, inp for CalculiX and Abaqus; by default the suffix of the file.",
         ),
     ] = None,
-    task: Annotated[str | None, typer.Option(help="Task whose loads an input file has; by default the first.")] = None,
+    task: Annotated[
+        str | None, typer.Option(help="Task whose loads are written to an input file; by default the first.")
+    ] = None,
     design: DesignNumber = None,
     trust: Trusted = False,
 ) -> None:
@@ -150,7 +152,7 @@ def report(
 
 
 def draw(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory, also of a run that goes on or stopped.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory; the run may be in progress or stopped.")],
     picture: Annotated[
         str,
         typer.Argument(
@@ -161,12 +163,10 @@ def draw(
     design: DesignNumber = None,
     cut: Annotated[
         str | None,
-        typer.Option(
-            metavar="yz|xz|xy|none", help="Plane of the cut; by default that in which each task bends the body."
-        ),
+        typer.Option(metavar="yz|xz|xy|none", help="Plane of the cut; by default the plane of bending of each task."),
     ] = None,
     at: Annotated[
-        str | None, typer.Option(metavar="LENGTH", help='Where the cut is along the axis across it, e.g. "3 mm".')
+        str | None, typer.Option(metavar="LENGTH", help='Position of the cut along its normal axis, e.g. "3 mm".')
     ] = None,
     task: Annotated[str | None, typer.Option(help="Show only this task.")] = None,
     format: Annotated[
@@ -224,9 +224,10 @@ def study(
         int | None,
         typer.Option(min=1, help="Number of processes on this machine; by default one for every core and every 2 GB."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print only where the results are.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the location of the results.")] = False,
     tls_ca: Annotated[
-        Path | None, typer.Option(metavar="FILE.pem", help="For tls://…: certificate of who signed the others.")
+        Path | None,
+        typer.Option(metavar="FILE.pem", help="For tls://…: certificate of the authority that signed the others."),
     ] = None,
     tls_cert: Annotated[
         Path | None, typer.Option(metavar="FILE.pem", help="For tls://…: certificate of this machine.")
@@ -294,13 +295,11 @@ def fit_material(
     ] = "all",
     stress: Annotated[
         str | None,
-        typer.Option(metavar="nominal|true", help="What the stress is, where its title does not say it."),
+        typer.Option(metavar="nominal|true", help="Kind of stress, if the title does not state it."),
     ] = None,
     strain: Annotated[
         str | None,
-        typer.Option(
-            metavar="stretch|strain|percent|true", help="What the strain is, where its title does not say it."
-        ),
+        typer.Option(metavar="stretch|strain|percent|true", help="Kind of strain, if the title does not state it."),
     ] = None,
     strain_column: Annotated[
         str | None, typer.Option(metavar="COLUMN", help="Title or number (from 1) of the column of strain.")
@@ -309,7 +308,7 @@ def fit_material(
         str | None, typer.Option(metavar="COLUMN", help="Title or number (from 1) of the column of stress or force.")
     ] = None,
     stress_unit: Annotated[str | None, typer.Option(metavar="UNIT", help="Unit of stress, e.g. kPa or psi.")] = None,
-    skip: Annotated[int, typer.Option(min=0, help="Number of lines to leave out at the start of the files.")] = 0,
+    skip: Annotated[int, typer.Option(min=0, help="Number of lines to skip at the start of the files.")] = 0,
     gauge_length: Annotated[
         str | None, typer.Option(metavar="LENGTH", help='Undeformed length for displacements, e.g. "25 mm".')
     ] = None,
@@ -317,11 +316,11 @@ def fit_material(
         str | None, typer.Option(metavar="SIZE", help='Undeformed section for forces, "4 mm x 2 mm" or "8 mm^2".')
     ] = None,
     max_stretch: Annotated[
-        float | None, typer.Option(help="Largest stretch that the rubber will bear; points beyond are left out.")
+        float | None, typer.Option(help="Largest stretch in use; points beyond are left out.")
     ] = None,
     weight: Annotated[
         list[str] | None,
-        typer.Option(metavar="MODE=NUMBER", help="How much the tests of a mode count, by default 1; repeatable."),
+        typer.Option(metavar="MODE=NUMBER", help="Weight of the tests of a mode, by default 1; repeatable."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; by default <name of the file>-fit.")] = None,
     density: Annotated[

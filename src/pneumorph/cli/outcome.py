@@ -32,9 +32,9 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     of_states = [(limit, last.limits[key], bound) for limit, key, bound in in_history(run.problem.limits)]
     yield limits_table(best.body, best.limits, [each for each in of_states if not each[0].of_shape])
     number = best.iteration
-    which = "the start" if number == 0 else f"design {number}, the last"
+    which = "the start" if number == 0 else f"number {number}, the last"
     stored = run.path / "designs" / f"{number:04d}.npz"
-    yield Text(f"The best is {which}: {stored}. To look at it: pneumorph view {shlex.quote(str(run.path))}")
+    yield Text(f"The best design is {which}: {stored}. To view it: pneumorph view {shlex.quote(str(run.path))}")
 
 
 def how_many(asked: int, result: RunResult) -> str:
@@ -54,7 +54,7 @@ def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Tab
         before, after = motion_of(task, start.tasks[task.name]), motion_of(task, found)
         state = Text("stable") if found.stable else Text(f"not stable {MARK}", style="red")
         if found.self_intersecting:
-            state.append(f", through itself {MARK}", style="red")
+            state.append(f", self-intersecting {MARK}", style="red")
         shown = (f"{before} →", Text(str(after), style="bold"), format_pressures(found.pressures))
         table.add_row(task.name, after.word, *shown, state)
     return table
@@ -86,7 +86,7 @@ def limits_table(
 
     Limits that nobody has asked for, such as that no surface folds onto itself, are shown only if they are not kept.
     """
-    table = _table("limit", "worst", "must be", "where, at rest (mm)")
+    table = _table("limit", "worst", "must be", "position at rest (mm)")
     for reading in readings:
         limit = BY_NAME[reading.limit]
         if limit.key is None and reading.excess() <= limit.tolerance:

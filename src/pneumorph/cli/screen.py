@@ -73,7 +73,7 @@ class Screen:
                 self._started(event)
             case BroughtWithin():
                 self.say(
-                    f"the start violates limits: {'; '.join(event.broken)}; it was brought within them by moving its "
+                    f"the start violates limits: {'; '.join(event.broken)}; it was repaired by moving its "
                     f"surfaces by up to {event.moved_mm:.2g} mm"
                 )
             case DesignAccepted():

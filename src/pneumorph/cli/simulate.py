@@ -22,7 +22,7 @@ from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
-from pneumorph.output.format import THROUGH_ITSELF, format_pressures, part_note
+from pneumorph.output.format import SELF_INTERSECTS, format_pressures, part_note
 from pneumorph.problem import Task, Trust, load
 from pneumorph.results import SweepStep
 from pneumorph.results.achieved import errors_of
@@ -144,18 +144,18 @@ def _row(step: SweepStep, task: Task) -> Text:
         parts.append(f"{name} {shown:.4g} {'N·mm' if turns else 'N'}")
     for name, force in step.contact.items():
         if max(map(abs, force)) >= LEAST:
-            parts.append(f"presses on {name} with {_vector(force, 4)} N over {step.contact_area[name]:.3g} mm²")
+            parts.append(f"force on {name} {_vector(force, 4)} N, contact area {step.contact_area[name]:.3g} mm²")
     for name, by in step.pose_translations.items():
         turned = _vector(np.degrees(step.pose_rotations[name]), 2)
-        parts.append(f"{name} goes by {_vector(by, 3)} mm, turned {turned}°")
+        parts.append(f"{name} moves by {_vector(by, 3)} mm, turned {turned}°")
     if step.self_contact >= LEAST:
-        parts.append(f"on itself with {step.self_contact:.4g} N")
+        parts.append(f"self-contact {step.self_contact:.4g} N")
     beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""
     parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
     if not step.stable:
         parts.append("not stable: the body buckles out of this state")
     if step.self_intersecting:
-        parts.append(THROUGH_ITSELF)
+        parts.append(SELF_INTERSECTS)
     doubtful = beyond or not step.stable or step.self_intersecting
     return Text(head + ", ".join(parts), style="yellow" if doubtful else "")
 

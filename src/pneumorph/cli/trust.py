@@ -25,8 +25,8 @@ def _ask(where: str, codes: Sequence[Code]) -> bool:
         for number, line in enumerate(code.text.splitlines(), start=1):
             print(f"{number:5d}  {_shown(line)}", file=sys.stderr)
     print(
-        "This Python code comes with the file, and can do on this machine whatever you can. Run it now, and without a "
-        "question from now on? [y/N] ",
+        "This Python code comes with the file, and can do on this machine whatever you can. Run it now, and in future "
+        "without asking? [y/N] ",
         end="",
         file=sys.stderr,
         flush=True,

@@ -104,7 +104,7 @@ def markdown(chosen: tuple[Case, ...], outcomes: Mapping[str, list[Outcome]]) ->
         "# Verification",
         "",
         "Written by `pneumorph verify --write docs/verification.md`. An error is relative where the quantity has no",
-        "natural zero, and absolute elsewhere; [the theory page](theory/verification.md) says why each case is here.",
+        "natural zero, and absolute elsewhere. [Theory](theory/verification.md) gives the purpose of each case.",
         "",
         f"| {' | '.join(HEADINGS)} |",
         f"|{' --- |' * len(HEADINGS)}",

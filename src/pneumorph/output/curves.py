@@ -77,8 +77,8 @@ def _diagrams(curves: Sequence[Curve]) -> list[Diagram]:
     return [
         Diagram("translation of the tip", "mm", _named("along", motion), 0.01),
         Diagram("rotation of the tip", "degrees", _named("about", turning), 0.1),
-        Diagram("force on what holds the tip", "N", _named("along", reaction_lines(COMPONENTS[:3])), 1e-3),
-        Diagram("torque on what holds the tip", "N·mm", _named("about", reaction_lines(COMPONENTS[3:])), 1e-2),
+        Diagram("blocked force of the tip", "N", _named("along", reaction_lines(COMPONENTS[:3])), 1e-3),
+        Diagram("blocked torque of the tip", "N·mm", _named("about", reaction_lines(COMPONENTS[3:])), 1e-2),
         Diagram("volume of the chambers", "mm³", volumes),
         Diagram("force on obstacles", "N", on_obstacles, 1e-3),
         Diagram("largest stretch", "stretch (1)", {"": lambda step: step.max_stretch}),

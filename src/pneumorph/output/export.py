@@ -50,7 +50,7 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
         )
     if format == "inp" and (laid := reinforcements(problem)):
         raise ProblemError(
-            f'format: "inp" cannot hold membranes and fibres ("{laid[0].name}"), since they give way in compression; '
+            f'format: "inp" cannot hold membranes and fibres ("{laid[0].name}"), since they do not resist compression; '
             "export vtu instead"
         )
     whole = fields.whole()

@@ -33,7 +33,7 @@ def format_data(reinforcements: Mapping[str, Mapping[str, float]]) -> str:
     )
 
 
-THROUGH_ITSELF = "the deformed body goes through itself; a table [contact] in the problem file keeps it from that"
+SELF_INTERSECTS = "the deformed body self-intersects; a table [contact] in the problem file prevents this"
 
 
 def warnings_of(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> list[str]:
@@ -41,7 +41,7 @@ def warnings_of(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) ->
     return [
         *_beyond_validity(rubbers, found),
         *([] if found.stable else ["the state is not stable: the body buckles out of it"]),
-        *([THROUGH_ITSELF] if found.self_intersecting else []),
+        *([SELF_INTERSECTS] if found.self_intersecting else []),
     ]
 
 

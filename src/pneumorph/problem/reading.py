@@ -93,7 +93,9 @@ def read_toml(path: Path, where: str, example: str) -> dict[str, Any]:
 def parse_toml(text: str, where: str) -> dict[str, Any]:
     """The table of a TOML text, for which `read_toml` gives the errors."""
     if len(text) > MOST_BYTES:
-        raise ProblemError(f"{where}: has more than {MOST_BYTES / 1e6:g} MB; it is no problem, make it shorter")
+        raise ProblemError(
+            f"{where}: has more than {MOST_BYTES / 1e6:g} MB, too many for a problem file; make it shorter"
+        )
     if _LONG_KEY.search(text):
         raise ProblemError(f"{where}: has a dotted key of more than {MOST_PARTS} parts; no key has so many, shorten it")
     try:

@@ -49,7 +49,7 @@ def moment(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> It
         radius, part = LENGTH / turn, f"{turn / np.pi:g}π rad"
         sideways, axial = radius * (1 - np.cos(turn)) / LENGTH, radius * np.sin(turn) / LENGTH - 1
         yield relative(f"rotation at {part}, rad", found.plate[4], turn, tolerance)
-        yield absolute(f"sideways motion / length at {part}", found.plate[0] / LENGTH, sideways, tolerance)
+        yield absolute(f"lateral motion / length at {part}", found.plate[0] / LENGTH, sideways, tolerance)
         yield absolute(f"axial motion / length at {part}", found.plate[2] / LENGTH, axial, tolerance)
 
 
@@ -61,7 +61,7 @@ def force(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Ite
         if load not in MATTIASSON:
             continue
         sideways, axial, turn = elastica(load)
-        yield absolute(f"sideways motion / length at PL²/EI = {load:g}", found.plate[0] / LENGTH, sideways, tolerance)
+        yield absolute(f"lateral motion / length at PL²/EI = {load:g}", found.plate[0] / LENGTH, sideways, tolerance)
         yield absolute(f"axial motion / length at PL²/EI = {load:g}", found.plate[2] / LENGTH, -axial, tolerance)
         yield relative(f"rotation at PL²/EI = {load:g}, rad", found.plate[4], turn, tolerance)
 
@@ -69,7 +69,7 @@ def force(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Ite
 def elastica_reference() -> Iterator[Verdict]:
     """The reference solver of the elastica itself, against a published table."""
     for load, known in MATTIASSON.items():
-        for word, ours, table in zip(("sideways / L", "axial / L", "angle, rad"), elastica(load), known, strict=True):
+        for word, ours, table in zip(("lateral / L", "axial / L", "angle, rad"), elastica(load), known, strict=True):
             yield absolute(f"{word} at PL²/EI = {load:g}", ours, table, 6e-6)
 
 

@@ -72,7 +72,7 @@ def proof(plan: SplitPlan, parts: Sequence[Part], chord: float) -> Iterator[Chec
     for number, found in enumerate(plan.releases, start=1):
         yield Check(f"outer-{number}", "stretch of the rubber when pulled off", found.stretch, most)
     for core in plan.cores:
-        yield Check(f"core-{core.chamber}", "sideways deflection while casting", core.sag, plan.spec.core_sag, "mm")
+        yield Check(f"core-{core.chamber}", "lateral deflection while casting", core.sag, plan.spec.core_sag, "mm")
         yield Check(f"core-{core.chamber}", "high points below it that trap air", len(plan.trapped[core.chamber]), 0)
     yield from openings(product, sum(len(core.stems) - 1 for core in plan.cores))
 

@@ -16,7 +16,7 @@ from pneumorph.mechanics.elements.terms import Loads
 
 RUNAWAY_STRETCH = 8.0
 
-INTERPENETRATION = "surfaces go through each other or through an obstacle"
+INTERPENETRATION = "surfaces penetrate each other or an obstacle"
 
 LARGEST_MOVE = 0.05
 """Largest motion of a node in a step with contact, relative to the diagonal of the body: what meets on a long way

@@ -92,12 +92,14 @@ def minimise(
             size = here.size / scale
             if size <= tolerance:
                 if smallest_ratio(at, here.vector) <= SMALLEST_RATIO:
-                    return "an element is turned inside out"
+                    return "an element is inverted"
                 if not apart(at, here.vector):
                     return INTERPENETRATION
                 return model.state(here.vector), size
             if size > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
-                return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
+                return (
+                    f"the body deforms without limit (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
+                )
             if secants is not None:
                 moved = _line_search(at, here, supported(at, secants.direction(tangent.precondition, here.residual)))
                 if moved is None:

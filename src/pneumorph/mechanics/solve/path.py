@@ -178,7 +178,7 @@ def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equ
         volumes = ", ".join(f"{volume:.5g} mm³" for volume in limit.equilibrium.volumes.values())
         return NoEquilibrium(
             f"{asked}: pressure reaches its limit at {_in_words(at, limit.load)} (volume {volumes}), "
-            "beyond it the body moves on while the pressure falls",
+            "beyond it the body deforms further while the pressure falls",
             limit.load,
             last.equilibrium,
         )

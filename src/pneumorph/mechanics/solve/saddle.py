@@ -91,7 +91,7 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
     for _ in range(MOST_NEWTON_STEPS):
         if size <= tolerance:
             if smallest_ratio(at, vector) <= SMALLEST_RATIO:
-                return "an element is turned inside out"
+                return "an element is inverted"
             if not apart(at, vector):
                 return INTERPENETRATION
             return model.state(vector), size
@@ -120,7 +120,7 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         kept = contraction < (QUICK if fresh else borne)
         direction, fresh = (correction, False) if kept else (None, True)
         if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
-            return f"the body runs away (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
+            return f"the body deforms without limit (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 

@@ -273,7 +273,7 @@ def _limits(problem: Tables) -> Iterator[Fault]:
 
 
 def _contact(problem: Tables) -> Iterator[Fault]:
-    """The activation distance is less than every wall and slot: surfaces at rest do not push each other."""
+    """The activation distance is less than every wall and slot: surfaces at rest are not in contact."""
     distance, limits = problem.contact and problem.contact.distance, problem.limits
     if problem.contact and problem.contact.friction and not problem.obstacle:
         yield "contact.friction", "acts on obstacles alone, and there is none; add a table [[obstacle]] or leave it out"
@@ -288,7 +288,7 @@ def _contact(problem: Tables) -> Iterator[Fault]:
         if distance > least / 2:
             yield (
                 "contact.distance",
-                f"{distance:g} mm is more than half of limits.{key} = {least:g} mm, so surfaces would push each other "
+                f"{distance:g} mm is more than half of limits.{key} = {least:g} mm, so surfaces would be in contact "
                 "at rest; make it smaller",
             )
 
