@@ -98,7 +98,7 @@ fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
 """
-QUESTION = "without a question from now on? [y/N] "
+QUESTION = "[y/N] "
 READS = "from pneumorph.interrupts import install; install()\nfrom pneumorph.cli.trust import asking\n"
 READS += "from pneumorph.problem import load\nload('arm.toml', asking(False)); print('it is read')"
 
