@@ -18,8 +18,8 @@ from pneumorph.geometry import DesignSpace
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.certify import certify
+from pneumorph.limits.of_shape import TubeLimits, tube_limits
 from pneumorph.limits.rows.functions import build_limit_functions
-from pneumorph.limits.rows.samples import LimitSamples, sample_limits
 from pneumorph.optimize.dfp import PaperStepper
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing
@@ -39,7 +39,7 @@ def main() -> None:
         problem = loads(EXAMPLE.replace('control_density = "0.6 /mm"', f'control_density = "{density} /mm"'))
         body = starting_body(problem.body)
         space = build_design_space(problem, body)
-        smooth, limits = build_smoothing(space), sample_limits(body, problem.limits)
+        smooth, limits = build_smoothing(space), tube_limits(body, problem.limits)
         points = body.control_points()
         wave = np.cos(2 * np.pi * (points[:, 2] - 40) / 10)[:, None] * points * np.array([1.0, 1.0, 0.0])
         slope = -space.pullback(wave)
@@ -66,7 +66,7 @@ def main() -> None:
             print(f"{space.n:9d} {name:>6s} {line}", flush=True)
 
 
-def brought(space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray) -> Within:
+def brought(space: DesignSpace, smooth: Smoothing, limits: TubeLimits, phi: np.ndarray) -> Within:
     """The design within its limits, which it must come to here."""
     found = within(space, smooth, limits, phi, RADIUS)
     if not isinstance(found, Within):

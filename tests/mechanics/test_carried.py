@@ -8,7 +8,7 @@ from scipy import sparse
 from tiny import tiny
 
 from pneumorph.analysis import analyse, build_discretisation, carry_over, discretise, predict_states
-from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (

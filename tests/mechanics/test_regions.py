@@ -15,7 +15,7 @@ from pneumorph.analysis import (
     discretise,
     run_gradient_check,
 )
-from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.lining import build_linings
 from pneumorph.geometry.tube.start import starting_body

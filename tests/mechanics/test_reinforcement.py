@@ -7,7 +7,8 @@ from tiny import tiny
 
 from pneumorph import open_run, run
 from pneumorph.analysis import analyse_body, checkpoint, collect_fields, discretise, run_gradient_check
-from pneumorph.analysis.analyse import analyse, mesh_of, predict_states
+from pneumorph.analysis.analyse import analyse, predict_states
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body

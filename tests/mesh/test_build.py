@@ -94,6 +94,6 @@ def test_a_flat_element_makes_another_attempt(tube: Body, monkeypatch: pytest.Mo
             mesh.points[mesh.tets[:, 4:]] = mesh.points[mesh.tets[:, TET_EDGES]].mean(axis=2)
         return mesh
 
-    monkeypatch.setattr("pneumorph.mesh.tube.build.fill", with_flat_element)
+    monkeypatch.setattr("pneumorph.mesh.build.fill", with_flat_element)
     check(tube, mesh_body(tube, 3.0), 0.1)
     assert len(filled) == 2

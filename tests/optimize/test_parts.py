@@ -11,11 +11,12 @@ from texts import problem_text
 
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.limits import of_shape
 from pneumorph.limits.certify import certify
+from pneumorph.limits.of_shape import tube_limits
 from pneumorph.limits.rows.functions import build_limit_functions
-from pneumorph.limits.rows.samples import KINDS, sample_limits
+from pneumorph.limits.rows.samples import KINDS
 from pneumorph.optimize import design
-from pneumorph.optimize import within as module
 from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened
 from pneumorph.optimize.dfp import PaperStepper, minimise_dfp, proxy_scale
 from pneumorph.optimize.events import BroughtWithin
@@ -124,9 +125,9 @@ def test_smoothing_averages_nets_along_and_around(stage):
     z = np.random.default_rng(1).standard_normal(space.n)
     points = (space.L @ z[: space.n_shape]).reshape(-1, 3)
     moved = np.empty_like(points)
-    for where, surface, along, around in zip(body.slices, body.surfaces, smooth.along, smooth.around, strict=True):
+    for where, surface, average in zip(body.slices, body.surfaces, smooth.averages, strict=True):
         net = points[where].reshape(surface.net.shape)
-        moved[where] = np.einsum("ij,jkc,kl->ilc", along, net, around).reshape(-1, 3)
+        moved[where] = np.einsum("ij,jkc,kl->ilc", average.along, net, average.around).reshape(-1, 3)
     expected = (space.L.T @ moved.ravel()) / smooth.entries
     assert smooth.apply(z)[: space.n_shape] == pytest.approx(expected, abs=1e-12)
 
@@ -134,7 +135,7 @@ def test_smoothing_averages_nets_along_and_around(stage):
 @pytest.mark.parametrize("paper", [False, True])
 def test_a_step_gains_and_stays_in_the_trust_region(stage, paper):
     problem, body, space, smooth = stage
-    stepper = build_sequential_quadratic(space, smooth, sample_limits(body, problem.limits))
+    stepper = build_sequential_quadratic(space, smooth, tube_limits(body, problem.limits))
     if paper:
         every = build_limit_functions(body, problem.limits, reach=1.0)
         stepper = PaperStepper(space, every, 0.2)
@@ -156,7 +157,7 @@ def linear(slope):
 
 def test_a_step_stops_where_the_objective_bends(stage):
     problem, body, space, smooth = stage
-    stepper = build_sequential_quadratic(space, smooth, sample_limits(body, problem.limits))
+    stepper = build_sequential_quadratic(space, smooth, tube_limits(body, problem.limits))
     slope = np.random.default_rng(0).standard_normal(space.n)
     far = stepper.step(space.start, linear(slope), 0.2, no_states(space.n)).change
     # The gradient turns round at the end of the step: the objective's minimum lies half way along it.
@@ -205,7 +206,7 @@ def test_the_least_motion_meets_what_was_broken_and_no_more(stage):
 
 def test_a_design_beyond_its_limits_is_brought_within(stage):
     problem, body, space, smooth = stage
-    limits = sample_limits(body, problem.limits)
+    limits = tube_limits(body, problem.limits)
     points = body.control_points()
     bulge = (points * [1.0, 1.0, 0.0]) * np.exp(-(((points[:, 2] - 15.0) / 4.0) ** 2))[:, None]
     phi = space.start + np.concatenate([(space.L.T @ (0.6 * bulge).ravel()) / smooth.entries, [0.0]])
@@ -241,7 +242,7 @@ def test_a_start_beyond_its_limits_is_brought_within_first(old, new, limit):
 def test_limits_that_cannot_be_met_together_are_told(stage):
     problem, body, space, smooth = stage
     tight = problem.limits.model_copy(update={"wall": 6.5, "curvature": 0.035})
-    found = within(space, smooth, sample_limits(body, tight), space.start)
+    found = within(space, smooth, tube_limits(body, tight), space.start)
     assert not isinstance(found, Within)
     assert found.violated()
 
@@ -251,20 +252,20 @@ def test_a_hopeless_design_is_given_up_at_once(stage, monkeypatch):
     tight = problem.limits.model_copy(update={"curvature": 1e-5})
     certificates = []
     monkeypatch.setattr(
-        module, "certify", lambda *given, **own: certificates.append(certify(*given, **own)) or certificates[-1]
+        of_shape, "certify", lambda *given, **own: certificates.append(certify(*given, **own)) or certificates[-1]
     )
-    found = within(space, smooth, sample_limits(body, tight), space.start)
+    found = within(space, smooth, tube_limits(body, tight), space.start)
     assert not isinstance(found, Within)
     assert len(certificates) == 1
 
 
 def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage):
     problem, body, space, smooth = stage
-    limits = sample_limits(body, problem.limits)
+    limits = tube_limits(body, problem.limits)
     inward = space.pullback(body.control_points() * [1.0, 1.0, 0.0])
     assert optimality(space, smooth, limits, space.start, inward, no_states(space.n)) == 1.0
     # Walls exactly at their limit: an objective that wants them thinner everywhere has nothing to gain.
-    thick = sample_limits(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
+    thick = tube_limits(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
     active = linear_limits(space, thick, space.start, 0.01, -0.01)
     price = np.where(active.rows.kind == KINDS.index("wall"), 1.0, 0.0)
     resisted = -active.jacobian.T @ price
@@ -275,7 +276,7 @@ def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage)
 def test_bringing_steps_within_the_limits_leaves_most_of_their_gain(stage):
     """Where limits are active everywhere, as after a few steps towards a wave of the walls."""
     problem, body, space, smooth = stage
-    limits = sample_limits(body, problem.limits.model_copy(update={"curvature": 0.1}))
+    limits = tube_limits(body, problem.limits.model_copy(update={"curvature": 0.1}))
     points = body.control_points()
     wave = np.cos(2 * np.pi * points[:, 2] / 15)[:, None] * points * np.array([1.0, 1.0, 0.0])
     slope, phi = -space.pullback(wave), space.start
@@ -295,6 +296,6 @@ def test_a_crowded_design_is_brought_within_all_its_limits():
     body = starting_body(problem.body)
     space = build_design_space(problem, body)
     phi = np.load(CROWDED)["phi"]
-    found = within(space, build_smoothing(space), sample_limits(body, problem.limits), phi)
+    found = within(space, build_smoothing(space), tube_limits(body, problem.limits), phi)
     assert isinstance(found, Within)
     assert np.abs(found.phi - phi).max() < 1.5

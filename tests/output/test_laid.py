@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.make.mould.sheet import reinforcing

@@ -9,13 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from pneumorph.errors import ComputationError, MeshError, ProblemError
+from pneumorph.analysis.bodies import mesh_of
+from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.geometry.tube.cover import build_covers
-from pneumorph.geometry.tube.level import build_levels
-from pneumorph.geometry.tube.lining import build_linings
-from pneumorph.geometry.tube.wedge import build_wedges
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -46,10 +43,8 @@ from pneumorph.mechanics import (
 from pneumorph.mechanics.solve.balance import unloaded
 from pneumorph.mesh import Morph, Unfolded, unfold
 from pneumorph.mesh.transfer import at_places, between_points, linear, locate, quadrature_points, transfer
-from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import Objective, build_objectives
-from pneumorph.problem import Problem, reinforcements
-from pneumorph.symmetry.part import Part, turns_of
+from pneumorph.problem import Problem
 
 Starts = Mapping[str, State] | Mapping[str, Guess]
 
@@ -116,40 +111,9 @@ class Analysis:
     self_intersecting: dict[str, bool]
 
 
-def discretise(problem: Problem, body: Body, finest: float = 0.0) -> Discretisation:
-    """Mesh a body, or a part of it where symmetry allows that, and build its model for analysis; see `mesh_of`."""
-    morph = mesh_of(problem, body, part_of(problem), finest=finest)
-    return build_discretisation(problem, morph, body.control_points())
-
-
-def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None, finest: float = 0.0) -> Morph:
-    """Mesh a body of a problem with its regions and covers, or a part of it.
-
-    What cannot be meshed so is tried with finer elements. Where the cut of a sector would cross itself or a surface,
-    the whole body is meshed.
-
-    Parameters
-    ----------
-    problem, body : the body, with the regions and covers of its problem.
-    part : of the body that is meshed.
-    size : of the elements, mm; by default that of the problem.
-    finest : no elements are tried that are smaller than this, mm.
-
-    Raises
-    ------
-    MeshError
-        If the body cannot be meshed.
-    """
-    covers = build_covers(problem.body, reinforcements(problem))
-    linings = build_linings(problem.body, problem.region)
-    levels = build_levels(problem.body, problem.region)
-    wedges = build_wedges(problem.body, problem.region)
-    try:
-        return mesh_body(body, size or problem.mesh.size, part, linings, covers, levels, wedges, finest)
-    except MeshError:
-        if turns_of(part) == 1:
-            raise
-    return mesh_body(body, size or problem.mesh.size, (), linings, covers, levels, wedges, finest)
+def discretise(problem: Problem, body: Body) -> Discretisation:
+    """Mesh a body, or a part of it where symmetry allows that, and build its model for analysis."""
+    return build_discretisation(problem, mesh_of(problem, body, part_of(problem)), body.control_points())
 
 
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,6 @@ from scipy import sparse
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.geometry.tube.level import build_levels
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh
@@ -46,8 +46,10 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
     return arrays
 
 
-def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tuple[Discretisation, Analysis]:
-    """Restore a mesh and the analysed design from the arrays of `pack`.
+def unpack(
+    problem: Problem, space: DesignSpace, arrays: dict[str, Any], heights: Sequence[float] = ()
+) -> tuple[Discretisation, Analysis]:
+    """Restore a mesh and the analysed design from the arrays of `pack`; see `build_morph` for the heights.
 
     Raises
     ------
@@ -71,7 +73,6 @@ def unpack(problem: Problem, space: DesignSpace, arrays: dict[str, Any]) -> tupl
     straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions, unpack_covers(arrays))
     offset = arrays.get("mesh_offset", np.zeros((len(B.indptr) - 1, 3)))
     try:
-        heights = [level.height for level in build_levels(problem.body, problem.region)]
         morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param, heights)
         if "mesh_shift" in arrays:
             morph = replace(morph, mesh=morph.mesh.at(arrays["mesh_fresh"]), shift=arrays["mesh_shift"])

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.analysis.analyse import mesh_of, refuse_friction
+from pneumorph.analysis.analyse import refuse_friction
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.simulate import step_of
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (

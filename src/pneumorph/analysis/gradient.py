@@ -19,7 +19,7 @@ from pneumorph.analysis.analyse import (
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry import Body, DesignSpace
-from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.geometry.starting import space_of
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium, part_of
 from pneumorph.problem import Pressure, Problem
 from pneumorph.problem.designed import designed
@@ -115,7 +115,7 @@ def analyse_body(problem: Problem, body: Body) -> AnalysedBody:
     ComputationError
         If it cannot be meshed or has no equilibrium.
     """
-    space = build_design_space(_with_scales_of_tests(problem), body)
+    space = space_of(_with_scales_of_tests(problem), body)
     disc = discretise(problem, body)
     return AnalysedBody(problem, body, space, disc, _analysed(problem, space, disc, space.start))
 

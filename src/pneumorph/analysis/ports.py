@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, refuse_friction
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
-from pneumorph.geometry.tube.cover import build_covers
 from pneumorph.mechanics import (
     Equilibrium,
     NoEquilibrium,
@@ -33,9 +33,8 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh, scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES
-from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import Features, measure_features
-from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem import Problem
 from pneumorph.symmetry.operations import MIRRORS
 
 STIFFER = 100.0
@@ -81,9 +80,7 @@ def with_and_without(
     """
     planes = mirrors_of(problem, list(pressures.values()))
     mirrors = tuple(plane for plane in planes if _symmetric(ports, np.array(MIRRORS[plane])))
-    covers = build_covers(problem.body, reinforcements(problem))
-    mesh = with_tubes(mesh_body(body, problem.mesh.size, mirrors, covers=covers).mesh, ports)
-    return compared(problem, mesh, pressures)
+    return compared(problem, with_tubes(mesh_of(problem, body, mirrors).mesh, ports), pressures)
 
 
 def tube_of(rubber: Rubber) -> Rubber:

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.collect import by_region, poses_of, vector
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
 from pneumorph.errors import ProblemError

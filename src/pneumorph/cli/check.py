@@ -12,7 +12,6 @@ from rich.text import Text
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, printable
-from pneumorph.geometry.tube.start import adjusted_columns
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.limits.certify import certify, without_rounding
@@ -21,6 +20,7 @@ from pneumorph.mechanics import Rubber, rubbers_of
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Reinforcement, load, reinforcements
+from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.reinforcement import data_of
 from pneumorph.results.achieved import motion_of
 

@@ -12,13 +12,13 @@ from pneumorph.cli.outcome import outcome
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, NotWritten, ProblemError
-from pneumorph.geometry.tube.start import adjusted_columns
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import rubbers_of
 from pneumorph.output.format import warnings_of
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
+from pneumorph.problem.columns import adjusted_columns
 
 
 def design(

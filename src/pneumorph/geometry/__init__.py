@@ -2,8 +2,15 @@
 
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
-from pneumorph.geometry.design_space import DesignSpace, FreeDatum, FreePressure
-from pneumorph.geometry.surface import Surface
+from pneumorph.geometry.design_space import (
+    DesignSpace,
+    FreeDatum,
+    FreePressure,
+    ShapeVariables,
+    build_space,
+    tied_coordinates,
+)
+from pneumorph.geometry.surface import Surface, TriangulatedSurface, Triangulation
 
 __all__ = [
     "Basis",
@@ -11,7 +18,12 @@ __all__ = [
     "DesignSpace",
     "FreeDatum",
     "FreePressure",
+    "ShapeVariables",
     "Surface",
+    "TriangulatedSurface",
+    "Triangulation",
+    "build_space",
     "clamped",
     "periodic",
+    "tied_coordinates",
 ]

@@ -50,6 +50,10 @@ class Body(Generic[Kind]):
         """All control points, (n_points, 3) in mm: exterior first."""
         return np.concatenate([surface.control_points() for surface in self.surfaces])
 
+    def nets(self) -> list[Array]:
+        """The control points of each surface in mm, arranged as `Surface.shape` says: (..., 3)."""
+        return [surface.control_points().reshape(*surface.shape, 3) for surface in self.surfaces]
+
     def with_control_points(self, points: Array) -> Body[Kind]:
         """The same body with other control points, (n_points, 3) in mm."""
         points = np.asarray(points, dtype=float).reshape(self.n_points, 3)

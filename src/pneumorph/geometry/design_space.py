@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from pneumorph.geometry.body import Body
+from pneumorph.problem.designed import designed, reinforcements
+from pneumorph.problem.reinforcement import data_of
+from pneumorph.problem.variable import Variable
+from pneumorph.symmetry.basis import column_squares
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Problem
 
 Array = NDArray[np.float64]
 ByTask = Mapping[str, Mapping[str, float]]
@@ -52,12 +60,9 @@ class FreeDatum:
 class DesignSpace:
     """The design variables Φ = [shape in mm, free pressures scaled to mm, free data of sheets and fibres scaled to mm].
 
-    Control points are P = L Φ + offset. The exterior's end rows keep their z; all points of a chamber's flat end have
-    the same z; rings in planes between rubbers keep theirs (see `level.py`); a pole is one point, and the row next to
-    it has the same z, without which the end would be a cone. Where half-planes between rubbers cut surfaces, variables
-    are along these and normal to them instead of along x and y, and columns in them keep their distance (see
-    `wedge.py`). For a symmetric design Φ holds the independent variables only, and L carries them to all images. The
-    columns of L are orthogonal, so LᵀL is diagonal.
+    Control points are P = L Φ + offset: some of their coordinates are fixed, and some move together. For a symmetric
+    design Φ holds the independent variables only, and L carries them to all images. The columns of L are orthogonal, so
+    LᵀL is diagonal.
 
     Attributes
     ----------
@@ -68,8 +73,7 @@ class DesignSpace:
     offset : (3·n_points,) array
         Fixed coordinates in mm.
     start, lower, upper : (n,) arrays
-        Φ of the reference body, and the bounds of Φ. Those of the shape are infinite, but where planes and half-planes
-        between rubbers keep surfaces to one side.
+        Φ of the reference body, and the bounds of Φ. Those of the shape are mostly infinite.
     free_pressures : tuple of FreePressure
     free_data : tuple of FreeDatum
         The last entries of Φ, in this order, after those of the pressures.
@@ -152,3 +156,71 @@ class DesignSpace:
         by_pressure = [dp.get(free.task, {}).get(free.chamber, 0.0) / free.scale for free in self.free_pressures]
         by_datum = [0.0 if laid is None else laid[free.place] / free.scale for free in self.free_data]
         return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure, by_datum])
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeVariables:
+    """The variables of a shape, L v + offset: which coordinates of control points move, and which move together.
+
+    Attributes
+    ----------
+    L, offset : see `DesignSpace`
+    start, lower, upper : (n_shape,) arrays
+        Values of the starting body, and bounds.
+    """
+
+    L: sparse.csr_matrix
+    offset: Array
+    start: Array
+    lower: Array
+    upper: Array
+
+
+def tied_coordinates(coordinates: Array, variable: NDArray[np.int64]) -> ShapeVariables:
+    """The variables of coordinates (m,) of which each has an index (m,): the same if they are equal, −1 if fixed."""
+    moving = np.flatnonzero(variable >= 0)
+    shape = len(variable), int(variable.max(initial=-1)) + 1
+    L = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=shape)
+    start = (L.T @ coordinates) / column_squares(L)
+    free = np.full(shape[1], np.inf)
+    return ShapeVariables(L, np.where(variable < 0, coordinates, 0.0), start, -free, free)
+
+
+def build_space(problem: Problem, body: Body, shape: ShapeVariables) -> DesignSpace:
+    """The design variables of a problem, those of the shape of its starting body first."""
+    pressures, data, variables = [], [], []
+    fixed: dict[str, dict[str, float]] = {}
+    for task in problem.task:
+        fixed[task.name] = {}
+        for chamber, pressure in task.pressure.items():
+            if not pressure.free:
+                fixed[task.name][chamber] = pressure.start
+                continue
+            pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
+            variables.append(pressure)
+    names = {each.name: list(data_of(each)) for each in reinforcements(problem)}
+    for name, own in designed(problem).items():
+        for key, datum in own.items():
+            place = list(names).index(name), names[name].index(key)
+            data.append(FreeDatum(name, key, place, datum.start, _scale(datum)))
+            variables.append(datum)
+    # Those that are no shape, in mm of Φ.
+    others = np.array([[_scale(each) * bound for bound in (each.start, each.min, each.max)] for each in variables])
+    values, lower, upper = others.reshape(-1, 3).T
+    return DesignSpace(
+        reference=body,
+        L=shape.L,
+        offset=shape.offset,
+        start=np.concatenate([shape.start, values]),
+        lower=np.concatenate([shape.lower, lower]),
+        upper=np.concatenate([shape.upper, upper]),
+        free_pressures=tuple(pressures),
+        free_data=tuple(data),
+        fixed_pressures=fixed,
+        reinforcements=len(names),
+    )
+
+
+def _scale(variable: Variable) -> float:
+    """What of Φ, in mm, one unit of a variable that is no shape is."""
+    return SPAN / (variable.max - variable.min)

@@ -30,8 +30,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
-from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.certify import LimitReading, certify
 from pneumorph.mechanics import NoEquilibrium
@@ -86,9 +85,8 @@ class Design:
     @property
     def nets(self) -> dict[str, np.ndarray]:
         """Control nets (n_r, n_q, 3) in mm: "exterior", and "chamber_<name>" of every chamber."""
-        return {"exterior": self.body.exterior.net} | {
-            f"chamber_{chamber.name}": chamber.net for chamber in self.body.chambers
-        }
+        names = ["exterior", *(f"chamber_{chamber.name}" for chamber in self.body.chambers)]
+        return dict(zip(names, self.body.nets(), strict=True))
 
     @cached_property
     def limits(self) -> tuple[LimitReading, ...]:
@@ -359,7 +357,7 @@ class Design:
     @cached_property
     def _analysed(self) -> tuple[Discretisation, Analysis]:
         problem = _with_pressures(self.problem, self.pressures)
-        space = build_design_space(problem, self.body)
+        space = space_of(problem, self.body)
         disc = discretise(problem, self.body)
         analysis = analyse(problem, space, disc, space.start, explain=True)
         if isinstance(analysis, NoEquilibrium):
@@ -378,7 +376,7 @@ def starting_design(problem: Problem) -> Design:
     3.0
     """
     pressures = {task.name: {name: pressure.start for name, pressure in task.pressure.items()} for task in problem.task}
-    return Design(problem, starting_body(problem.body), pressures)
+    return Design(problem, body_of(problem), pressures)
 
 
 def _with_pressures(problem: Problem, pressures: Mapping[str, Mapping[str, float]]) -> Problem:

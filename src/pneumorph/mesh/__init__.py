@@ -1,5 +1,6 @@
 """Meshes of quadratic tetrahedra that follow the exact surfaces of a body."""
 
+from pneumorph.mesh.build import Mesher, SurfaceMesher
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.relax import relax
@@ -10,7 +11,9 @@ from pneumorph.mesh.unfold import Unfolded, unfold
 
 __all__ = [
     "Covered",
+    "Mesher",
     "Morph",
+    "SurfaceMesher",
     "TetMesh",
     "Unfolded",
     "needs_remesh",

@@ -10,7 +10,8 @@ from pneumorph.optimize.events import (
     Remeshed,
     Started,
 )
-from pneumorph.optimize.loop import design
+from pneumorph.optimize.loop import design, optimise
+from pneumorph.optimize.setup import Setup, build_setup, setup_among
 
 __all__ = [
     "BroughtWithin",
@@ -20,6 +21,10 @@ __all__ = [
     "Finished",
     "MeshKept",
     "Remeshed",
+    "Setup",
     "Started",
+    "build_setup",
     "design",
+    "optimise",
+    "setup_among",
 ]

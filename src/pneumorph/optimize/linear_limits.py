@@ -10,8 +10,9 @@ from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.certify.report import Places, Points
-from pneumorph.limits.rows.linearised import Rows, linearised
-from pneumorph.limits.rows.samples import KINDS, LimitSamples
+from pneumorph.limits.of_shape import ShapeLimits
+from pneumorph.limits.rows.linearised import Rows
+from pneumorph.limits.rows.samples import KINDS
 from pneumorph.limits.table import BY_NAME
 
 TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
@@ -35,7 +36,7 @@ class LinearLimits:
 
 def linear_limits(
     space: DesignSpace,
-    limits: LimitSamples,
+    limits: ShapeLimits,
     phi: np.ndarray,
     reach: float,
     least: float,
@@ -43,7 +44,7 @@ def linear_limits(
     broken: Places | None = None,
 ) -> LinearLimits:
     """The limits linearised at the variables Φ (n,); see `limits.rows.linearised` for the other parameters."""
-    rows = linearised(limits, space.body(phi), reach, least, places, broken)
+    rows = limits.rows(space.body(phi), reach, least, places, broken)
     by_shape = sparse.csr_array(rows.jacobian @ space.L)
     # Products with a matrix take a fifth less time with short indices.
     parts = by_shape.data, by_shape.indices.astype(np.int32), by_shape.indptr.astype(np.int32)

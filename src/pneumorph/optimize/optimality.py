@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.limits.rows.samples import LimitSamples
+from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.states import StateLimits
@@ -19,7 +19,7 @@ ACTIVE = 0.01
 def optimality(
     space: DesignSpace,
     smooth: Smoothing,
-    limits: LimitSamples,
+    limits: ShapeLimits,
     phi: np.ndarray,
     slope: np.ndarray,
     states: StateLimits,
@@ -42,7 +42,7 @@ def optimality(
     whole = float(np.abs(smooth.transpose(slope)).sum())
     if whole == 0.0:
         return 0.0
-    active = linear_limits(space, limits, phi, ACTIVE * limits.spec.wall, -ACTIVE)
+    active = linear_limits(space, limits, phi, ACTIVE * limits.wall, -ACTIVE)
     near = states.jacobian[states.value > -ACTIVE]
     jacobian = sparse.csr_array(sparse.vstack([active.jacobian, near])) if len(near) else active.jacobian
     count = len(active.rows.value) + len(near)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pneumorph.analysis import Discretisation, discretise
+from pneumorph.analysis import Discretisation, build_discretisation
+from pneumorph.analysis.bodies import mesher_of
 from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.limits.certify import LimitReport, certify
+from pneumorph.geometry.starting import space_of
+from pneumorph.limits.certify import LimitReport
+from pneumorph.limits.of_shape import ShapeLimits, tube_limits
 from pneumorph.limits.rows.functions import build_limit_functions
-from pneumorph.limits.rows.samples import LimitSamples, sample_limits
+from pneumorph.mechanics import part_of
+from pneumorph.mesh import Mesher
 from pneumorph.optimize.dfp import PaperStepper
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.settings import LoopSettings
@@ -39,27 +39,30 @@ class Setup:
     space : DesignSpace
     smooth : Smoothing
         Of steps.
-    limits : LimitSamples
+    limits : ShapeLimits
         The limits on the shape.
+    mesher : Mesher
     stepper : Stepper
         The method that finds steps, as it begins.
-    discretise : (Body, float) -> Discretisation
-        Meshes a body and builds its model, with no elements smaller than a size in mm.
     settings : LoopSettings
     """
 
     problem: Problem
     space: DesignSpace
     smooth: Smoothing
-    limits: LimitSamples
+    limits: ShapeLimits
+    mesher: Mesher
     stepper: Stepper
-    discretise: Callable[[Body, float], Discretisation]
     settings: LoopSettings = field(default_factory=LoopSettings)
 
     @property
     def reference(self) -> float:
         """The reference step Ξ₀, mm."""
         return self.problem.optimizer.step
+
+    def discretise(self, body: Body, finest: float) -> Discretisation:
+        """Mesh a body, with no elements smaller than a size in mm, and build its model."""
+        return build_discretisation(self.problem, self.mesher.mesh(body, finest), body.control_points())
 
     def within(self, phi: np.ndarray, reach: float = np.inf) -> Within | LimitReport:
         """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`."""
@@ -68,7 +71,7 @@ class Setup:
 
     def certify(self, phi: np.ndarray) -> LimitReport:
         """The certified report of the limits on the shape of the design Φ (n,)."""
-        return certify(self.space.body(phi), self.problem.limits, own=self.limits.own_spans)
+        return self.limits.certify(self.space.body(phi))
 
     def optimality(self, phi: np.ndarray, slope: np.ndarray, states: StateLimits) -> float:
         """First-order optimality of the design Φ (n,) where the objective has the gradient `slope` (n,)."""
@@ -76,16 +79,35 @@ class Setup:
 
 
 def build_setup(problem: Problem, settings: LoopSettings | None = None) -> Setup:
-    """The setup of a problem whose body is made of tubes."""
-    settings = settings or LoopSettings()
-    body = starting_body(problem.body)
-    space = build_design_space(problem, body)
-    smooth = build_smoothing(space)
-    limits = sample_limits(body, problem.limits, operations(problem.body.symmetry))
+    """The setup of a problem, by its own body."""
+    space = space_of(problem)
+    body = space.reference
+    limits = tube_limits(body, problem.limits, operations(problem.body.symmetry))
+    setup = setup_among(problem, space, limits, mesher_of(problem, part_of(problem)), settings)
     if problem.optimizer.method == "dfp":
-        reference = problem.optimizer.step
-        all_samples = build_limit_functions(body, problem.limits, reach=2.5 * settings.radius.largest * reference)
-        stepper = PaperStepper(space, all_samples, reference)
-    else:
-        stepper = build_sequential_quadratic(space, smooth, limits)
-    return Setup(problem, space, smooth, limits, stepper, partial(discretise, problem), settings)
+        reach = 2.5 * setup.settings.radius.largest * setup.reference
+        all_samples = build_limit_functions(body, problem.limits, reach=reach)
+        return replace(setup, stepper=PaperStepper(space, all_samples, setup.reference))
+    return setup
+
+
+def setup_among(
+    problem: Problem,
+    space: DesignSpace,
+    limits: ShapeLimits,
+    mesher: Mesher,
+    settings: LoopSettings | None = None,
+) -> Setup:
+    """The setup of a problem among bodies of any kind, which takes steps by sequential quadratic programs.
+
+    Parameters
+    ----------
+    problem : of whose body only the length and the names of chambers are asked for.
+    space : of the bodies.
+    limits : on their shapes.
+    mesher : of the bodies, or of a part of each.
+    settings : of the loop, by default the usual ones.
+    """
+    smooth = build_smoothing(space)
+    stepper = build_sequential_quadratic(space, smooth, limits)
+    return Setup(problem, space, smooth, limits, mesher, stepper, settings or LoopSettings())

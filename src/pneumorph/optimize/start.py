@@ -82,7 +82,7 @@ def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
     ComputationError
         If the checkpoint does not fit the problem, or its equilibria are not found again.
     """
-    disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state))
+    disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state), setup.mesher.heights)
     lateral = judge(disc, analysis, unpack_at_rest(disc, state))
     design = AnalysedDesign(analysis, disc, setup.certify(analysis.phi), lateral)
     return evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock())

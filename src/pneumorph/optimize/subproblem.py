@@ -17,7 +17,8 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.limits.rows.samples import KINDS, LimitSamples
+from pneumorph.limits.of_shape import ShapeLimits
+from pneumorph.limits.rows.samples import KINDS
 from pneumorph.optimize.accelerated import Map, advanced, at_rest, tightened
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.model import Proxy
@@ -78,7 +79,7 @@ class SequentialQuadratic:
 
     space: DesignSpace
     smooth: Smoothing
-    limits: LimitSamples
+    limits: ShapeLimits
     multipliers: np.ndarray
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
@@ -182,6 +183,6 @@ class _Program:
         return tightened(whole, partial(bound, self.smooth, self.jacobian, self.transposed, factors))
 
 
-def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: LimitSamples) -> SequentialQuadratic:
+def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: ShapeLimits) -> SequentialQuadratic:
     """A stepper without multipliers yet."""
-    return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), int(limits.first[-1]))))
+    return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), limits.cells)))

@@ -14,9 +14,10 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.limits.certify import LimitReport, certify
+from pneumorph.limits.certify import LimitReport
 from pneumorph.limits.certify.report import Places, Points, joined
-from pneumorph.limits.rows.samples import KINDS, LimitSamples
+from pneumorph.limits.of_shape import ShapeLimits
+from pneumorph.limits.rows.samples import KINDS
 from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.linear_limits import MARGIN, TOLERANCES, linear_limits
@@ -60,7 +61,7 @@ class Within:
 
 
 def within(
-    space: DesignSpace, smooth: Smoothing, limits: LimitSamples, phi: np.ndarray, reach: float = np.inf
+    space: DesignSpace, smooth: Smoothing, limits: ShapeLimits, phi: np.ndarray, reach: float = np.inf
 ) -> Within | LimitReport:
     """The design nearest to Φ, in the metric of smooth steps, that keeps every limit; else the report of the last try.
 
@@ -70,7 +71,7 @@ def within(
     margins, broken = MARGIN.copy(), None
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
     phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, None, None)
-    found = certify(space.body(phi), limits.spec, own=limits.own_spans)
+    found = limits.certify(space.body(phi))
     least, stuck = np.inf, 0
     for _ in range(1, CERTIFICATES):
         if found.satisfied():
@@ -89,14 +90,14 @@ def within(
             beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, places, broken)
-        found = certify(space.body(phi), limits.spec, own=limits.own_spans)
+        found = limits.certify(space.body(phi))
     return Within(phi, found) if found.satisfied() else found
 
 
 def _projected(
     space: DesignSpace,
     smooth: Smoothing,
-    limits: LimitSamples,
+    limits: ShapeLimits,
     phi: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,

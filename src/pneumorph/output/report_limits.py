@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.starting import body_of
 from pneumorph.limits.rows.samples import sample_limits
 from pneumorph.limits.shares import NAMES, Usage, usage
 from pneumorph.limits.table import BY_NAME
@@ -34,7 +34,7 @@ def packed_usage(
     What is in `known` is not computed again, and what is computed is added to it.
     """
     known = {} if known is None else known
-    start = starting_body(problem.body)
+    start = body_of(problem)
     samples = sample_limits(start, problem.limits)
     found = []
     for design in designs:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.geometry import Body
-from pneumorph.geometry.tube import TubeSurface, starting_body
+from pneumorph.geometry import Body, Surface
+from pneumorph.geometry.starting import body_of
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
@@ -29,7 +29,7 @@ Arrays = dict[str, Steps]
 
 def packed_nets(problem: Problem, designs: list[StoredDesign]) -> tuple[list[dict[str, Any]], Arrays]:
     """A description of every surface for a page, and their control nets (designs, n_r, n_q, 3)."""
-    start = starting_body(problem.body)
+    start = body_of(problem)
     told, arrays = [], Arrays()
     step = _length_step(start)
     for surface in start.surfaces:
@@ -42,9 +42,9 @@ def packed_nets(problem: Problem, designs: list[StoredDesign]) -> tuple[list[dic
 
 def packed_obstacles(problem: Problem) -> tuple[list[str], Arrays]:
     """The names of the obstacles on a page, and their triangles in their places."""
-    start = starting_body(problem.body)
+    start = body_of(problem)
     step, arrays = _length_step(start), Arrays()
-    points = start.exterior.net.reshape(-1, 3)
+    points = start.exterior.control_points()
     shells = shells_of(problem, {spec.name: points for spec in problem.obstacle})
     for name, shell in shells.items():
         arrays[f"obstacle points {name}"] = in_steps(shell.points, step)
@@ -52,7 +52,7 @@ def packed_obstacles(problem: Problem) -> tuple[list[str], Arrays]:
     return list(shells), arrays
 
 
-def array_key(surface: TubeSurface) -> str:
+def array_key(surface: Surface) -> str:
     """What the names of a surface's arrays end with."""
     # A chamber may be called "exterior".
     return f"chamber {surface.name}" if surface.cavity else "exterior"
@@ -60,7 +60,7 @@ def array_key(surface: TubeSurface) -> str:
 
 def _length_step(body: Body) -> float:
     """Micrometres, or finer for a body that is small."""
-    return min(MICROMETRE, 1e-4 * float(np.ptp(body.exterior.net, axis=0).max()))
+    return min(MICROMETRE, 1e-4 * float(np.ptp(body.exterior.control_points(), axis=0).max()))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,9 +21,8 @@ import numpy as np
 
 from pneumorph import atomic
 from pneumorph.errors import NotWritten, ProblemError
-from pneumorph.geometry import Body
-from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry import Body, Surface
+from pneumorph.geometry.starting import body_of
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.problem.designed import designed
@@ -57,10 +56,10 @@ class StoredDesign:
 
     Attributes
     ----------
-    exterior : ndarray, shape (n_r, n_q, 3), mm
-        Control net of the exterior.
-    chambers : dict of str to ndarray, shape (n_r, n_q, 3), mm
-        Control net of every chamber, by its name in the problem.
+    exterior : ndarray, mm
+        Control points of the exterior, for a tube its net (n_r, n_q, 3).
+    chambers : dict of str to ndarray, mm
+        Those of every chamber, by its name in the problem.
     pressures : dict of str to dict of str to float, MPa
         Pressures by task, then by chamber.
     """
@@ -72,11 +71,12 @@ class StoredDesign:
     @classmethod
     def of(cls, body: Body, pressures: dict[str, dict[str, float]]) -> "StoredDesign":
         """The stored form of a body and its pressures."""
-        return cls(body.exterior.net, {chamber.name: chamber.net for chamber in body.chambers}, pressures)
+        exterior, *chambers = body.nets()
+        return cls(exterior, {each.name: net for each, net in zip(body.chambers, chambers, strict=True)}, pressures)
 
     def body(self, problem: Problem) -> Body:
         """The body of this design; `problem` is the one it was made for."""
-        start = starting_body(problem.body)
+        start = body_of(problem)
         nets = [self.exterior, *(self.chambers[chamber.name] for chamber in start.chambers)]
         return start.with_control_points(np.concatenate([net.reshape(-1, 3) for net in nets]))
 
@@ -192,7 +192,7 @@ class RunDirectory:
         path, start = self._design_path(iteration), self._start
         chambers = [chamber.name for chamber in start.chambers]
         tasks = [task.name for task in self.problem.task]
-        most = BEYOND * (self.problem.body.length + self.problem.body.radius)
+        most = BEYOND * float(np.abs(start.control_points()).max())
         with reporting_damage(path):
             arrays = read_arrays(path)
             pressures = floats(arrays, "pressures", len(tasks), len(chambers))
@@ -207,7 +207,7 @@ class RunDirectory:
 
     @cached_property
     def _start(self) -> Body:
-        return starting_body(self.problem.body)
+        return body_of(self.problem)
 
     @cached_property
     def _limits(self) -> set[str]:
@@ -273,7 +273,7 @@ class RunDirectory:
         self._remove("fields", lambda number: number not in iterations)
 
     def _design_arrays(self, design: StoredDesign) -> dict[str, np.ndarray]:
-        chambers = [chamber.name for chamber in self.problem.body.chamber]
+        chambers = [chamber.name for chamber in self._start.chambers]
         rows = [[design.pressures[task.name][name] for name in chambers] for task in self.problem.task]
         nets = {f"chamber_{name}": design.chambers[name] for name in chambers}
         return {"exterior": design.exterior, **nets, "pressures": np.array(rows)}
@@ -386,10 +386,10 @@ def _usable(path: Path) -> Iterator[None]:
         ) from None
 
 
-def _net(arrays: dict[str, np.ndarray], name: str, start: TubeSurface, most: float) -> np.ndarray:
+def _net(arrays: dict[str, np.ndarray], name: str, start: Surface, most: float) -> np.ndarray:
     """A stored control net, of the shape that it had at the start, and with an extent in every direction."""
-    net = floats(arrays, name, *start.net.shape, most=most)
-    if not np.ptp(net, axis=(0, 1)).min() > 0.0:
+    net = floats(arrays, name, *start.shape, 3, most=most)
+    if not np.ptp(net.reshape(-1, 3), axis=0).min() > 0.0:
         raise ValueError(f'"{name}" is no body: its points lie in a plane')
     return net.astype(float)
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from fractions import Fraction
-from math import lcm
 from typing import Protocol
 
 import numpy as np
@@ -51,18 +49,6 @@ def operations(symmetry: Symmetry) -> list[NDArray[np.float64]]:
             if not any(np.allclose(product, other, atol=1e-9) for other in group):
                 group.append(product)
     return group
-
-
-def columns_multiple(symmetry: Symmetry) -> int:
-    """The number of control points around a tube must be a multiple of this for their images to be control points."""
-    turns = [np.arctan2(matrix[1, 0], matrix[0, 0]) / (2.0 * np.pi) for matrix in operations(symmetry)]
-    return lcm(*(Fraction(turn).limit_denominator(100).denominator for turn in turns))
-
-
-def columns(radius: float, density: float, multiple: int = 1) -> int:
-    """Number of control points around a tube: the multiple of `multiple` nearest to the density (1/mm), at least 8."""
-    least = -(-8 // multiple)
-    return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
 
 
 def turned(turns: int) -> NDArray[np.float64]:

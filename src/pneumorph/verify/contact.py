@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.starting import body_of
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -97,7 +97,7 @@ def energy_balance(size: float = SIZE) -> Iterator[Verdict]:
     """The starting tube that extends by its inflation until its plate presses on a wall: ∫p dV is what it stores."""
     wall = {"name": "wall", "kind": "plane", "point": ["0 mm", "0 mm", "80.25 mm"], "normal": [0, 0, -1]}
     problem = Problem.model_validate(LINEAR | {"obstacle": [wall]})
-    mesh = mesh_body(starting_body(problem.body), size).mesh
+    mesh = mesh_body(body_of(problem), size).mesh
     model = model_of(problem, mesh)
     tangent = Tangent(model)
 
@@ -134,7 +134,7 @@ def free_ball(size: float = 4.0, tolerance: float = 1e-6) -> Iterator[Verdict]:
             "obstacle": [ball | {"free": {"mass": f"{1e3 * mass} g", "hold": ["y", "z"]}}],
         }
     )
-    mesh = mesh_body(starting_body(problem.body), size).mesh
+    mesh = mesh_body(body_of(problem), size).mesh
     model = model_of(problem, mesh)
     at = configure(model, mesh.points, loads_of(problem, model, {}))
     found = _solved(solve(at, Tangent(model)))

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.starting import body_of
 from pneumorph.geometry.tube.level import build_levels
-from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.wedge import build_wedges
 from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mesh import TetMesh
@@ -104,6 +104,6 @@ def _bar(shape: dict[str, Any], mirrors: tuple[str, ...], size: float) -> TetMes
         }
     )
     # No file has a body without chambers.
-    body = Body(starting_body(problem.body).exterior, ())
+    body = Body(body_of(problem).exterior, ())
     levels, wedges = build_levels(problem.body, problem.region), build_wedges(problem.body, problem.region)
     return mesh_body(body, size, mirrors, (), (), levels, wedges).mesh

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.starting import body_of
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -91,7 +91,7 @@ class Actuator:
 def start(size: float) -> Actuator:
     """The meshed starting body of the linear actuator."""
     problem = linear_actuator()
-    mesh = mesh_body(starting_body(problem.body), size).mesh
+    mesh = mesh_body(body_of(problem), size).mesh
     built = model_of(problem, mesh)
     return Actuator(built, mesh.points, Tangent(built))
 

@@ -21,9 +21,9 @@ from jax import Array
 from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 
-from pneumorph.analysis.analyse import mesh_of
+from pneumorph.analysis.bodies import mesh_of
 from pneumorph.errors import ComputationError
-from pneumorph.geometry.tube.start import starting_body
+from pneumorph.geometry.starting import body_of
 from pneumorph.mechanics import NoEquilibrium, Tangent, configure, loads_of, mirrors_of, model_of, solve
 from pneumorph.problem import Problem
 from pneumorph.verify.verdict import Verdict, absolute, at_least, relative
@@ -126,7 +126,7 @@ def _tube(mirror: tuple[str, ...] = (), **tables: Any) -> Problem:
 
 def _solved(problem: Problem, size: float, pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes (N, 3) of the body, or of its half or quarter, their displacements (N, 3), and the plate's motion (6,)."""
-    mesh = mesh_of(problem, starting_body(problem.body), mirrors_of(problem), size).mesh
+    mesh = mesh_of(problem, body_of(problem), mirrors_of(problem), size).mesh
     model = model_of(problem, mesh)
     found = solve(configure(model, mesh.points, loads_of(problem, model, {"A": pressure})), Tangent(model))
     if isinstance(found, NoEquilibrium):

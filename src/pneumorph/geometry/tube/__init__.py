@@ -3,7 +3,7 @@
 from pneumorph.geometry.tube.cover import Cover, build_covers
 from pneumorph.geometry.tube.level import Level, build_levels
 from pneumorph.geometry.tube.lining import Lining, build_linings
-from pneumorph.geometry.tube.start import adjusted_columns, starting_body
+from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface, cap_points, enclosed_volume
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.geometry.tube.wedge import Wedge, build_wedges
@@ -14,7 +14,6 @@ __all__ = [
     "Lining",
     "TubeSurface",
     "Wedge",
-    "adjusted_columns",
     "build_covers",
     "build_design_space",
     "build_levels",

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import clamped, periodic
 from pneumorph.geometry.tube.surface import Ends, TubeSurface, dome_fit
-from pneumorph.symmetry.operations import columns, columns_multiple
+from pneumorph.problem.columns import columns, columns_multiple
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Ripple
@@ -53,20 +53,6 @@ def starting_body(spec: BodySpec) -> Body[TubeSurface]:
         for chamber in spec.chamber
     ]
     return Body(exterior, tuple(cavity(chamber) for chamber in chambers))
-
-
-def adjusted_columns(spec: BodySpec) -> list[str]:
-    """A sentence for every surface whose number of control points around was changed to suit the symmetry."""
-    multiple = columns_multiple(spec.symmetry)
-    tubes = [("the exterior", spec.radius), *((f'chamber "{c.name}"', c.radius) for c in spec.chamber)]
-    counts = [
-        (name, *(columns(radius, spec.control_density, each) for each in (1, multiple))) for name, radius in tubes
-    ]
-    return [
-        f"{name} has {fitting} control points around instead of {plain}: the symmetry needs a multiple of {multiple}"
-        for name, plain, fitting in counts
-        if plain != fitting
-    ]
 
 
 def _tube(

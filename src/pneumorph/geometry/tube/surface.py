@@ -10,8 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.geometry.bspline import Basis, clamped, periodic
+from pneumorph.geometry.tube.smoothing import NetAverage, net_average
 
 Ends = Literal["flat", "pole"]
+
+DENSITY = 3
+"""Points of a shell per control point, around and along."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +53,11 @@ class TubeSurface:
         """Number of control points."""
         return self.net.shape[0] * self.net.shape[1]
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the net."""
+        return self.net.shape[0], self.net.shape[1]
+
     def control_points(self) -> NDArray[np.float64]:
         """The net row by row (r, then q), (n_points, 3) in mm."""
         return self.net.reshape(-1, 3)
@@ -56,6 +65,26 @@ class TubeSurface:
     def with_control_points(self, points: NDArray[np.float64]) -> TubeSurface:
         """The same tube with other control points, (n_points, 3) in mm."""
         return replace(self, net=points.reshape(self.net.shape))
+
+    def shell(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """A grid of points (rows, columns) and a centre of each end, and their triangles, see `Surface.shell`."""
+        rows, columns = (DENSITY * count for count in self.net.shape[:2])
+        q, r = np.linspace(0.0, 1.0, columns, endpoint=False), np.linspace(0.0, 1.0, rows)
+        grid = self.sample(q, r)
+        if self.ends == "pole":
+            grid = grid[1:-1]
+        number = np.arange(len(grid) * columns).reshape(-1, columns)
+        beside = np.roll(number, -1, axis=1)
+        a, b, c, d = number[:-1], beside[:-1], beside[1:], number[1:]
+        base, tip = number.size, number.size + 1
+        ends = [np.stack([beside[0], number[0], np.full(columns, base)], axis=1)]
+        ends.append(np.stack([number[-1], beside[-1], np.full(columns, tip)], axis=1))
+        sides = [np.stack(each, axis=-1).reshape(-1, 3) for each in ((a, b, c), (a, c, d))]
+        return np.concatenate([grid.reshape(-1, 3), self.end_centres]), np.concatenate([*sides, *ends])
+
+    def average(self, strength: float) -> NetAverage:
+        """The average along and around the net, see `Surface.average`."""
+        return net_average(*self.net.shape[:2], strength)
 
     @cached_property
     def basis_q(self) -> Basis:

@@ -1,4 +1,11 @@
-"""The design variables of a body of tubes: which coordinates of control points are fixed, tied and bounded."""
+"""The design variables of a body of tubes: which coordinates of control points are fixed, tied and bounded.
+
+The exterior's end rows keep their z; all points of a chamber's flat end have the same z; rings in planes between
+rubbers keep theirs (see `level.py`); a pole is one point, and the row next to it has the same z, without which the end
+would be a cone. Where half-planes between rubbers cut surfaces, variables are along these and normal to them instead of
+along x and y, and columns in them keep their distance (see `wedge.py`). Bounds keep surfaces to their sides of such
+planes and half-planes.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +16,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from pneumorph.geometry.body import Body
-from pneumorph.geometry.design_space import SPAN, DesignSpace, FreeDatum, FreePressure
+from pneumorph.geometry.design_space import DesignSpace, ShapeVariables, build_space, tied_coordinates
 from pneumorph.geometry.tube.images import images
 from pneumorph.geometry.tube.level import Sides, sides_of
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.geometry.tube.wedge import Cones, cones_of
-from pneumorph.problem.designed import designed, reinforcements
 from pneumorph.problem.models import Symmetry
-from pneumorph.problem.reinforcement import data_of
-from pneumorph.problem.variable import Variable
 from pneumorph.symmetry.basis import column_squares, symmetric_basis
 from pneumorph.symmetry.operations import operations
 
@@ -38,54 +42,15 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     variable = np.concatenate(
         [np.where(block >= 0, block + shift, -1).ravel() for block, shift in zip(blocks, shifts, strict=True)]
     )
-    n_shape = sum(counts)
-    moving = np.flatnonzero(variable >= 0)
-    own = sparse.csr_matrix((np.ones(len(moving)), (moving, variable[moving])), shape=(len(variable), n_shape))
     turn = _turn(np.concatenate([one.angle.ravel() for one in cones]))
-    coordinates = turn.T @ body.control_points().ravel()
-    L, offset = sparse.csr_matrix(turn @ own), turn @ np.where(variable < 0, coordinates, 0.0)
-    shape = (own.T @ coordinates) / column_squares(own)
+    own = tied_coordinates(turn.T @ body.control_points().ravel(), variable)
+    L, offset, shape = sparse.csr_matrix(turn @ own.L), turn @ own.offset, own.start
     if problem.body.symmetry != Symmetry():
         L, offset, shape = _symmetric(problem.body, L, offset, shape)
     low, high = (np.concatenate([_limits(*one, name).ravel() for one in each]) for name in ("low", "high"))
     least, most = _bounds(sparse.csr_matrix(turn.T @ L), turn.T @ offset, low, high)
 
-    pressures, data, variables = [], [], []
-    fixed: dict[str, dict[str, float]] = {}
-    for task in problem.task:
-        fixed[task.name] = {}
-        for chamber, pressure in task.pressure.items():
-            if not pressure.free:
-                fixed[task.name][chamber] = pressure.start
-                continue
-            pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
-            variables.append(pressure)
-    names = {each.name: list(data_of(each)) for each in reinforcements(problem)}
-    for name, own in designed(problem).items():
-        for key, datum in own.items():
-            place = list(names).index(name), names[name].index(key)
-            data.append(FreeDatum(name, key, place, datum.start, _scale(datum)))
-            variables.append(datum)
-    # Those that are no shape, in mm of Φ.
-    others = np.array([[_scale(each) * bound for bound in (each.start, each.min, each.max)] for each in variables])
-    values, lower, upper = others.reshape(-1, 3).T
-    return DesignSpace(
-        reference=body,
-        L=L,
-        offset=offset,
-        start=np.concatenate([shape, values]),
-        lower=np.concatenate([least, lower]),
-        upper=np.concatenate([most, upper]),
-        free_pressures=tuple(pressures),
-        free_data=tuple(data),
-        fixed_pressures=fixed,
-        reinforcements=len(names),
-    )
-
-
-def _scale(variable: Variable) -> float:
-    """What of Φ, in mm, one unit of a variable that is no shape is."""
-    return SPAN / (variable.max - variable.min)
+    return build_space(problem, body, ShapeVariables(L, offset, shape, least, most))
 
 
 def _turn(angle: Array) -> sparse.csr_matrix:

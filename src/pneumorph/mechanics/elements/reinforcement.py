@@ -21,8 +21,7 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values, connect
-from pneumorph.mesh.tets import triangle_gradient
-from pneumorph.mesh.tube.cover import Covered
+from pneumorph.mesh.tets import Covered, triangle_gradient
 
 
 def connect_covered(covered: Covered) -> Connectivity:

@@ -1,47 +1,83 @@
-"""Mesh a body; the mesh follows its surfaces."""
+"""Mesh bodies of tubes, or parts of symmetric ones, with their regions and what lies on their surfaces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from itertools import product
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.cover import Cover
 from pneumorph.geometry.tube.level import Level
 from pneumorph.geometry.tube.lining import Lining
+from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.geometry.tube.wedge import Wedge
-from pneumorph.interrupts import stop_if_asked
+from pneumorph.mesh.build import DECIMALS, Boundary, mesh_within
 from pneumorph.mesh.cut import with_cut_regions
-from pneumorph.mesh.morph import Morph, build_morph
-from pneumorph.mesh.quality import scaled_jacobian
-from pneumorph.mesh.relax import relax
+from pneumorph.mesh.morph import Morph
+from pneumorph.mesh.tets import TetMesh
 from pneumorph.mesh.tube.cover import covered
 from pneumorph.mesh.tube.section import with_sections
 from pneumorph.mesh.tube.sector import with_sector
 from pneumorph.mesh.tube.surface import beginnings, surface_mesh
-from pneumorph.mesh.tube.wedge import following, named, with_half_planes
-from pneumorph.mesh.volume import fill
+from pneumorph.mesh.tube.wedge import Inside, following, named, with_half_planes
 from pneumorph.symmetry.part import Part, turns_of
 
 _TURN = np.radians(45)
-_FINER = (1.0, 0.93, 0.86, 0.8, 0.65, 0.5)
-"""Factors on size and turning angle in successive attempts. A slightly finer mesh suffices where chords just cross;
-half the size has eight times as many elements."""
-_DECIMALS = 6
-"""Decimals (of mm) to which control points are rounded while a body is meshed, so that rounding errors do not change
-the mesh, which is moved to the exact surfaces afterwards."""
-_WORST = 0.02
-"""Quality (see `scaled_jacobian`) below which a mesh is rejected."""
-_FLAT = 1e-9
-"""Quality, of either sign, below which an element with straight edges counts as flat."""
+
+
+@dataclass(frozen=True)
+class TubeMesher:
+    """Meshes the bodies of a run, or their parts; see `mesh_body` for what is not said here.
+
+    A whole body is meshed where the cut of a sector would cross itself or a surface.
+    """
+
+    size: float
+    part: Part = ()
+    linings: Sequence[Lining] = ()
+    covers: Sequence[Cover] = ()
+    levels: Sequence[Level] = ()
+    wedges: Sequence[Wedge] = ()
+
+    @property
+    def heights(self) -> Sequence[float]:
+        """z of the planes between regions, mm."""
+        return [level.height for level in self.levels]
+
+    def mesh(self, body: Body[TubeSurface], finest: float = 0.0) -> Morph:
+        """Mesh a body; where that fails, with finer elements, but with none below `finest`, in mm."""
+        try:
+            return self._meshed(body, self.part, finest)
+        except MeshError:
+            if turns_of(self.part) == 1:
+                raise
+        return self._meshed(body, (), finest)
+
+    def _meshed(self, body: Body[TubeSurface], part: Part, finest: float) -> Morph:
+        return mesh_body(body, self.size, part, self.linings, self.covers, self.levels, self.wedges, finest)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TubeBoundary(Boundary):
+    """That of tubes, with what is in half-planes between regions and what lies on surfaces."""
+
+    wedges: Sequence[Wedge]
+    inside: Inside
+    covers: Sequence[Cover]
+
+    def followed(self, straight: TetMesh) -> tuple[TetMesh, sparse.csr_array, np.ndarray]:
+        """See `Boundary.followed`."""
+        straight = replace(straight, covers=covered(self.faces, self.param, self.covers))
+        B, offset = following(self.inside, straight.points, self.B, self.offset)
+        return named(straight, self.wedges), B, offset
 
 
 def mesh_body(
-    body: Body,
+    body: Body[TubeSurface],
     size: float,
     part: Part = (),
     linings: Sequence[Lining] = (),
@@ -59,7 +95,7 @@ def mesh_body(
 
     Parameters
     ----------
-    body : Body
+    body : Body of tubes
     size : float
         Approximate edge length, mm; edges are shorter where the surfaces are strongly curved.
     part : Part
@@ -80,39 +116,22 @@ def mesh_body(
     MeshError
         If no attempt gives a mesh without inverted or nearly flat elements.
     """
-    exact, turns = body.control_points(), turns_of(part)
-    P = np.round(exact, _DECIMALS)
-    body = body.with_control_points(P)
-    reason = MeshError("no attempt was made")
-    factors = [factor for factor in _FINER if factor == 1.0 or factor * size >= finest]
-    for finer, begin in product(factors, beginnings(body, part)):
-        stop_if_asked()
-        try:
-            surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, wedges, begin)
-            nodes = surface.B @ P + surface.offset
-            solids, nodes, inside = with_half_planes(surface.solids, nodes, wedges, finer * size)
-            if turns > 1:
-                faces, nodes = with_sector(surface.faces, nodes, surface.seam, turns, finer * size)
-                solids = {"": np.concatenate(list(faces.values()))}
-            else:
-                solids, nodes = with_sections(solids, nodes, levels, part, finer * size)
-                faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, part, finer * size)
-            straight = replace(fill(solids, faces, nodes, finer * size), covers=covered(faces, surface.param, covers))
-        except MeshError as error:
-            reason = error
-            continue
-        # Elements that are inverted while straight may be sound when curved; those of no volume have no gradients.
-        if np.abs(scaled_jacobian(straight.points, straight.tets)).min() < _FLAT:
-            reason = MeshError("the mesh has a flat element")
-            continue
-        heights = [level.height for level in levels]
-        B, offset = following(inside, straight.points, surface.B, surface.offset)
-        result = relax(
-            build_morph(named(straight, wedges), B, offset, exact, finer * size, surface.param, heights), exact
+    turns = turns_of(part)
+
+    def bound(body: Body[TubeSurface], finer: float, begin: float) -> TubeBoundary:
+        surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, wedges, begin)
+        nodes = surface.B @ body.control_points() + surface.offset
+        solids, nodes, inside = with_half_planes(surface.solids, nodes, wedges, finer * size)
+        if turns > 1:
+            faces, nodes = with_sector(surface.faces, nodes, surface.seam, turns, finer * size)
+            solids = {"": np.concatenate(list(faces.values()))}
+        else:
+            solids, nodes = with_sections(solids, nodes, levels, part, finer * size)
+            faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, part, finer * size)
+        return TubeBoundary(
+            surface.B, surface.offset, nodes, faces, solids, surface.param, wedges=wedges, inside=inside, covers=covers
         )
-        result = replace(result, mesh=result.at(exact))
-        worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
-        if worst > _WORST:
-            return result
-        reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
-    raise MeshError(f"{reason}; surfaces may touch, or the mesh size of {size:g} mm may be too coarse for the walls")
+
+    rounded = body.with_control_points(np.round(body.control_points(), DECIMALS))
+    heights = [level.height for level in levels]
+    return mesh_within(bound, body, size, finest, beginnings(rounded, part), heights)

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.problem.columns import columns, columns_multiple
 from pneumorph.problem.models import BodySpec, Ripple
 from pneumorph.problem.regions import Region
 from pneumorph.problem.tables import Tables
 from pneumorph.problem.wedges import angle_between, crosses, edges, gap_around, gaps
-from pneumorph.symmetry.operations import columns, columns_multiple
 
 LEAST = math.radians(60.0)
 """Smallest angle of a region and of what is between two of them: the coarsest rings of a mesh have eight vertices."""

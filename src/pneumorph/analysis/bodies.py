@@ -1,0 +1,42 @@
+"""Meshes of the bodies of a problem, whatever their surfaces are."""
+
+from __future__ import annotations
+
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube import build_covers, build_levels, build_linings, build_wedges
+from pneumorph.mesh import Mesher, Morph
+from pneumorph.mesh.tube import TubeMesher
+from pneumorph.problem import Problem, reinforcements
+from pneumorph.symmetry.part import Part
+
+
+def mesher_of(problem: Problem, part: Part, size: float | None = None) -> Mesher:
+    """What meshes the bodies of a problem with their regions and covers.
+
+    Parameters
+    ----------
+    problem : whose regions and covers they have.
+    part : of the bodies that is meshed; all of one where the cut of a sector would cross itself or a surface.
+    size : of the elements, mm; by default that of the problem.
+    """
+    return TubeMesher(
+        size or problem.mesh.size,
+        part,
+        linings=build_linings(problem.body, problem.region),
+        covers=build_covers(problem.body, reinforcements(problem)),
+        levels=build_levels(problem.body, problem.region),
+        wedges=build_wedges(problem.body, problem.region),
+    )
+
+
+def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None) -> Morph:
+    """Mesh a body of a problem, see `mesher_of`.
+
+    What cannot be meshed so is tried with finer elements.
+
+    Raises
+    ------
+    MeshError
+        If the body cannot be meshed.
+    """
+    return mesher_of(problem, part, size).mesh(body)

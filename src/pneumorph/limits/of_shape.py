@@ -1,0 +1,80 @@
+"""The limits on the shape of the bodies of a run, as the optimiser asks about them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.geometry import Body
+from pneumorph.limits.certify.report import LimitReport, Places, Points, certify
+from pneumorph.limits.rows.linearised import Rows, linearised
+from pneumorph.limits.rows.samples import LimitSamples, sample_limits
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits
+
+
+class ShapeLimits(Protocol):
+    """Limits on the shapes of bodies that differ in their control points alone."""
+
+    @property
+    def cells(self) -> int:
+        """Number of cells of all surfaces: the rows of a limit in a cell share its multiplier."""
+        ...
+
+    @property
+    def wall(self) -> float:
+        """The least distance between surfaces, mm: the length that distances are compared with."""
+        ...
+
+    def rows(
+        self,
+        body: Body,
+        reach: float,
+        least: float,
+        places: Mapping[str, Points] | None = None,
+        broken: Places | None = None,
+    ) -> Rows:
+        """The limits linearised at a body, see `limits.rows.linearised`."""
+        ...
+
+    def certify(self, body: Body) -> LimitReport:
+        """The certified worst values of all limits."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class TubeLimits:
+    """The limits of a problem on bodies of tubes."""
+
+    samples: LimitSamples
+
+    @property
+    def cells(self) -> int:
+        return int(self.samples.first[-1])
+
+    @property
+    def wall(self) -> float:
+        return self.samples.spec.wall
+
+    def rows(
+        self,
+        body: Body,
+        reach: float,
+        least: float,
+        places: Mapping[str, Points] | None = None,
+        broken: Places | None = None,
+    ) -> Rows:
+        return linearised(self.samples, body, reach, least, places, broken)
+
+    def certify(self, body: Body) -> LimitReport:
+        return certify(body, self.samples.spec, own=self.samples.own_spans)
+
+
+def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] = ()) -> TubeLimits:
+    """The limits on all bodies of a run, see `sample_limits`."""
+    return TubeLimits(sample_limits(body, spec, group))

@@ -1,0 +1,157 @@
+"""Mesh what closed surfaces bound; the mesh follows them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.errors import MeshError
+from pneumorph.geometry import Body
+from pneumorph.geometry.surface import TriangulatedSurface
+from pneumorph.interrupts import stop_if_asked
+from pneumorph.mesh.morph import Morph, build_morph
+from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mesh.relax import relax
+from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.volume import fill
+
+_FINER = (1.0, 0.93, 0.86, 0.8, 0.65, 0.5)
+"""Factors on the size in successive attempts. A slightly finer mesh suffices where chords just cross; half the size has
+eight times as many elements."""
+DECIMALS = 6
+"""Decimals (of mm) to which control points are rounded while a body is meshed, so that rounding errors do not change
+the mesh, which is moved to the exact surfaces afterwards."""
+_WORST = 0.02
+"""Quality (see `scaled_jacobian`) below which a mesh is rejected."""
+_FLAT = 1e-9
+"""Quality, of either sign, below which an element with straight edges counts as flat."""
+
+
+class Mesher(Protocol):
+    """Meshes all bodies of a run."""
+
+    @property
+    def heights(self) -> Sequence[float]:
+        """z of planes across the axis in which nodes stay, mm."""
+        ...
+
+    def mesh(self, body: Body, finest: float = 0.0) -> Morph:
+        """Mesh a body; where that fails, with finer elements, but with none below `finest`, in mm."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """Six-node triangles that bound the regions of a body, ready to be filled.
+
+    Attributes
+    ----------
+    B : (n_surface, n_points) sparse
+        Nodes of the surfaces are B @ P + offset.
+    offset : (n_surface, 3) float
+        mm.
+    nodes : (n, 3) float
+        Those of the surfaces, then others, such as those in cuts.
+    faces : dict of (nf, 6) int
+        See `TetMesh.faces`.
+    solids : dict of (nt, 6) int
+        The triangles that bound each region, normals outwards; a body of a single rubber is one region "".
+    param : dict of (nf, 6, 2) float
+        See `Morph.param`.
+    """
+
+    B: sparse.csr_array
+    offset: np.ndarray
+    nodes: np.ndarray
+    faces: dict[str, np.ndarray]
+    solids: dict[str, np.ndarray]
+    param: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def followed(self, straight: TetMesh) -> tuple[TetMesh, sparse.csr_array, np.ndarray]:
+        """The filled mesh, B and offset, where more of its nodes follow the surfaces."""
+        return straight, self.B, self.offset
+
+
+def mesh_within(
+    bound: Callable[[Body, float, float], Boundary],
+    body: Body,
+    size: float,
+    finest: float = 0.0,
+    beginnings: Sequence[float] = (0.0,),
+    heights: Sequence[float] = (),
+) -> Morph:
+    """Mesh a body with quadratic tetrahedra.
+
+    If chords of a coarse triangulation cross, or an element is inverted when curved, finer ones are tried.
+
+    Parameters
+    ----------
+    bound : function of the body, a factor on all edge lengths, and one of the `beginnings`
+        Returns the triangles of the body; raises MeshError where it cannot.
+    body : Body
+    size : float
+        Approximate edge length, mm.
+    finest : float
+        Edge length, mm, below which no finer triangulations are tried.
+    beginnings : sequence of float
+        Where a sector may begin, as far as tried; see `mesh.tube`.
+    heights : sequence of float
+        See `build_morph`.
+
+    Raises
+    ------
+    MeshError
+        If no attempt gives a mesh without inverted or nearly flat elements.
+    """
+    exact = body.control_points()
+    body = body.with_control_points(np.round(exact, DECIMALS))
+    reason = MeshError("no attempt was made")
+    factors = [factor for factor in _FINER if factor == 1.0 or factor * size >= finest]
+    for finer, begin in product(factors, beginnings):
+        stop_if_asked()
+        try:
+            boundary = bound(body, finer, begin)
+            straight = fill(boundary.solids, boundary.faces, boundary.nodes, finer * size)
+            # Elements that are inverted while straight may be sound when curved; those of no volume have no gradients.
+            if np.abs(scaled_jacobian(straight.points, straight.tets)).min() < _FLAT:
+                raise MeshError("the mesh has a flat element")
+            straight, B, offset = boundary.followed(straight)
+        except MeshError as error:
+            reason = error
+            continue
+        result = relax(build_morph(straight, B, offset, exact, finer * size, boundary.param, heights), exact)
+        result = replace(result, mesh=result.at(exact))
+        worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
+        if worst > _WORST:
+            return result
+        reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
+    raise MeshError(f"{reason}; surfaces may touch, or the mesh size of {size:g} mm may be too coarse for the walls")
+
+
+@dataclass(frozen=True)
+class SurfaceMesher:
+    """Meshes bodies whose surfaces are triangulated each on its own, with elements of about this size, mm."""
+
+    size: float
+    heights: Sequence[float] = ()
+
+    def mesh(self, body: Body[TriangulatedSurface], finest: float = 0.0) -> Morph:
+        """Mesh a body, see `mesh_within`."""
+        return mesh_within(self._bound, body, self.size, finest)
+
+    def _bound(self, body: Body[TriangulatedSurface], finer: float, _: float) -> Boundary:
+        parts = [surface.triangulation(finer * self.size) for surface in body.surfaces]
+        faces: dict[str, np.ndarray] = {}
+        first = 0
+        for part in parts:
+            faces |= {name: first + triangles for name, triangles in part.faces.items()}
+            first += len(part.offset)
+        B, offset = sparse.csr_array(sparse.block_diag([part.B for part in parts])), [part.offset for part in parts]
+        offset = np.concatenate(offset)
+        nodes = B @ body.control_points() + offset
+        return Boundary(B, offset, nodes, faces, {"": np.concatenate(list(faces.values()))})
