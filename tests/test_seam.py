@@ -127,9 +127,9 @@ class Blob:
         return B @ self.points + offset, triangles[:, [0, 2, 1]] if self.cavity else triangles
 
     def average(self, strength):
-        values, vectors = np.linalg.eigh(
-            np.eye(self.n_points) + strength * (np.eye(self.n_points) - self.weights(sphere(1)[0])) / 2
-        )
+        near = np.exp(8.0 * (sphere(1)[0] @ sphere(1)[0].T - 1.0))
+        differences = np.diag(near.sum(axis=1)) - near
+        values, vectors = np.linalg.eigh(np.eye(self.n_points) + strength * differences)
         return Neighbours((vectors / np.sqrt(values)) @ vectors.T)
 
 
