@@ -63,10 +63,10 @@ def test_rejected_designs_are_named():
     console = Console(file=io.StringIO(), width=100)
     screen = Screen(PROBLEM, console)
     screen.show(DesignRejected(3, "the gain was 0.01 of the predicted one", 0.1))
-    screen.show(DesignRejected(3, "limits could not be kept: wall", 0.05))
+    screen.show(DesignRejected(3, "limits could not be satisfied: wall", 0.05))
     assert console.file.getvalue() == (
         "     design 3, trial 1 rejected: the gain was 0.01 of the predicted one; the next step is at most 0.1 mm\n"
-        "     design 3, trial 2 rejected: limits could not be kept: wall; the next step is at most 0.05 mm\n"
+        "     design 3, trial 2 rejected: limits could not be satisfied: wall; the next step is at most 0.05 mm\n"
     )
     quiet = Console(file=io.StringIO(), width=100)
     Screen(PROBLEM, quiet, quiet=True).show(DesignRejected(3, "the gain was 0.01 of the predicted one", 0.1))

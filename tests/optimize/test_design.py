@@ -185,7 +185,7 @@ def test_a_target_that_is_met_ends_the_run():
     """An extension of 0.4 mm is reached in a few designs, after which nothing is left to improve."""
     text = tiny(objective='{ kind = "motion", extension = "0.4 mm" }')
     *_, last, end = design(loads(text.replace("iterations = 2", "iterations = 20")))
-    assert "of what it was at first" in end.reason
+    assert "of its initial value" in end.reason
     assert 0 < last.entry.objective < 1e-6 * 0.3**2
 
 

@@ -152,5 +152,5 @@ def test_an_obstacle_is_needed():
 def test_a_start_that_does_not_touch_is_refused():
     """It would be taken for an optimum, since all derivatives are zero."""
     text = tiny(pressure='{ A = "5 kPa" }', objective=OBJECTIVES["normal force"])
-    with pytest.raises(ComputationError, match='task extend: the start does not touch obstacle "rod"; put that nearer'):
+    with pytest.raises(ComputationError, match='task extend: the start does not touch obstacle "rod"; move it nearer'):
         list(design(loads(text + ROD.format(name="rod", x=16))))

@@ -122,7 +122,7 @@ def _within_shape_limits(attempt: Attempt) -> Verdict:
         return None
     broken = "; ".join(map(str, end.violated()))
     region = attempt.region.too_large(attempt.setup.settings.radius)
-    return Rejected(region, attempt.current, f"limits could not be kept: {broken}")
+    return Rejected(region, attempt.current, f"limits could not be satisfied: {broken}")
 
 
 def _predicts_a_gain(attempt: Attempt) -> Verdict:
@@ -143,7 +143,7 @@ def _promises_enough(attempt: Attempt) -> Verdict:
         return Rejected(region.longer(setup.settings.radius), current)
     size, first = scale(setup, current), current.learnt.objectives[0]
     if abs(current.analysis.value) < size:
-        return Ended(f"the objective has fallen to {current.analysis.value / first:.1g} of what it was at first")
+        return Ended(f"the objective has fallen to {current.analysis.value / first:.1g} of its initial value")
     share = 100 * gain / max(size, 1e-300)
     return Ended(f"a step of {attempt.length:.2g} mm promises no more than {share:.1g} % of the objective")
 
@@ -187,7 +187,7 @@ def _does_not_intersect_itself(tried: Tried) -> Verdict:
     if tried.region.radius < tried.setup.settings.radius.ordinary:
         return Ended(
             f"a step of {tried.length:.2g} mm would make the body self-intersect; with a table [contact] its "
-            "surfaces press on each other instead"
+            "surfaces come into contact instead"
         )
     return tried.rejected("the body would self-intersect")
 

@@ -96,7 +96,7 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
             yield DesignRejected(current.number + 1, verdict.reason, region.radius * setup.reference)
     if not region.trials:
         return Ended("no step within the limits improves the design")
-    return Ended("the trust region has shrunk to nothing: no step that was tried improved the design")
+    return Ended("the trust region has become too small: no trial step improved the design")
 
 
 def _accept(tried: Tried) -> Iterate:

@@ -53,7 +53,7 @@ def _require_contact(problem: Problem, disc: Discretisation, analysis: Analysis)
         state = analysis.equilibria[task.name].state
         if float(disc.objectives[task.name].features(disc.model, analysis.X, state).contact[name].normal) == 0.0:
             raise ComputationError(
-                f'task {task.name}: the start does not touch obstacle "{name}"; put that nearer or raise the pressure'
+                f'task {task.name}: the start does not touch obstacle "{name}"; move it nearer or raise the pressure'
             )
 
 
@@ -67,8 +67,8 @@ def _within_limits(setup: Setup) -> tuple[Within, BroughtWithin | None]:
     if not isinstance(feasible, Within):
         broken = "; ".join(map(str, feasible.violated()))
         raise ComputationError(
-            f"the start breaks limits that no design near it keeps together: {broken}; widen one of them, or change "
-            "the body"
+            f"the start violates limits that no design near it satisfies together: {broken}; relax one of them, or "
+            "change the body"
         )
     moved = float(np.abs(feasible.phi - asked).max())
     return feasible, BroughtWithin(tuple(map(str, before.violated())), moved)

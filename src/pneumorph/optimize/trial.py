@@ -166,7 +166,7 @@ def _in_parts(
         shift = begin.morph.shift + share * (end.morph.shift - begin.morph.shift)
         disc, there = replace(end, morph=replace(end.morph, shift=shift)), near.phi + share * (phi - near.phi)
         if _quality(disc, space.control_points(there)) < settings.bearable:
-            return NoEquilibrium("the mesh folds on the way", 0.0, None), reached
+            return NoEquilibrium("elements of the mesh invert along the step", 0.0, None), reached
         starts = predict_states(space, disc, last, there)
         tried = analyse(problem, space, disc, there, starts, most=settings.most, roughest=settings.roughest)
         if not isinstance(tried, NoEquilibrium):
