@@ -11,6 +11,7 @@ nbformat = pytest.importorskip("nbformat")
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 COARSE = 'size, designs = "6 mm", 1'
+DENSE = 'control_density = "0.6 /mm"'
 
 
 def test_there_are_three():
@@ -21,6 +22,10 @@ def test_there_are_three():
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs(path, tmp_path):
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    example = tmp_path / "examples" / "linear.toml"
+    text = example.read_text(encoding="utf-8")
+    assert DENSE in text
+    example.write_text(text.replace(DENSE, 'control_density = "0.3 /mm"'), encoding="utf-8")
     (tmp_path / "notebooks").mkdir()
     notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)

@@ -12,6 +12,8 @@ from pneumorph.problem import loads
 from pneumorph.results import Fields
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+HUNG = 600_000
+"""Milliseconds after which a page that is waited for is taken to hang."""
 # Without a graphics card; as root, as in containers, there is no sandbox.
 DRAWING = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 
@@ -58,6 +60,7 @@ def opened(browser):
         address = what if isinstance(what, str) else what.as_uri()
         offline = not isinstance(what, str)
         context = browser.new_context(viewport={"width": 1100, "height": 800}, offline=offline, **options)
+        context.set_default_timeout(HUNG)
         contexts.append(context)
         page = context.new_page()
         page.requests, page.complaints = [], []
@@ -66,7 +69,7 @@ def opened(browser):
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
         page.on("dialog", lambda dialog: (page.complaints.append(dialog.message), dialog.dismiss()))
         page.goto(address)
-        page.wait_for_selector("body[data-ready]", timeout=60_000)
+        page.wait_for_selector("body[data-ready]")
         return page
 
     yield open_

@@ -46,12 +46,12 @@ def accept(run, number, pressures, fields):
 
 
 def solved(page, words):
-    page.wait_for_selector(SOLVED.format(words), timeout=120_000)
+    page.wait_for_selector(SOLVED.format(words))
 
 
 def until(page, name, text):
     """Wait for an element to say something."""
-    page.locator(f"#{name}", has_text=text).wait_for(state="attached", timeout=120_000)
+    page.locator(f"#{name}", has_text=text).wait_for(state="attached")
 
 
 def row(page, name) -> list[float]:
