@@ -14,7 +14,7 @@ demo: $(READY)
 
 # Three processes of one thread each, for two cores: some tests wait for browsers and for other processes.
 test: $(READY)
-	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist worksteal
+	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist worksteal --durations=10
 
 lint: $(READY)
 	$(BIN)/ruff check

@@ -8,9 +8,11 @@ import signal
 import sys
 
 import pytest
-from signals import SENT, heard, interrupted, start
+from signals import POSIX, SENT, heard, interrupted, start
 
 from pneumorph import interrupts, processes
+
+pytestmark = POSIX
 
 INSTALLED = """
 import os, sys, threading, time

@@ -18,7 +18,13 @@ from mkdocs.structure.pages import Page
 from pneumorph.problem.schema import json_schema
 
 ROOT = Path(__file__).parents[2]
-PAGES = {"README.md": "readme.md", "ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
+PAGES = {
+    "README.md": "readme.md",
+    "ARCHITECTURE.md": "architecture.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "SECURITY.md": "security.md",
+}
 """Pages of the repository's root, and where they are on the site."""
 SCHEMA = "src/pneumorph/problem/schema.json"
 """On the site, a link to it leads to the page that is made from it."""

@@ -6,7 +6,7 @@ from contextlib import nullcontext
 
 import pytest
 from runs import analysed, ended, waving_run
-from signals import SENT, arrive, heard, interrupted, start
+from signals import POSIX, SENT, arrive, heard, interrupted, start
 from tiny import tiny as text
 
 from pneumorph.cli import design, study
@@ -15,6 +15,8 @@ from pneumorph.interrupts import stop_if_asked
 from pneumorph.output.pictures import Pictures
 from pneumorph.problem import loads
 from pneumorph.run import open_run
+
+pytestmark = POSIX
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import urllib.request
 
 import pytest
 from runs import analysed, waving_run
-from signals import heard, interrupted, start
+from signals import POSIX, heard, interrupted, start
 from tiny import tiny
 
 from pneumorph.problem import loads
@@ -18,6 +18,7 @@ def path(tmp_path_factory):
     return waving_run(tmp_path_factory.mktemp("runs") / "run", problem, 1, {0: analysed(problem, 0.0)}).path
 
 
+@POSIX
 @pytest.mark.parametrize(
     ("number", "status", "words"), [(signal.SIGINT, 0, ""), (signal.SIGTERM, 143, "pneumorph: stopped\n")]
 )

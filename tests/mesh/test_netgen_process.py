@@ -1,14 +1,13 @@
 """Netgen in a process of its own: what it does to that process is nothing to this one."""
 
 import os
-import select
 import signal
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-from signals import HUNG, heard, interrupted, start
+from signals import LINUX, ends, heard, interrupted, start
 
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry.tube.start import starting_body
@@ -133,7 +132,7 @@ print(netgen_process._process().pid)
         os.kill(int(done.stdout), 0)
 
 
-@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="asks Linux when a process ends that is not its child")
+@LINUX
 def test_it_ends_at_once_with_a_command_that_is_interrupted():
     code = """
 from pneumorph.interrupts import install
@@ -145,9 +144,7 @@ print("process", netgen_process._process().pid, flush=True)
 netgen_process.call("optimise", points, tets, FACES, 1.0, "m", 10**9)  # would take most of an hour
 """
     command = start(["-c", code], env=os.environ | FOLDERS)
-    child = int(heard(command, "process").split()[1])
-    process = os.pidfd_open(child)
+    child = os.pidfd_open(int(heard(command, "process").split()[1]))
     ended = interrupted(command, signal.SIGTERM)
     assert (ended.status, ended.err) == (143, "pneumorph: stopped\n")
-    assert select.select([process], [], [], HUNG)[0], "Netgen goes on"
-    os.close(process)
+    assert ends(child), "Netgen goes on"

@@ -136,8 +136,9 @@ def test_damaged_and_strange_lists_trust_nothing(arm):
     trusted().write_bytes(b"\xff\n\n  \n" + b"0" * 64 + b"\n")
     refusal(pm.load, arm)
     trusted().unlink()
-    os.mkfifo(trusted())
-    refusal(pm.load, arm)
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(trusted())
+        refusal(pm.load, arm)
 
 
 def test_a_relative_place_for_configuration_is_not_used(arm, tmp_path, monkeypatch):

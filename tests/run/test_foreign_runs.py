@@ -316,9 +316,10 @@ def test_files_that_are_pipes_or_too_large(run):
         path = run.path / file
         whole = path.read_bytes()
         path.unlink()
-        os.mkfifo(path)
-        assert "it is a device or a pipe" in refusal(everything, run)
-        path.unlink()
+        if hasattr(os, "mkfifo"):
+            os.mkfifo(path)
+            assert "it is a device or a pipe" in refusal(everything, run)
+            path.unlink()
         with path.open("wb") as hollow:
             hollow.truncate(10**12)
         assert "it has more than" in refusal(everything, run)

@@ -6,6 +6,7 @@ import threading
 from contextlib import contextmanager
 
 import pytest
+from signals import POSIX
 
 import pneumorph as pm
 from pneumorph.output.packed import unpack
@@ -68,6 +69,7 @@ def test_an_answer_is_what_simulate_finds(run, solver, live):
     assert solver.ask(wanted) is answer, "it is solved once"
 
 
+@POSIX
 def test_the_newest_demand_wins(solver, live):
     assert solver.ask(live.wanted(1, {"A": 5.0})).converged
     with busy(solver):
@@ -78,6 +80,7 @@ def test_the_newest_demand_wins(solver, live):
     assert step_of(newest)["converged"] and second is None and third is None
 
 
+@POSIX
 def test_a_sweep_fills_the_time_and_gives_way(solver, live):
     wanted = live.sweep(0)
     assert [dict(each.pressures)["A"] for each in wanted] == pytest.approx([part * 0.06 / 6 for part in range(7)])
@@ -113,6 +116,7 @@ def test_a_run_that_is_gone_is_one_line(solver, live):
     assert "is not a run directory" in step_of(solver.ask(gone))["reason"]
 
 
+@POSIX
 def test_a_lost_process_is_reported_and_replaced(solver, live):
     assert solver.ask(live.wanted(0, {"A": 11.0})).converged
     process = solver._process

@@ -1,15 +1,21 @@
 """Programs that are sent signals: each is a process of its own, that says a word where it is to be interrupted."""
 
 import os
-import signal
+import select
 import subprocess
 import sys
 from dataclasses import dataclass
 
+import pytest
+
 from pneumorph import interrupts
 
-SENT = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+SENT = [(number, 128 + number) for number in interrupts.SIGNALS]
 """Signals that end commands, with the exit status."""
+
+POSIX = pytest.mark.skipif(os.name != "posix", reason="processes are sent signals as on POSIX systems")
+
+LINUX = pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="asks Linux when a process ends that is not a child")
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,14 @@ def interrupted(process: subprocess.Popen, *numbers: int) -> Ended:
     finally:
         process.kill()
         process.wait()
+
+
+def ends(child: int) -> bool:
+    """Wait until a process ends, of which this is the file descriptor (`os.pidfd_open`); whether it does."""
+    try:
+        return bool(select.select([child], [], [], HUNG)[0])
+    finally:
+        os.close(child)
 
 
 def arrive(number: int) -> None:
