@@ -18,7 +18,7 @@ from pneumorph.problem.table import Table
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
-MADE = {"readme.md", "architecture.md", "changelog.md", "file_reference.md"}
+MADE = {"readme.md", "architecture.md", "changelog.md", "contributing.md", "security.md", "file_reference.md"}
 """Pages of the site that are made when it is built: see docs/hooks/site.py."""
 LINK = re.compile(r'\]\(([^)\s]+)\)|src="([^"]+)"')
 CODE = re.compile(r"```.*?```|`[^`\n]*`", re.DOTALL)
