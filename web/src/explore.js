@@ -1,6 +1,7 @@
 // Pressures that are set on the page: the nearest known state at once, and the one that is asked for once it is solved.
 import * as server from "./client.js";
 import { byId, element } from "./elements.js";
+import { named } from "./named.js";
 import { keyOf, nearest, stepOf } from "./nearest.js";
 import { EXPLORE, pressureWords } from "./page.js";
 import { short } from "./numbers.js";
@@ -41,7 +42,7 @@ export class Explorer {
   }
 
   get #wanted() {
-    return Object.fromEntries(this.sliders.map(({ chamber, slider }) => [chamber, Number(slider.value)]));
+    return named(this.sliders.map(({ chamber, slider }) => [chamber, Number(slider.value)]));
   }
 
   // One to a chamber; they begin at the pressures of the task that was shown, and stay where they have been set.
@@ -179,6 +180,6 @@ export class Explorer {
   }
 }
 
-const inKilopascals = (pressures) => Object.fromEntries(Object.entries(pressures).map(([name, value]) => [name, 1e3 * value]));
+const inKilopascals = (pressures) => named(Object.entries(pressures).map(([name, value]) => [name, 1e3 * value]));
 
-const wordsOf = (kilopascals) => pressureWords(Object.fromEntries(Object.entries(kilopascals).map(([name, value]) => [name, value / 1e3])));
+const wordsOf = (kilopascals) => pressureWords(named(Object.entries(kilopascals).map(([name, value]) => [name, value / 1e3])));

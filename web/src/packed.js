@@ -1,5 +1,7 @@
 // The block that src/pneumorph/output/packed.py writes: gzip of a JSON head and arrays of whole steps.
 
+import { parsed } from "./named.js";
+
 export class Packed {
   constructor(head, content, begin) {
     this.facts = head.facts;
@@ -35,7 +37,7 @@ export async function unpackBytes(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   const content = new Uint8Array(await new Response(stream).arrayBuffer());
   const begin = 4 + new DataView(content.buffer).getUint32(0, true);
-  const head = JSON.parse(new TextDecoder().decode(content.subarray(4, begin)));
+  const head = parsed(new TextDecoder().decode(content.subarray(4, begin)));
   return new Packed(head, content, begin);
 }
 

@@ -1,4 +1,5 @@
 // The shapes of a run: every design at rest from its control nets, stored designs as tasks move them.
+import { named } from "./named.js";
 import { Lattice } from "./surface.js";
 import { Walls } from "./thickness.js";
 
@@ -29,7 +30,7 @@ export class Shapes {
   atRest(design) {
     return this.#once(`rest ${design}`, () => {
       const positions = this.lattice.positions(this.surfaces.map((surface) => this.net(surface, design)));
-      return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design, skin: "rest", obstacles: {} };
+      return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design, skin: "rest", obstacles: named([]) };
     });
   }
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -11,63 +9,73 @@ import jax.numpy as jnp
 from jax import Array
 
 from pneumorph.errors import ProblemError
-from pneumorph.objective.deadline import PROCESSOR, TooLong, deadline
 from pneumorph.objective.features import Features, Pressing, equidistant
 from pneumorph.objective.kinds.kind import Scope
+from pneumorph.objective.kinds.trial import FILE, Asked, fault_of, words_of
 from pneumorph.objective.objective import Objective
 from pneumorph.problem import Custom
 
-FILE = "<objective>"
-
 
 def build(asked: Custom, scope: Scope) -> Objective:
-    """Load a user's objective function, and check that it returns one number for features of this problem's shapes.
+    """Load a user's objective function, once a process of its own has shown that it loads and returns one number.
 
     Raises
     ------
     ProblemError
-        If there is no such function, or it fails or does not return a number; names the key and the line of the code.
+        If there is no such function, or it fails, does not end, or does not return a number for features of this
+        problem's shapes; names the key and the line of the code.
     """
-    space: dict[str, Any] = {}
-    key = scope.key
-    _guarded(key, lambda: exec(compile(asked.code, FILE, "exec"), space))
-    function = space.get(asked.function)
-    if not callable(function):
-        raise ProblemError(f'{key}.function: the code has no function "{asked.function}"; define it there')
-    none = Features(
-        jnp.zeros(3),
-        jnp.zeros(3),
-        {name: jnp.zeros(()) for name in scope.chambers},
-        jnp.zeros((asked.sections, 3)),
-        jnp.zeros((asked.sections, 3, 3)),
-        {name: Pressing(jnp.zeros(3), jnp.zeros(()), jnp.zeros(())) for name in scope.obstacles},
-        {name: jnp.zeros(6) for name in scope.obstacles},
-    )
+    wanted = Asked(asked.code, asked.function, asked.sections, tuple(scope.chambers), tuple(scope.obstacles))
+    if fault := fault_of(wanted):
+        raise ProblemError(f"{scope.key}.{fault.key}: {fault.words}")
+    try:
+        function = _loaded(wanted)[asked.function]
+    except Exception as error:
+        raise ProblemError(f"{scope.key}.code: {words_of(error)}") from None
 
     def measure(f: Features) -> Array:
         return jnp.asarray(function(f))
 
-    found = _guarded(key, lambda: jax.eval_shape(measure, none))
-    if found.shape != () or not jnp.issubdtype(found.dtype, jnp.floating):
-        raise ProblemError(
-            f"{key}.function: {asked.function} returns an array of shape {found.shape} and type {found.dtype}; "
-            "make it return one real number"
-        )
     return Objective(measure, equidistant(asked.sections, scope.length))
 
 
-def _guarded(key: str, call: Callable[[], Any]) -> Any:
-    """Result of a call into the user's code; an error in it is raised again as one line."""
-    try:
-        with deadline():
-            return call()
-    except TooLong:
-        raise ProblemError(
-            f"{key}.code: takes more than {PROCESSOR:g} s of processor time to load, or waits; make it end sooner"
-        ) from None
-    except (Exception, SystemExit) as error:
-        where = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == FILE]
-        line = where[-1] if where else getattr(error, "lineno", None)
-        at = f" in line {line}" if line else ""
-        words = " ".join(str(error).split())
-        raise ProblemError(f"{key}.code: {type(error).__name__}{at} ({words[:200]}); fix the code there") from None
+def shape_of(asked: Asked) -> tuple[str, str] | None:
+    """What is wrong with a function, by the key and as a clause; None if it returns one real number.
+
+    To be called by `trial.main`, where the code may do anything; raises what it raises.
+    """
+    function = _loaded(asked).get(asked.function)
+    if not callable(function):
+        return "function", f'the code has no function "{asked.function}"; define it there'
+    returned: list[Any] = []
+
+    def measure(f: Features) -> Array:
+        returned.append(function(f))
+        return jnp.zeros(()) if returned[-1] is None else jnp.asarray(returned[-1])
+
+    found = jax.eval_shape(measure, _zeros(asked))
+    if returned[-1] is None:
+        return "function", f"{asked.function} returns nothing; make it return one real number"
+    if found.shape != () or not jnp.issubdtype(found.dtype, jnp.floating):
+        kind = f"an array of shape {found.shape} and type {found.dtype}"
+        return "function", f"{asked.function} returns {kind}; make it return one real number"
+    return None
+
+
+def _loaded(asked: Asked) -> dict[str, Any]:
+    space: dict[str, Any] = {}
+    exec(compile(asked.code, FILE, "exec"), space)
+    return space
+
+
+def _zeros(asked: Asked) -> Features:
+    """Features of a problem's shapes."""
+    return Features(
+        jnp.zeros(3),
+        jnp.zeros(3),
+        {name: jnp.zeros(()) for name in asked.chambers},
+        jnp.zeros((asked.sections, 3)),
+        jnp.zeros((asked.sections, 3, 3)),
+        {name: Pressing(jnp.zeros(3), jnp.zeros(()), jnp.zeros(())) for name in asked.obstacles},
+        {name: jnp.zeros(6) for name in asked.obstacles},
+    )
