@@ -21,6 +21,7 @@ from pneumorph.limits.rows.samples import KINDS
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import SurfaceMesher, scaled_jacobian
 from pneumorph.optimize import DesignAccepted, Finished, optimise, setup_among
+from pneumorph.optimize.start import resumed
 from pneumorph.problem import loads
 from pneumorph.sensitivity.taylor import taylor_test
 
@@ -219,3 +220,5 @@ def test_three_steps_improve_it_within_its_wall(setup):
     for event in designs:
         assert setup.limits.certify(event.body)["wall"].value >= WALL * (1 - 0.005)
     assert isinstance(events[-1], Finished)
+    again = resumed(setup, designs[1].state)
+    assert again.analysis.value == pytest.approx(values[1], rel=1e-6)

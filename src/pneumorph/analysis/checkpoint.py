@@ -34,9 +34,9 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
         "mesh_B_indices": carrier.B.indices,
         "mesh_B_indptr": carrier.B.indptr,
     }
-    if carrier.mesh.regions:
+    if carrier.offset.any():
         arrays["mesh_offset"] = carrier.offset
-        arrays |= {f"region {name}": elements for name, elements in carrier.mesh.regions.items()}
+    arrays |= {f"region {name}": elements for name, elements in carrier.mesh.regions.items()}
     arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
     arrays |= pack_covers(carrier.mesh)
     arrays |= {f"param {name}": values for name, values in carrier.param.items()}

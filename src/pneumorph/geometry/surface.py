@@ -28,7 +28,7 @@ class Average(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
-    """Six-node triangles of a surface, whose nodes are linear in its control points.
+    """Six-node triangles of surfaces, whose nodes are linear in the control points.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Triangulation:
         mm.
     faces : dict of (nf, 6) int
         Corners, then mid-side nodes of the edges 01, 12, 20; normals point from solid to void. Names are those of
-        `mesh.TetMesh.faces`; together the triangles are closed.
+        `mesh.TetMesh.faces`.
     """
 
     B: sparse.csr_array
@@ -90,5 +90,5 @@ class TriangulatedSurface(Surface, Protocol):
     """A surface that is triangulated on its own, and closed."""
 
     def triangulation(self, size: float) -> Triangulation:
-        """Triangles with edges of about this length, mm."""
+        """Triangles with edges of about this length, mm, which are closed together."""
         ...

@@ -13,9 +13,10 @@ from pneumorph.geometry import Body
 from pneumorph.limits.certify.report import LimitReport, Places, Points, certify
 from pneumorph.limits.rows.linearised import Rows, linearised
 from pneumorph.limits.rows.samples import LimitSamples, sample_limits
+from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits
+    from pneumorph.problem import Limits, Problem
 
 
 class ShapeLimits(Protocol):
@@ -78,3 +79,8 @@ class TubeLimits:
 def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] = ()) -> TubeLimits:
     """The limits on all bodies of a run, see `sample_limits`."""
     return TubeLimits(sample_limits(body, spec, group))
+
+
+def limits_of(problem: Problem, body: Body) -> ShapeLimits:
+    """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
+    return tube_limits(body, problem.limits, operations(problem.body.symmetry))

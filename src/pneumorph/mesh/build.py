@@ -11,8 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body
-from pneumorph.geometry.surface import TriangulatedSurface
+from pneumorph.geometry import Body, TriangulatedSurface, Triangulation
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
@@ -46,29 +45,20 @@ class Mesher(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Boundary:
-    """Six-node triangles that bound the regions of a body, ready to be filled.
+class Boundary(Triangulation):
+    """Triangulated surfaces with what closes them and divides a body into regions, ready to be filled.
 
     Attributes
     ----------
-    B : (n_surface, n_points) sparse
-        Nodes of the surfaces are B @ P + offset.
-    offset : (n_surface, 3) float
-        mm.
     nodes : (n, 3) float
         Those of the surfaces, then others, such as those in cuts.
-    faces : dict of (nf, 6) int
-        See `TetMesh.faces`.
     solids : dict of (nt, 6) int
         The triangles that bound each region, normals outwards; a body of a single rubber is one region "".
     param : dict of (nf, 6, 2) float
         See `Morph.param`.
     """
 
-    B: sparse.csr_array
-    offset: np.ndarray
     nodes: np.ndarray
-    faces: dict[str, np.ndarray]
     solids: dict[str, np.ndarray]
     param: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -154,4 +144,4 @@ class SurfaceMesher:
         B, offset = sparse.csr_array(sparse.block_diag([part.B for part in parts])), [part.offset for part in parts]
         offset = np.concatenate(offset)
         nodes = B @ body.control_points() + offset
-        return Boundary(B, offset, nodes, faces, {"": np.concatenate(list(faces.values()))})
+        return Boundary(B, offset, faces, nodes, {"": np.concatenate(list(faces.values()))})

@@ -12,7 +12,7 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.geometry.starting import space_of
 from pneumorph.limits.certify import LimitReport
-from pneumorph.limits.of_shape import ShapeLimits, tube_limits
+from pneumorph.limits.of_shape import ShapeLimits, limits_of
 from pneumorph.limits.rows.functions import build_limit_functions
 from pneumorph.mechanics import part_of
 from pneumorph.mesh import Mesher
@@ -25,7 +25,6 @@ from pneumorph.optimize.step import Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
-from pneumorph.symmetry.operations import operations
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,12 +80,11 @@ class Setup:
 def build_setup(problem: Problem, settings: LoopSettings | None = None) -> Setup:
     """The setup of a problem, by its own body."""
     space = space_of(problem)
-    body = space.reference
-    limits = tube_limits(body, problem.limits, operations(problem.body.symmetry))
+    limits = limits_of(problem, space.reference)
     setup = setup_among(problem, space, limits, mesher_of(problem, part_of(problem)), settings)
     if problem.optimizer.method == "dfp":
         reach = 2.5 * setup.settings.radius.largest * setup.reference
-        all_samples = build_limit_functions(body, problem.limits, reach=reach)
+        all_samples = build_limit_functions(space.reference, problem.limits, reach=reach)
         return replace(setup, stepper=PaperStepper(space, all_samples, setup.reference))
     return setup
 

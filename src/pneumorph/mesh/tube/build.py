@@ -129,7 +129,7 @@ def mesh_body(
             solids, nodes = with_sections(solids, nodes, levels, part, finer * size)
             faces, solids, nodes = with_cut_regions(surface.faces, solids, nodes, part, finer * size)
         return TubeBoundary(
-            surface.B, surface.offset, nodes, faces, solids, surface.param, wedges=wedges, inside=inside, covers=covers
+            surface.B, surface.offset, faces, nodes, solids, surface.param, wedges=wedges, inside=inside, covers=covers
         )
 
     rounded = body.with_control_points(np.round(body.control_points(), DECIMALS))

@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from pneumorph.errors import MeshError
-from pneumorph.geometry import Body
+from pneumorph.geometry import Body, Triangulation
 from pneumorph.geometry.tube.level import Level
 from pneumorph.geometry.tube.lining import Lining
 from pneumorph.geometry.tube.surface import TubeSurface
@@ -31,18 +31,15 @@ _SEAMS = {("xz",): (0.0, 0.5), ("yz",): (0.75, 0.75), ("xz", "yz"): (0.0, 0.75)}
 """q at which the kept part begins, on the exterior and on a chamber, by the planes that cut the surface."""
 
 
-@dataclass(frozen=True)
-class SurfaceMesh:
-    """Six-node triangles on the exact surfaces.
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh(Triangulation):
+    """The triangles of all tubes of a body.
+
+    A row of B has at most 16 entries on a tube, and those of a whole end row on a disc. The offset is zero on the
+    surfaces, and leads from there to the nodes where two rubbers meet. Faces of chambers are the tube, then its discs.
 
     Attributes
     ----------
-    B : (n_nodes, n_points) sparse
-        Nodes are ``B @ P + offset``; a row has at most 16 entries on a tube, and those of a whole end row on a disc.
-    offset : (n_nodes, 3) float
-        Zero on the surfaces; from there to the nodes where two rubbers meet, mm.
-    faces : dict of (nf, 6) int
-        Triangles by name (see `TetMesh.faces`), normals from solid to void; for a chamber its tube, then its discs.
     param : dict of (nf, 6, 2) float
         (q, r) of the nodes of the tubes' triangles, by surface name ("exterior" or a chamber's), in the order of
         ``faces``; q exceeds 1 where a triangle crosses the seam.
@@ -53,9 +50,6 @@ class SurfaceMesh:
         Of a sector, the nodes of the surfaces where it begins, each with its image, where it ends.
     """
 
-    B: sparse.csr_array
-    offset: np.ndarray
-    faces: dict[str, np.ndarray]
     param: dict[str, np.ndarray]
     solids: dict[str, np.ndarray]
     seam: np.ndarray
