@@ -50,6 +50,7 @@ from pneumorph.problem.components import POSE
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from pneumorph.problem.materials import materials
 from pneumorph.problem.regions import REST
+from pneumorph.problem.reinforcement import buckling_of, wrinkling_of
 
 MIXED_FROM = 50.0
 """κ/μ from which `mesh.element = "auto"` selects mixed elements.
@@ -109,20 +110,24 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
     plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
     rubber = rubbers or (own if mesh.regions else own[REST])
     contact = contact_of(problem, mesh, own[REST])
-    laid = {spec.name: reinforcement_of(spec) for spec in reinforcements(problem)}
+    softest = min(solid.shear_modulus for solid in own.values())
+    laid = {spec.name: reinforcement_of(spec, softest, problem.mesh.size) for spec in reinforcements(problem)}
     return build_model(mesh, rubber, plate=plate, mixed=mixed, weight=weight, contact=contact, reinforcements=laid)
 
 
-def reinforcement_of(spec: ReinforcementSpec) -> Reinforcement:
-    """The sheet or the fibres of a table [[membrane]] or [[fibres]], as they are at the start."""
+def reinforcement_of(spec: ReinforcementSpec, shear_modulus: float, size: float) -> Reinforcement:
+    """The sheet or the fibres of a table [[membrane]] or [[fibres]], as they are at the start.
+
+    They are on rubber of a shear modulus in MPa with a mesh of a size in mm.
+    """
     match spec:
         case MembraneSpec():
-            data = spec.stiffness.start, spec.poisson, spec.wrinkling, spec.coverage.start
+            data = spec.stiffness.start, spec.poisson, wrinkling_of(spec, shear_modulus, size), spec.coverage.start
             return Membrane(*map(np.asarray, data))
         case FibresSpec():
             hands = (1, -1)[: spec.families]
             stiffness, winding = np.asarray(spec.stiffness.start), np.asarray(spec.winding.start)
-            return Fibres(stiffness, winding, np.asarray(spec.buckling), hands)
+            return Fibres(stiffness, winding, np.asarray(buckling_of(spec, shear_modulus, size)), hands)
 
 
 Moves = Mapping[str, Sequence[float]]

@@ -49,6 +49,12 @@ class Winding(Variable):
     """Upper bound."""
 
 
+_MOST_COMPRESSED = 0.01
+"""The largest strain about which sheets wrinkle and fibres buckle by default."""
+
+_THICKNESS = 0.1
+"""Thickness in mm of a sheet whose wrinkling strain is not given."""
+
 PositiveShare = Annotated[Number, Field(gt=0, le=1)]
 
 
@@ -118,8 +124,9 @@ class MembraneSpec(_Reinforcement):
     """Covered fraction of its part of the surface, for a sheet with strips or holes; may be designed."""
     poisson: Annotated[Number, Field(ge=0, lt=1)] = 0.3
     """Poisson's ratio in its plane."""
-    wrinkling: Annotated[Number, Field(gt=0, le=1)] = 0.01
-    """Compressive strain at which it wrinkles; its compressive force is below the stiffness times this strain."""
+    wrinkling: Annotated[Number, Field(gt=0, le=1)] | None = None
+    """Compressive strain at which it wrinkles; its compressive force is below the stiffness times this strain.
+    Without it, 0.01, or less if a sheet 0.1 mm thick or the rubber under the mesh would wrinkle before."""
 
 
 class FibresSpec(_Reinforcement):
@@ -136,8 +143,9 @@ class FibresSpec(_Reinforcement):
     """Angle from the lines from base to tip, 90 deg around the tube; positive is right-handed; may be designed."""
     families: Literal[1, 2] = 2
     """2: fibres at plus and minus the angle; 1: at plus the angle only, which twists the body."""
-    buckling: Annotated[Number, Field(gt=0, le=1)] = 0.01
-    """Compressive strain at which fibres buckle; their compressive force is below the stiffness times this strain."""
+    buckling: Annotated[Number, Field(gt=0, le=1)] | None = None
+    """Compressive strain at which fibres buckle; their compressive force is below the stiffness times this strain.
+    Without it, 0.01, or less if the rubber under the mesh would wrinkle before."""
 
     @model_validator(mode="after")
     def _at_most_around(self) -> FibresSpec:
@@ -153,6 +161,34 @@ class FibresSpec(_Reinforcement):
 
 
 Reinforcement = MembraneSpec | FibresSpec
+
+
+def wrinkling_of(spec: MembraneSpec, shear_modulus: float, size: float) -> float:
+    """The strain about which a sheet wrinkles, on rubber of a shear modulus in MPa with a mesh of a size in mm.
+
+    If it is not given, ¼ (3 Ē_r/Ē_s)^(2/3) with the moduli in plane strain of the rubber and of a sheet 0.1 mm thick of
+    the stiffness at the start (Allen 1969, Analysis and Design of Structural Sandwich Panels, ch. 8); no more than what
+    the rubber supports.
+    """
+    if spec.wrinkling is not None:
+        return spec.wrinkling
+    sheet = spec.stiffness.start / _THICKNESS / (1 - spec.poisson**2)
+    return min(_supported(spec, shear_modulus, size), 0.25 * (3 * 4 * shear_modulus / sheet) ** (2 / 3))
+
+
+def buckling_of(spec: FibresSpec, shear_modulus: float, size: float) -> float:
+    """The strain about which fibres buckle, like `wrinkling_of`: if it is not given, what the rubber supports."""
+    return spec.buckling or _supported(spec, shear_modulus, size)
+
+
+def _supported(spec: Reinforcement, shear_modulus: float, size: float) -> float:
+    """The strain at which the compressive force is μh/π, or `_MOST_COMPRESSED` if that is less.
+
+    A rubber half-space supports what lies on it against waves of length h, the shortest on a mesh of that size, up to
+    this force per width: against the wave w cos(2πx/h) it presses with 4πμw/h (Biot 1965, Mechanics of Incremental
+    Deformations). Under more, the mesh would wrinkle, though wrinkles are in the energy of the sheet already.
+    """
+    return min(_MOST_COMPRESSED, shear_modulus * size / math.pi / spec.stiffness.start)
 
 
 def data_of(each: _Reinforcement) -> dict[str, Variable]:

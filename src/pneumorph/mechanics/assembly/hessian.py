@@ -9,8 +9,15 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mechanics.assembly.metrics import Metrics, taut
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.potential import contact_tangent, displacement, object_columns, plate_columns
+from pneumorph.mechanics.assembly.potential import (
+    Potential,
+    contact_tangent,
+    displacement,
+    object_columns,
+    plate_columns,
+)
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces
 from pneumorph.mechanics.assembly.tip import Ride
 from pneumorph.mechanics.elements import derivatives, solid
@@ -38,17 +45,20 @@ def tangent(
     loads: Loads,
     blocked: np.ndarray,
     ratios: np.ndarray | None = None,
+    metrics: Metrics | None = None,
 ) -> np.ndarray:
     """Values of the tangent ∂²Π, in the order of the sparsity.
 
     Rows and columns of supported unknowns and of `blocked` (6,) plate unknowns are those of the identity. With volume
-    ratios (4, E) the volumetric stress of plain elements is that of these, not of the state's own.
+    ratios (4, E) the volumetric stress of plain elements is that of these, not of the state's own; with metrics the
+    tension of sheets and fibres is theirs.
     """
+    potential = taut(model, metrics) if metrics else model.potential
     regions = iter(model.regions.values())
     common = model.sparsity
     data = np.zeros(len(common.indices))
     u = displacement(model.tip, X, state)
-    for (seen, energies), places in zip(model.potential.groups, model.places, strict=True):
+    for (seen, energies), places in zip(potential.groups, model.places, strict=True):
         at = seen.local(X, u, state)
         for energy in energies:
             own = None
@@ -62,7 +72,7 @@ def tangent(
             scatter(coupling.ravel(), places.coupling, data)
             scatter(compression.ravel(), places.compression, data)
     if model.plate:
-        _add_plate(model, X, state, loads, data)
+        _add_plate(model, potential, X, state, loads, data)
     data[model.supported_values] = 0.0
     data[model.diagonal[model.fixed]] = 1.0
     if model.plate and blocked.any():
@@ -168,10 +178,10 @@ def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
     return np.ascontiguousarray(motion).reshape(count, -1, 9), coupling, matrices[:, end:, end:]
 
 
-def _add_plate(model: Model, X: np.ndarray, state: State, loads: Loads, data: np.ndarray) -> None:
+def _add_plate(model: Model, potential: Potential, X: np.ndarray, state: State, loads: Loads, data: np.ndarray) -> None:
     """The six columns of the plate, which moves the nodes of the tip; for all terms at once."""
     common = model.sparsity
-    columns = plate_columns(model.potential, X, state, loads)
+    columns = plate_columns(potential, X, state, loads)
     number = common.beside_tip
     row_ends = common.indptr[(3 * number[:, None] + np.arange(3)) + 1]
     data[row_ends[:, :, None] + np.arange(-6, 0)] = columns.u[model.independent[number]]

@@ -300,7 +300,7 @@ def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
         model,
         terms=(*model.terms, *terms),
         potential=potential._replace(
-            groups=(*potential.groups, *groups), near_tip=(*potential.near_tip, *_near_tip(groups, number))
+            groups=(*potential.groups, *groups), near_tip=(*potential.near_tip, *near_tip(groups, number))
         ),
         places=(*model.places, *[place for _ in groups]),
     )
@@ -338,7 +338,7 @@ def _assembled(
     fixed = np.concatenate([supports[own].ravel(), np.zeros(len(common.corners), bool), *held, still])
     return {
         "terms": terms,
-        "potential": Potential(groups, _near_tip(groups, number), tip, contact),
+        "potential": Potential(groups, near_tip(groups, number), tip, contact),
         "sparsity": common,
         "places": tuple(places_of(common, group.connectivity, tip.tied.nodes) for group in groups),
         "fixed": fixed,
@@ -386,7 +386,7 @@ def _cavities(mesh: TetMesh) -> Connectivity:
     return connect(chamber, data=np.asarray(block_diag(*shares)).T if shares else np.zeros((0, 0)))
 
 
-def _near_tip(groups: Iterable[Group], number: np.ndarray) -> tuple[Group, ...]:
+def near_tip(groups: Iterable[Group], number: np.ndarray) -> tuple[Group, ...]:
     """The groups, restricted to elements that depend on the plate."""
     near = []
     for seen, energies in groups:

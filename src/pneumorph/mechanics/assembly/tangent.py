@@ -20,6 +20,7 @@ from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.linear import TooCostly, build_factorisation
+from pneumorph.mechanics.assembly.metrics import Metrics
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
@@ -104,11 +105,15 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """What was factorised at a state: its tangent if `exact`, else one like it that serves the search."""
+    """What was factorised at a state: its tangent if `exact`, else one like it that serves the search.
+
+    With `metrics` the tension of sheets and fibres was that of these, not of the state's own.
+    """
 
     at: Configuration
     state: State
     exact: bool = True
+    metrics: Metrics | None = None
 
 
 class Tangent:
@@ -157,9 +162,16 @@ class Tangent:
         self.refactorise(self._assembled(at, state), Origin(at, state))
         self.unit_seconds = time.perf_counter() - began
 
-    def factorise_with(self, at: Configuration, state: State, ratios: np.ndarray) -> None:
-        """Factorise the tangent at a state with the volumetric stress of other volume ratios (4, E) than its own."""
-        self.refactorise(self._assembled(at, state, ratios), Origin(at, state, exact=False))
+    def factorise_with(
+        self, at: Configuration, state: State, ratios: np.ndarray | None, metrics: Metrics | None = None
+    ) -> None:
+        """Factorise the tangent at a state with the stress of others than its own.
+
+        The volumetric stress is that of volume ratios (4, E), the tension of sheets and fibres that of metrics.
+        """
+        began = time.perf_counter()
+        self.refactorise(self._assembled(at, state, ratios, metrics), Origin(at, state, False, metrics))
+        self.unit_seconds = time.perf_counter() - began
 
     def is_of(self, at: Configuration, state: State) -> bool:
         """Whether the last factorisation is of the tangent at this state.
@@ -231,10 +243,12 @@ class Tangent:
                 return shift
             shift = 4 * shift or least
 
-    def _assembled(self, at: Configuration, state: State, ratios: np.ndarray | None = None) -> np.ndarray:
+    def _assembled(
+        self, at: Configuration, state: State, ratios: np.ndarray | None = None, metrics: Metrics | None = None
+    ) -> np.ndarray:
         if at.model.sparsity is not self._model.sparsity:
             raise ValueError("the configuration belongs to another model")
-        data = tangent(at.model, at.X, state, at.loads, at.blocked, ratios)
+        data = tangent(at.model, at.X, state, at.loads, at.blocked, ratios, metrics)
         if not at.model.potential.has_pairs:
             return data
         data = self._with_contact(data, contact_in_pairs(at.model, at.X, state, at.loads, at.constrained))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -40,10 +41,13 @@ class Guess:
     gradients : (3, 3, 4, E) float, optional
         Deformation gradients at the quadrature points of all elements, made from those of an equilibrium: they are
         nearer to what is sought than those of the displacements.
+    metrics : sequence of (E, 3, 3) float
+        The same for the faces under sheets and fibres; empty if they are the state's own.
     """
 
     state: State
     gradients: np.ndarray | None = None
+    metrics: Sequence[np.ndarray] = ()
 
 
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:

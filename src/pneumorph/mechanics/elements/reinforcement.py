@@ -33,12 +33,17 @@ def connect_covered(covered: Covered) -> Connectivity:
     return connect(covered.nodes, data=np.concatenate([points[..., 2:], slopes], axis=-1))
 
 
-def _metric(local: Local, places: Values) -> tuple[Array, Array, Array]:
-    """Products g₁₁, g₁₂, g₂₂ (E, 3) of the tangents of faces with nodes at these places (E, 6, 3), at their points."""
-    slopes = local.data[..., 3:].reshape(*local.data.shape[:2], 6, 2)
+def metric(local: Local, places: Values) -> Array:
+    """Products g₁₁, g₁₂, g₂₂ (E, 3, 3) of the tangents, at the points of faces with nodes at these places (E, 6, 3)."""
+    slopes = local.data[..., 3:15].reshape(*local.data.shape[:2], 6, 2)
     tangents = jnp.einsum("eai,eqak->eqki", places, slopes)
     one, two = tangents[..., 0, :], tangents[..., 1, :]
-    return jnp.sum(one * one, axis=-1), jnp.sum(one * two, axis=-1), jnp.sum(two * two, axis=-1)
+    return jnp.stack([jnp.sum(a * b, axis=-1) for a, b in ((one, one), (one, two), (two, two))], axis=-1)
+
+
+def _parts(of: Array) -> tuple[Array, Array, Array]:
+    """g₁₁, g₁₂, g₂₂."""
+    return of[..., 0], of[..., 1], of[..., 2]
 
 
 _APART = 1e-6
@@ -66,14 +71,20 @@ class Membrane:
     number: Values = 0
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        (A, B, C), (a, b, c) = _metric(local, local.X), _metric(local, local.X + local.u)
-        square = A * C - B * B
-        area = jnp.sqrt(square)
+        return jnp.sum(self.stored(metric(local, local.X + local.u), local, loads), axis=1)
+
+    def stored(self, deformed: Array, local: Local, loads: Loads) -> Array:
+        """The share (E, 3) of each point in the energy, by the metrics (E, 3, 3) of the deformed faces."""
+        (A, B, C), (a, b, c) = _parts(metric(local, local.X)), _parts(deformed)
+        area = jnp.sqrt(A * C - B * B)
         change = jnp.sqrt(a * c - b * b) / area
-        # Mean and half the difference of the stretches, from the trace and the determinant of C = UᵀU.
-        trace = (a * C - 2 * b * B + c * A) / square
-        mean = jnp.sqrt(trace + 2 * change) / 2 - 1
-        apart = jnp.sqrt((trace - 2 * change) / 4 + _APART**2)
+        # Components of C = UᵀU along the first tangent and across it: differences of them, not of its invariants, are
+        # exact where the stretches are nearly equal.
+        along, shear = a / A, (A * b - B * a) / (A * area)
+        across = (c * A - 2 * b * B + a * B * B / A) / area**2
+        twice = jnp.sqrt(along + across + 2 * change)
+        mean = twice / 2 - 1
+        apart = jnp.sqrt(((along - across) ** 2 + 4 * shear**2) / (2 * twice) ** 2 + _APART**2)
         larger, smaller = mean + apart, mean - apart
         ratio = self.poisson
         # Per width sheets bear 1/(1 − ν) times the slope of φ.
@@ -83,7 +94,7 @@ class Membrane:
         )
         changed = jnp.asarray(loads.laid)[self.number]
         stiffness = (self.stiffness + changed[0]) * (self.coverage + changed[1])
-        return jnp.sum(local.data[..., 0] * area * stiffness * value, axis=1)
+        return local.data[..., 0] * area * stiffness * value
 
 
 @partial(register_dataclass, data_fields=["stiffness", "winding", "buckling", "number"], meta_fields=["hands"])
@@ -103,7 +114,11 @@ class Fibres:
     number: Values = 0
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        (A, B, C), (a, b, c) = _metric(local, local.X), _metric(local, local.X + local.u)
+        return jnp.sum(self.stored(metric(local, local.X + local.u), local, loads), axis=1)
+
+    def stored(self, deformed: Array, local: Local, loads: Loads) -> Array:
+        """The share (E, 3) of each point in the energy, by the metrics (E, 3, 3) of the deformed faces."""
+        (A, B, C), (a, b, c) = _parts(metric(local, local.X)), _parts(deformed)
         area = jnp.sqrt(A * C - B * B)
         s, t = local.data[..., 1], local.data[..., 2]
         length = jnp.sqrt(A * s * s + 2 * B * s * t + C * t * t)
@@ -118,7 +133,7 @@ class Fibres:
             one, two = cosine * s + sine * across, cosine * t + sine * over
             stretch = jnp.sqrt(a * one * one + 2 * b * one * two + c * two * two)
             value += _tension(stretch - 1, self.buckling)
-        return jnp.sum(local.data[..., 0] * area * stiffness * value, axis=1)
+        return local.data[..., 0] * area * stiffness * value
 
 
 Reinforcement = Membrane | Fibres

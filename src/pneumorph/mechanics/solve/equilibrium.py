@@ -215,14 +215,18 @@ def _begin(at: Configuration, start: State | Guess) -> Guess:
     begin, F = landed(at, guess.state), guess.gradients
     # What is fitted might go through a surface.
     if F is None or at.model.contact is not None:
-        return Guess(begin)
-    return Guess(fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin, F)
+        return Guess(begin, metrics=guess.metrics)
+    return Guess(fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin, F, guess.metrics)
 
 
 def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
     """`_find`, from where a search begins."""
     if at.model.mixed:
-        return find_stable(at, tangent, begin.state, tolerance)
+        return find_stable(at, tangent, begin, tolerance)
+    if at.model.reinforcements:
+        found = find_stable(at, tangent, begin, tolerance)
+        if not isinstance(found, str) and tangent.negative_pivots == 0:
+            return found
     ratios = None if begin.gradients is None else volume_ratio(begin.gradients)
     return minimise(at, tangent, begin.state, tolerance, ratios)
 

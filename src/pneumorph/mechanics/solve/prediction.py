@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.metrics import metrics_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import Guess, State, gradients_after
 from pneumorph.mechanics.elements.terms import Loads
@@ -32,10 +33,12 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
 
 
 def guess_after(at: Configuration, state: State, there: Configuration, found: State) -> Guess:
-    """A predicted state, with deformation gradients that turn with the body; nodes may have moved as well."""
+    """A predicted state, with deformation gradients and metrics that turn with the body; nodes may have moved too."""
     model = at.model
     u, after = (kernels.displacement(model.tip, each.X, one) for each, one in ((at, state), (there, found)))
-    return Guess(found, gradients_after(model.tets.nodes[: model.elements], at.X, u, there.X - at.X, after - u))
+    dX, du = there.X - at.X, after - u
+    gradients = gradients_after(model.tets.nodes[: model.elements], at.X, u, dX, du)
+    return Guess(found, gradients, metrics_after(model, at.X, state, dX + du))
 
 
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:

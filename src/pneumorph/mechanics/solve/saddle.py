@@ -8,11 +8,14 @@ eliminated the potential is the more ill-conditioned the larger κ/μ.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.metrics import Metrics, metrics_along_state, metrics_at, missing, pulled
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.kinematics import Guess, State
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
     INTERPENETRATION,
@@ -52,7 +55,7 @@ LARGEST_MOVE = 0.02
 """Largest displacement in one step on the way down, relative to the diagonal of the body's bounding box."""
 
 
-def find_stable(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+def find_stable(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found.
 
     Where Newton's method ends in an unstable state, the search goes on downhill from there. If that finds nothing, the
@@ -71,40 +74,57 @@ def find_stable(at: Configuration, tangent: Tangent, start: State, tolerance: fl
         return "the tangent is singular"
 
 
-def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) -> tuple[State, float] | str:
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """Unknowns (n,) with the metrics under sheets and fibres, and the residual (n,) that Newton's method reduces.
+
+    That is the residual of both with the metrics eliminated; `residual` is that of the displacements' own metrics.
+    """
+
+    vector: np.ndarray
+    metrics: Metrics
+    residual: np.ndarray
+    reduced: np.ndarray
+
+
+def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) -> tuple[State, float] | str:
     """The equilibrium near `start`, stable or not, with its relative residual, or the reason why none was found."""
     model = at.model
-    vector = supported(at, model.vector(start))
+    vector = supported(at, model.vector(start.state))
     if not apart(at, vector):
         return INTERPENETRATION
     residual = residual_at(at, vector)
     if not np.isfinite(residual).all():
         return "the starting state is not finite"
     scale = applied_force(at, model.state(vector))
-    size = float(np.linalg.norm(residual)) / scale
     # In plain elements too, the stress of volume ratios is then an unknown of its own: see `descent.py`.
     ratios = None if model.mixed else ratios_at(at, vector)
+    here = Iterate(vector, start.metrics or metrics_at(model, at.X, model.state(vector)), residual, residual)
     direction, fresh = None, True
     if tangent.ready:
+        here = _reduced(at, tangent, here)
         # The factorisation may belong to other blocked components of the plate.
-        direction, fresh = supported(at, tangent.precondition(-residual)), False
+        direction, fresh = supported(at, tangent.precondition(-here.reduced)), False
     for _ in range(MOST_NEWTON_STEPS):
+        size, rough = (float(np.linalg.norm(each)) / scale for each in (here.residual, here.reduced))
         if size <= tolerance:
-            if smallest_ratio(at, vector) <= SMALLEST_RATIO:
+            if smallest_ratio(at, here.vector) <= SMALLEST_RATIO:
                 return "an element is inverted"
-            if not apart(at, vector):
+            if not apart(at, here.vector):
                 return INTERPENETRATION
-            return model.state(vector), size
+            return model.state(here.vector), size
         if direction is None:
-            if ratios is None or size <= SMOOTH:
-                tangent.factorise(at, model.state(vector))
+            others = ratios if rough > SMOOTH else None
+            if others is None and not here.metrics:
+                tangent.factorise(at, model.state(here.vector))
             else:
-                tangent.factorise_with(at, model.state(vector), ratios)
-            direction, fresh = supported(at, tangent.precondition(-residual)), True
-        borne = QUICK if size < SMOOTH else SLOW
-        moved = _moved(at, tangent, vector, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
-        stuck = fresh and (moved is None or np.linalg.norm(moved[1]) > HALVED * np.linalg.norm(residual))
-        if stuck and size * scale <= residual_rounding(at, vector):
+                tangent.factorise_with(at, model.state(here.vector), others, here.metrics)
+            here = _reduced(at, tangent, here)
+            direction, fresh = supported(at, tangent.precondition(-here.reduced)), True
+        borne = QUICK if rough < SMOOTH else SLOW
+        moved = _moved(at, tangent, here, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
+        stuck = fresh and (moved is None or np.linalg.norm(moved[0].residual) > HALVED * size * scale)
+        if stuck and size * scale <= residual_rounding(at, here.vector):
             tolerance = max(tolerance, size)
             continue
         if moved is None and fresh:
@@ -112,35 +132,61 @@ def newton(at: Configuration, tangent: Tangent, start: State, tolerance: float) 
         if moved is None:
             direction = None
             continue
-        trial, residual, correction, contraction = moved
-        if ratios is not None and size > SMOOTH:
-            ratios = stepped_ratios(at, ratios, vector, direction, trial)
-        vector = trial
-        size = float(np.linalg.norm(residual)) / scale
+        trial, correction, contraction = moved
+        if ratios is not None and rough > SMOOTH:
+            ratios = stepped_ratios(at, ratios, here.vector, direction, trial.vector)
+        here = trial
         kept = contraction < (QUICK if fresh else borne)
         direction, fresh = (correction, False) if kept else (None, True)
-        if size > 1e-2 and largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
+        if rough > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
             return f"the body deforms without limit (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
-def _moved(at: Configuration, tangent: Tangent, vector, direction, smallest: float, bound: float | None):
-    """The unknowns after a step that passes the test, their residual, the next correction and its relative size.
+def _reduced(at: Configuration, tangent: Tangent, here: Iterate) -> Iterate:
+    """The same unknowns, with the metrics eliminated by the tangent that is factorised now."""
+    model, origin = at.model, tangent.origin
+    if not here.metrics or origin is None:
+        return replace(here, reduced=here.residual)
+    state = model.state(here.vector)
+    own = metrics_at(model, at.X, state)
+    change = pulled(model, at.X, state, at.loads, here.metrics)
+    there = origin.metrics or metrics_at(model, origin.at.X, origin.state)
+    short = [now - held for now, held in zip(own, here.metrics, strict=True)]
+    change += missing(model, origin.at.X, origin.state, at.loads, there, short)
+    return replace(here, reduced=here.residual + supported(at, change))
+
+
+def _along(at: Configuration, tangent: Tangent, here: Iterate, direction: np.ndarray) -> Metrics:
+    """How the metrics change with a step along a direction: at its end they are those linearised."""
+    model, origin = at.model, tangent.origin
+    if not here.metrics or origin is None:
+        return ()
+    by = metrics_along_state(model, origin.at.X, origin.state, model.state(direction))
+    own = metrics_at(model, at.X, model.state(here.vector))
+    return [now - held + change for now, held, change in zip(own, here.metrics, by, strict=True)]
+
+
+def _moved(at: Configuration, tangent: Tangent, here: Iterate, direction, smallest: float, bound: float | None):
+    """The iterate after a step that passes the test, the next correction and its relative size.
 
     Steps are halved down to `smallest`. The contraction must be below `bound`, by default 1 − step/4.
     """
-    before, whole = length(at, direction), free_share(at, vector, direction)
+    before, whole = length(at, direction), free_share(at, here.vector, direction)
     step, smallest = whole, whole * smallest
-    least = min(SMALLEST_RATIO, smallest_ratio(at, vector))
+    least = min(SMALLEST_RATIO, smallest_ratio(at, here.vector))
+    along = _along(at, tangent, here, direction)
     while step >= smallest:
-        trial = vector + step * direction
-        residual = residual_at(at, trial)
-        if np.isfinite(residual).all() and smallest_ratio(at, trial) >= least:
-            correction = supported(at, tangent.precondition(-residual))
+        vector = here.vector + step * direction
+        residual = residual_at(at, vector)
+        if np.isfinite(residual).all() and smallest_ratio(at, vector) >= least:
+            metrics = [held + step * change for held, change in zip(here.metrics, along, strict=True)]
+            trial = _reduced(at, tangent, Iterate(vector, metrics, residual, residual))
+            correction = supported(at, tangent.precondition(-trial.reduced))
             contraction = length(at, correction) / max(before, 1e-300)
             if contraction <= (1 - step / 4 if bound is None else bound):
                 # Only after a full step does the correction show how good the factorisation still is.
-                return trial, residual, correction, contraction if step == 1.0 else 1.0
+                return trial, correction, contraction if step == 1.0 else 1.0
         step /= 2
     return None
 
@@ -171,7 +217,7 @@ def _downhill(at: Configuration, tangent: Tangent, start: State, tolerance: floa
             return None
         raised = tangent.factorise_convex(at, model.state(vector), max(raised / 4, LEAST_SHIFT))
         if not raised and np.linalg.norm(residual) < SMOOTH * scale:
-            found = newton(at, tangent, model.state(vector), tolerance)
+            found = newton(at, tangent, Guess(model.state(vector)), tolerance)
             if not isinstance(found, str):
                 tangent.move_to(at, found[0])
                 if tangent.negative_pivots == 0:
