@@ -13,7 +13,7 @@ const parts = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)
 // What can be shown: its name, its unit, and its colours from low to high.
 export const MODES = {
   thickness: { option: "wall thickness", word: "Wall thickness", unit: "mm", stops: THICKNESS },
-  limits: { option: "nearest limit", word: "Share of the nearest limit used", unit: "%", stops: LIMITS },
+  limits: { option: "nearest limit", word: "Share of the nearest limit", unit: "%", stops: LIMITS },
   stretch: { option: "stretch", word: "Largest principal stretch", unit: "", stops: STRETCH },
   displacement: { option: "displacement", word: "Displacement", unit: "mm", stops: DISPLACEMENT },
   plain: { option: "none", word: "Plain", unit: "", stops: [PLAIN, PLAIN] },

@@ -149,7 +149,7 @@ export function comparedTable(runs) {
     ["ended", ...of((facts) => (facts.result ? facts.result.reason : "not yet"))],
     ["objective", ...of((_, entry) => short(entry.objective, 5))],
     ...tasks.map((name) => [`task ${name}`, ...of((_, entry) => (entry.motions[name] ? `${entry.motions[name].word} ${entry.motions[name].text} at ${entry.motions[name].at}` : "–"))]),
-    ["limits", ...of((_, entry) => (entry.held ? "held" : "not held"))],
+    ["limits", ...of((_, entry) => (entry.held ? "satisfied" : "violated"))],
     ...limits.map(({ key, word, unit }) => [`${word}${unit ? `, ${unit}` : ""}`, ...of((_, entry) => short(entry.limits[key]))]),
     ["elements", ...of((_, entry) => entry.elements)],
     ["time", ...of((facts) => (facts.result ? facts.result.spent : "–"))],

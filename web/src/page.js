@@ -14,7 +14,7 @@ import { designRows, fillPairs, fillTable, limitsTable, runRows, tasksTable } fr
 // In place of a task: pressures that are set on the page.
 export const EXPLORE = "*";
 
-const HERE = "which one: point at the body";
+const HERE = "point at the body for its name";
 
 export class RunPage {
   explorable = false; // whether there is a server that solves
@@ -123,7 +123,7 @@ export class RunPage {
     fillTable(byId("tasks"), tasksTable(facts, entry));
     fillTable(byId("limits"), limitsTable(facts, entry));
     fillPairs(byId("design-facts"), designRows(entry));
-    byId("held").textContent = entry.held ? "All limits are held." : "Not all limits are held.";
+    byId("held").textContent = entry.held ? "The design satisfies all limits." : "The design violates limits.";
     byId("held").className = entry.held ? "ok" : "broken";
     this.shown?.();
   }
@@ -155,8 +155,8 @@ export class RunPage {
     const there = this.facts.states.filter(({ tasks }) => tasks.length > 0).map(({ design }) => design);
     if (there.length === 0) return "No inflated shapes are stored in this run: designs are shown at rest.";
     const which = there.length > 1 ? `designs ${there.slice(0, -1).join(", ")} and ${there.at(-1)}` : `design ${there[0]}`;
-    if (this.state.task && stops.length === 0) return `Shown at rest: inflated shapes are stored for ${which} alone.`;
-    if (stops.length > 0 && stops.length < 4) return `Stored are the shapes at ${stops.length === 1 ? "the whole pressures alone" : `${stops.length} pressures`}; nothing is drawn between them.`;
+    if (this.state.task && stops.length === 0) return `The design is shown at rest: inflated shapes are stored for ${which} only.`;
+    if (stops.length > 0 && stops.length < 4) return `Shapes are stored at ${stops.length === 1 ? "the full pressures only" : `${stops.length} pressures`}; nothing is drawn between them.`;
     return "";
   }
 
@@ -224,7 +224,7 @@ function describe(facts, shapes, state) {
   const large = facts.files.filter(({ content }) => !content).map(({ name, bytes }) => `make/${name} (${short(bytes / 1e6, 3)} MB)`);
   byId("more-files").textContent = large.length
     ? `Too large for this page, in the run directory: ${large.join(", ")}.`
-    : facts.files.length ? "The CAD is what pneumorph make last wrote." : "Exact CAD (STEP) is added here once pneumorph make has written it and pneumorph report is called again.";
+    : facts.files.length ? "The CAD was written by the last pneumorph make." : "To add exact CAD (STEP) here, run pneumorph make and then pneumorph report.";
 }
 
 function keys(designs, pressures) {

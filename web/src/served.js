@@ -39,7 +39,7 @@ export async function served(page) {
     document.body.classList.toggle("waiting", !packed);
     if (!packed) byId("title").textContent = title;
     const ended = packed?.facts.result;
-    say(!packed ? `${name}: there is no finished design yet; it appears here once there is.` : ended ? "" : "Live: new designs appear here as they are found.", !ended);
+    say(!packed ? `${name}: no design is finished yet; it will appear here.` : ended ? "" : "Live: new designs appear here.", !ended);
   }
 
   // Take in what is new; whether anything is.
@@ -67,7 +67,7 @@ export async function served(page) {
       await look();
       if (byId("live").classList.contains("broken")) mark();
     } catch (error) {
-      say(error instanceof TypeError ? "The server cannot be reached any more; what is shown here stays." : error.message, false, true);
+      say(error instanceof TypeError ? "The server cannot be reached any more; the page shows its last state." : error.message, false, true);
     }
     setTimeout(watch, EVERY);
   }

@@ -86,7 +86,7 @@ export function memberTable(members) {
       ...keys.map((key) => ({ text: facts.member.changes[key] ?? "–", value: quantity(facts.member.changes[key]) })),
       ...tasks.map((name) => (last.motions[name] ? number(last.motions[name].value, `${last.motions[name].word} ${last.motions[name].text}`) : { text: "–", value: null })),
       number(last.objective, short(last.objective, 5)),
-      number(last.held ? 0 : 1, last.held ? "held" : "broken"),
+      number(last.held ? 0 : 1, last.held ? "satisfied" : "violated"),
       number(last.iteration, String(last.iteration)),
       number(seconds, `${Math.round(seconds)} s`),
       { text: facts.result ? (facts.result.completed ? "finished" : "failed") : "begun", value: facts.result?.reason ?? "" },

@@ -54,7 +54,7 @@ export function limitsTable(facts, entry) {
     const bar = element("span", { class: held ? "used" : "used broken" }, element("i"));
     bar.firstChild.style.width = `${100 * Math.min(used ?? 0, 1)}%`;
     const sign = atLeast ? "≥" : "≤";
-    const verdict = element("span", { class: held ? "ok" : "broken" }, value === null ? "–" : held ? "held" : "broken");
+    const verdict = element("span", { class: held ? "ok" : "broken" }, value === null ? "–" : held ? "satisfied" : "violated");
     return [word, `${sign} ${short(bound)} ${unit}`, `${short(value, 5)} ${unit}`, bar, `${short(100 * tolerance)} %`, verdict];
   });
   return [["limit", "bound", "worst value", "used", "tolerance", ""], ...rows];
@@ -66,12 +66,12 @@ export function designRows(entry) {
     ["objective", short(entry.objective, 6)],
     ["elements, unknowns", `${entry.elements}, ${entry.dofs}`],
     ["new mesh", entry.remeshed ? "yes" : "no"],
-    ["longest motion of a control point", entry.step_mm === null ? "–" : `${short(entry.step_mm, 3)} mm`],
+    ["largest motion of a control point", entry.step_mm === null ? "–" : `${short(entry.step_mm, 3)} mm`],
     ["actual over predicted gain", short(entry.ratio, 3)],
-    ["gradient that the limits leave", entry.optimality === null ? "–" : `${short(100 * entry.optimality, 3)} %`],
+    ["optimality (gradient left by the limits)", entry.optimality === null ? "–" : `${short(100 * entry.optimality, 3)} %`],
     ["factorisations", entry.factorisations],
     ["time", `${short(entry.seconds.total, 3)} s`],
-    ["in assemblies with factorisation", short(entry.equivalents, 3)],
+    ["time in equivalents", short(entry.equivalents, 3)],
   ];
 }
 
@@ -81,7 +81,7 @@ export function runRows({ result, made_by: madeBy, history }) {
   const versions = Object.entries(result.versions).map(([name, version]) => [name, version ?? "–"]);
   return [
     ["designs", result.iterations],
-    ["came to its end", result.completed ? "yes" : "no"],
+    ["finished", result.completed ? "yes" : "no"],
     ["time", result.spent],
     ["peak memory", result.peak_memory_MB === null ? "–" : `${Math.round(result.peak_memory_MB)} MB`],
     ...versions,

@@ -33,7 +33,7 @@ test("last designs stand side by side, and what a run does not have is a dash", 
   assert.deepEqual(found.ended, ["it is done", "not yet"]);
   assert.deepEqual(found["task extend"], ["extension 2 mm at 60 kPa", "–"]);
   assert.deepEqual(found["task bend"], ["–", "extension 4 mm at 60 kPa"]);
-  assert.deepEqual(found.limits, ["held", "not held"]);
+  assert.deepEqual(found.limits, ["satisfied", "violated"]);
 });
 
 test("the nearest known pressures", () => {

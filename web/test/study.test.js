@@ -17,7 +17,7 @@ const { heads, rows } = memberTable([
 const column = (head) => heads.indexOf(head);
 
 test("a row has what a member changes and what it came to", () => {
-  assert.deepEqual(rows[1].map(({ text }) => text), ["stiff", "400 N*mm/rad", "bending 17°", "−17", "broken", "3", "2 s", "finished"]);
+  assert.deepEqual(rows[1].map(({ text }) => text), ["stiff", "400 N*mm/rad", "bending 17°", "−17", "violated", "3", "2 s", "finished"]);
 });
 
 test("quantities are sorted as numbers, and what is missing comes last", () => {
@@ -29,7 +29,7 @@ test("quantities are sorted as numbers, and what is missing comes last", () => {
 
 test("a filter needs every word", () => {
   const kept = (words) => rows.filter((row) => fits(row, words)).map(([{ text }]) => text);
-  assert.deepEqual(kept("held"), ["soft", "free"]);
-  assert.deepEqual(kept("HELD 50"), ["soft"]);
+  assert.deepEqual(kept("satisfied"), ["soft", "free"]);
+  assert.deepEqual(kept("SATISFIED 50"), ["soft"]);
   assert.deepEqual(kept(""), ["soft", "stiff", "free"]);
 });
