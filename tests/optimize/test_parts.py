@@ -97,7 +97,7 @@ def test_curvature_is_what_the_steps_have_seen_and_never_more():
     seen = no_curvature(8)
     for _ in range(4):
         phi = rng.standard_normal(8)
-        seen = seen.seen(phi, hessian @ phi)
+        seen = seen.with_design(phi, hessian @ phi)
     W = seen.factors()
     for step in seen.steps:
         assert step @ W.T @ W @ step == pytest.approx(step @ hessian @ step)
@@ -106,7 +106,7 @@ def test_curvature_is_what_the_steps_have_seen_and_never_more():
 
 
 def test_negative_curvature_is_left_out():
-    seen = no_curvature(3).seen(np.zeros(3), np.zeros(3)).seen(np.ones(3), -np.ones(3))
+    seen = no_curvature(3).with_design(np.zeros(3), np.zeros(3)).with_design(np.ones(3), -np.ones(3))
     assert seen.factors().shape == (0, 3)
 
 

@@ -70,7 +70,9 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
     """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate."""
     settings, clock, factorisations = setup.settings, Clock(), 0
     region = begin(settings.radius, current.learnt.radius)
-    current = current.learning(curvature=current.learnt.curvature.seen(current.analysis.phi, current.slopes.rest))
+    current = current.learning(
+        curvature=current.learnt.curvature.with_design(current.analysis.phi, current.slopes.rest)
+    )
     while not region.exhausted(settings.radius):
         with clock.phase("subproblem"):
             proposal = propose(setup, current, region)

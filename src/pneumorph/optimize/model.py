@@ -56,7 +56,7 @@ class Curvature:
     steps: np.ndarray
     changes: np.ndarray
 
-    def seen(self, phi: np.ndarray, slope: np.ndarray) -> Curvature:
+    def with_design(self, phi: np.ndarray, slope: np.ndarray) -> Curvature:
         """The memory with one more design."""
         if not len(self.phi):
             return replace(self, phi=phi, slope=slope)
