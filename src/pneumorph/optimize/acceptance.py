@@ -89,7 +89,7 @@ class Attempt:
 
 @dataclass(frozen=True, eq=False)
 class Tried(Attempt):
-    """A step whose design was analysed: `trial`, and where it has states `analysis` and `design`."""
+    """A step whose design was tried, with the `trial`; what is asked of it besides needs its equilibria."""
 
     trial: Trial
 
