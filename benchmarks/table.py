@@ -87,7 +87,7 @@ def outcome(run: RunDirectory) -> str:
         f"{task.name}: {motion_of(task, history[0].tasks[task.name])} → {motion_of(task, last.tasks[task.name])}"
         for task in run.problem.task
     )
-    held = "all limits held" if last.held else "not every limit is held"
+    held = "all limits satisfied" if last.held else "limits violated"
     steady = "stable" if all(found.stable for found in last.tasks.values()) else "not stable"
     return f"{motions}; {held}, {steady}"
 

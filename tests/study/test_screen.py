@@ -42,9 +42,9 @@ def test_progress_without_a_terminal(study, no_cluster, tmp_path, run):
     assert result.exit_code == 1 and result.stderr.endswith("axial-1-N-mm: it balloons\n")
     lines = result.stdout.splitlines()
     assert lines[:4] == [
-        "axial-0-N-mm: design 1, 2.00 mm, limits held",
+        "axial-0-N-mm: design 1, 2.00 mm, limits satisfied",
         "axial-0-N-mm: done: it was enough",
-        "axial-1-N-mm: design 1, 2.00 mm, limits held",
+        "axial-1-N-mm: design 1, 2.00 mm, limits satisfied",
         "axial-1-N-mm: failed: it balloons",
     ]
     assert any("member" in text and "motion" in text for text in lines[4:])

@@ -51,7 +51,7 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     for reading in limits.readings:
         # The certified bound holds for all points; the value seen is that of the worst sample.
         seen = without_rounding(reading.seen)
-        say(f"limit     {reading}, seen {seen:.3g}", "red" if reading in limits.violated() else "")
+        say(f"limit     {reading}, attained {seen:.3g}", "red" if reading in limits.violated() else "")
     states = linear_states(asked, at.space, at.disc, at.analysis)
     for name, value in states.values().items():
         if value is None:

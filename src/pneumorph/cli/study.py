@@ -145,4 +145,4 @@ class Board:
 
 
 def _held(entry: HistoryEntry) -> str:
-    return "held" if entry.held else "violated !"
+    return "satisfied" if entry.held else "violated !"
