@@ -12,6 +12,7 @@ from runs import analysed, waving_run
 from tiny import tiny
 
 from pneumorph.output.report import write_report
+from pneumorph.output.study_page import write_study_page
 from pneumorph.problem import loads
 
 
@@ -180,6 +181,20 @@ def test_a_failed_run_of_one_design_with_a_nasty_title(tmp_path, opened):
     assert "has not come to its end" in words(page, "reason")
     assert page.locator("#design").is_disabled() and not page.locator("#stop").is_disabled()
     assert page.complaints == [] and len(page.requests) == 1
+
+
+def test_names_that_every_object_of_javascript_has(tmp_path, opened):
+    """Of the run and of a study of it, whose member is called so too."""
+    ball = '[[obstacle]]\nname = "hasOwnProperty"\nkind = "sphere"\ncenter = ["0 mm", "22 mm", "8 mm"]\n'
+    text = tiny().replace('name = "extend"', 'name = "toString"').replace('name = "A"', 'name = "__proto__"')
+    text = text.replace("{ A =", "{ __proto__ =") + ball + 'radius = "6 mm"\n[contact]\nself = false\n'
+    problem = loads(text)
+    run = waving_run(tmp_path / "study" / "constructor", problem, 2, {0: analysed(problem, 0.0)})
+    for path in (write_report(run), write_study_page(tmp_path / "study", [run])):
+        page = opened(path)
+        assert page.complaints == []
+        assert "toString" in page.content() and picture(page).std() > 0.01
+        assert page.complaints == []
 
 
 def test_obstacles_are_where_the_task_has_moved_them(tmp_path, opened):

@@ -44,7 +44,7 @@ def asked():
 
     def ask(server, name="", path=None, method="GET", body=None, **headers):
         connection = http.client.HTTPConnection("127.0.0.1", server.server_address[1], timeout=120)
-        content = None if body is None else json.dumps(body)
+        content = body if body is None or isinstance(body, str) else json.dumps(body)
         kind = {} if body is None else {"Content-Type": "application/json"}
         given = {name.replace("_", "-"): value for name, value in headers.items()}
         connection.request(method, f"/{server.token}/{name}" if path is None else path, content, kind | given)

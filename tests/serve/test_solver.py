@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 from signals import POSIX
@@ -12,6 +13,11 @@ import pneumorph as pm
 from pneumorph.output.packed import unpack
 from pneumorph.serve.live import LiveRun
 from pneumorph.serve.solver import LOST, Solver
+
+
+def beyond(live, kilopascals):
+    """A demand that the page does not make: its sliders end before."""
+    return replace(live.wanted(0, {"A": 1.0}), pressures=(("A", kilopascals / 1e3),))
 
 
 @pytest.fixture(scope="module")
@@ -101,9 +107,9 @@ def test_a_sweep_fills_the_time_and_gives_way(solver, live):
 
 
 def test_stretch_and_missing_states_are_reported(solver, live):
-    answer = solver.ask(live.wanted(0, {"A": 5000.0}))
+    answer = solver.ask(beyond(live, 5000.0))
     assert not answer.converged and "no equilibrium found" in step_of(answer)["reason"]
-    hard = solver.ask(live.wanted(0, {"A": 250.0}))
+    hard = solver.ask(beyond(live, 250.0))
     facts = unpack(hard.block)[0]
     assert hard.converged is facts["step"]["converged"]
     if facts["step"].get("beyond_validity"):
@@ -122,7 +128,7 @@ def test_a_lost_process_is_reported_and_replaced(solver, live):
     process = solver._process
     # Or it may have answered before it is killed.
     os.kill(process.pid, signal.SIGSTOP)
-    thread, found = asking(solver, live.wanted(0, {"A": 4900.0}))
+    thread, found = asking(solver, beyond(live, 4900.0))
     os.kill(process.pid, signal.SIGKILL)
     thread.join()
     assert step_of(found[0])["reason"] == LOST

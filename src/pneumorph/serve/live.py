@@ -23,6 +23,9 @@ PARTS = 6
 BEYOND = 1.25
 """Sliders reach so many times the largest pressure of the tasks."""
 
+OVER = 0.05
+"""By so much of its range a pressure may be beyond a slider."""
+
 WATCHED = ("problem.toml", "history.jsonl", "checkpoint.npz", "fields", "result.json", "make")
 """What changes in a run directory when there is something new to show."""
 
@@ -87,14 +90,21 @@ class LiveRun:
         Raises
         ------
         ProblemError
-            If there is no such design, or the pressures are not numbers for its chambers.
+            If there is no such design, or the pressures are not numbers for its chambers, or far beyond the sliders.
         """
         run = _opened(self.path)
         chambers = [chamber.name for chamber in run.problem.body.chamber]
         if set(pressures) != set(chambers):
             raise ProblemError(f"pressures: need a number in kPa for each of {', '.join(chambers)}")
-        if not all(isinstance(value, int | float) and abs(value) < 1e6 for value in pressures.values()):
+        if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in pressures.values()):
             raise ProblemError("pressures: are not numbers in kPa")
+        for slider in sliders_of(run.problem):
+            # A slider ends with a whole step of it.
+            over = OVER * (slider.most - slider.least)
+            low, high = 1e3 * (slider.least - over), 1e3 * (slider.most + over)
+            # Written so that NaN is refused.
+            if not low <= pressures[slider.chamber] <= high:
+                raise ProblemError(f"pressures: {slider.chamber} must be between {low:.4g} and {high:.4g} kPa")
         written = _written(run.directory.path / "designs" / f"{design:04d}.npz")
         if not written:
             raise ProblemError(f"design {design}: {self.path} has no design of this number")

@@ -50,6 +50,8 @@ class Server(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    # A browser that restores several pages opens all its connections at once.
+    request_queue_size = 128
     block_on_close = False
 
     def __init__(self, paths: Sequence[Path], port: int = 0):
@@ -230,7 +232,7 @@ def _whole(text: str) -> int:
 def _object(body: bytes) -> dict[str, Any]:
     try:
         content = json.loads(body)
-    except ValueError:
+    except (RecursionError, ValueError):
         content = None
     if not isinstance(content, dict):
         raise Refused(HTTPStatus.BAD_REQUEST, "the body must be a JSON object")
