@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pneumorph import units
+from pneumorph.atomic import make_folder
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
@@ -22,6 +23,8 @@ def make(run: Path, design: int | None, out: Path | None, chord: str, trust: boo
     chosen = open_run(run, asking(trust)).design(design)
     folder = out or run / "make"
     try:
+        if out is None:
+            make_folder(folder)
         made = chosen.make(folder, allowed)
     except ModuleNotFoundError as error:
         raise ProblemError(str(error)) from None

@@ -16,7 +16,13 @@ from pneumorph.output.animation import evolution
 from pneumorph.output.cuts import Cut
 from pneumorph.output.figures import PLOTS
 from pneumorph.output.history import history_figure
-from pneumorph.output.pictures import accepted, compared_profiles, compared_shapes, tasks_with_shapes
+from pneumorph.output.pictures import (
+    accepted,
+    compared_profiles,
+    compared_shapes,
+    pictures_folder,
+    tasks_with_shapes,
+)
 from pneumorph.output.pressures import has_free_pressures, pressures_figure
 from pneumorph.run import RunDirectory
 
@@ -90,6 +96,8 @@ def draw(directory: RunDirectory, design: Design, asked: RequestedPicture, file:
     asked : the picture.
     file : where to.
     """
+    if file.parent == directory.path / "pictures":
+        pictures_folder(directory)
     cut, problem = cast(Cut | None, asked.cut), directory.problem
     if asked.picture == "body":
         design.plot(file, cut, asked.at, asked.task)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pneumorph.atomic import publish
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, check_mesh, check_step
@@ -21,6 +22,7 @@ from pneumorph.make.solid import fill_chamber
 from pneumorph.make.step import write_body_step, write_chamber_step
 from pneumorph.make.triangles import triangulate
 from pneumorph.problem import Problem
+from pneumorph.processes import temporary_folder
 
 
 @dataclass(frozen=True)
@@ -77,10 +79,36 @@ def make(
         If the chord error needs too many triangles, see `triangulate`; or if the body cannot be moulded. The files of
         the body are written first.
     """
+    with temporary_folder() as work:
+        try:
+            made = _make(body, work, chord, problem, effects, sags)
+        except ComputationError:
+            _publish(work, folder)
+            raise
+        _publish(work, folder)
+        files = [folder / path.relative_to(work) for path in made.files]
+    return MadeFiles(tuple(files), made.checks)
+
+
+def _publish(work: Path, folder: Path) -> None:
+    """Put what is complete into the folder, if there is anything; links that are in it are not followed."""
+    if any(work.iterdir()):
+        folder.mkdir(parents=True, exist_ok=True)
+        publish(work, folder)
+
+
+def _make(
+    body: Body,
+    folder: Path,
+    chord: float,
+    problem: Problem | None,
+    effects: Callable[[Plan], Sequence[PortEffect]] | None,
+    sags: Callable[[SiliconePlan], Sequence[Sag]] | None,
+) -> MadeFiles:
+    """See `make`; in a folder that nobody else writes in."""
     # First, so that a chord error that is too small is refused before anything is written.
     parts = {"body": triangulate(body.surfaces, chord)}
     parts |= {f"chamber {chamber.name}": triangulate([fill_chamber(chamber)], chord) for chamber in body.chambers}
-    folder.mkdir(parents=True, exist_ok=True)
     step, mesh, plain = folder / "body.step", folder / "body.3mf", folder / "body.stl"
     cores = {folder / f"chamber_{chamber.name}.step": chamber for chamber in body.chambers}
     write_body_step(body, step)
@@ -100,7 +128,7 @@ def make(
         if problem.region:
             raise ComputationError(
                 f"moulds are made for bodies of one rubber, and this one has regions ({problem.region[0].name}, …); "
-                f"the exact CAD of its surfaces is in {folder}"
+                f"the exact CAD of its surfaces is written"
             )
         if problem.make.method == "silicone mould":
             moulded, proved = make_silicone_mould(body, problem, folder / "mould", chord, effects, sags)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from PIL import Image
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import cg
 
+from pneumorph.atomic import write_bytes
 from pneumorph.geometry import Body
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh import TetMesh
@@ -153,7 +155,9 @@ def save_gif(path: Path, frames: Frames) -> None:
     palette.putpalette(colours.ravel().tolist())
     first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     times = [round(1000 * seconds) for _, seconds in frames]
-    first.save(path, save_all=True, append_images=others, duration=times, loop=0, optimize=False)
+    content = BytesIO()
+    first.save(content, "GIF", save_all=True, append_images=others, duration=times, loop=0, optimize=False)
+    write_bytes(path, content.getvalue())
 
 
 def _drawn(figure: Figure) -> Image.Image:

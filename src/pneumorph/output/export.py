@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from pneumorph.atomic import replaced, write_bytes
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import configure, guided_of, loads_of, model_of, rubbers_of
 from pneumorph.mechanics.material.energies import neo_hookean
@@ -57,14 +58,14 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if format == "vtu":
-            # VTK chooses the format by the suffix, and does not report a file that it cannot open.
-            path.touch()
-            named = path if path.suffix == ".vtu" else path.with_name(f"{path.name}.vtu")
-            grid(problem, whole).save(named)
-            named.replace(path)
+            with replaced(path) as place:
+                # VTK chooses the format by the suffix.
+                named = place.with_name(f"{place.name}.vtu")
+                grid(problem, whole).save(named)
+                named.replace(place)
             return
         model = model_of(problem, whole.mesh)
         at = configure(model, whole.mesh.points, loads_of(problem, model, dict(pressures)), guided_of(problem))
-        path.write_text(abaqus_input(whole.mesh, at), encoding="ascii")
+        write_bytes(path, abaqus_input(whole.mesh, at).encode("ascii"))
     except OSError as error:
         raise ProblemError(f"{path}: cannot be written ({error.strerror}); name another file") from None

@@ -10,6 +10,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as PlainFigure
 
+from pneumorph.atomic import write_bytes
 from pneumorph.interrupts import stop_if_asked
 
 COLUMN = 3.5
@@ -54,8 +55,10 @@ def save(figure: PlainFigure, path: Path) -> None:
     # Without the date.
     metadata = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(format)
     stop_if_asked()
+    content = BytesIO()
     with rc_context(SETTINGS):
-        figure.savefig(path, dpi=DOTS, format=format if format in PLOTS else "png", metadata=metadata)
+        figure.savefig(content, dpi=DOTS, format=format if format in PLOTS else "png", metadata=metadata)
+    write_bytes(path, content.getvalue())
 
 
 def plain(axes: Axes) -> None:

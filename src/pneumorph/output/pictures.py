@@ -8,6 +8,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from pneumorph.atomic import make_folder
+from pneumorph.errors import ProblemError
 from pneumorph.objective.kinds import target_of
 from pneumorph.output.animation import Film, evolution, inflation, save_gif
 from pneumorph.output.bodies import Row, bodies_figure
@@ -43,8 +45,7 @@ def run_pictures(run: RunDirectory) -> Pictures:
     there are several designs; inflation.gif (inflation_<task>.gif) for tasks whose inflation is stored. A picture that
     cannot be drawn is reported and raises nothing.
     """
-    folder = run.path / "pictures"
-    folder.mkdir(exist_ok=True)
+    folder = pictures_folder(run)
     history, paths = accepted(run), list[Path]()
     parts, missing = _bodies(folder, run, history)
     # Another process draws the bodies while this one draws the diagrams.
@@ -67,6 +68,15 @@ def run_pictures(run: RunDirectory) -> Pictures:
             first = next(path for path in parts if path not in paths)
             missing.append(f"{first} and other pictures of bodies could not be drawn: {error}")
     return Pictures(tuple(paths), tuple(missing))
+
+
+def pictures_folder(run: RunDirectory) -> Path:
+    """The folder for pictures of a run, made if need be; ProblemError if it cannot be written or is a link."""
+    folder = run.path / "pictures"
+    try:
+        return make_folder(folder)
+    except OSError as error:
+        raise ProblemError(f"{folder}: cannot be written ({error.strerror}); put a folder there") from None
 
 
 def picture_names(paths: Sequence[Path]) -> str:

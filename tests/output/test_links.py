@@ -1,0 +1,59 @@
+"""Pictures, pages and exports are written in place of links, not through them."""
+
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from records import one_element
+from runs import analysed, waving_run
+from tiny import tiny
+
+from pneumorph import atomic
+from pneumorph.errors import ProblemError
+from pneumorph.output.animation import save_gif
+from pneumorph.output.export import export
+from pneumorph.output.figures import save
+from pneumorph.output.pictures import pictures_folder, run_pictures
+from pneumorph.output.report import write_report
+from pneumorph.problem import loads
+
+PROBLEM = loads(tiny())
+WRITES = {
+    "a.png": lambda path: save(Figure(), path),
+    "a.svg": lambda path: save(Figure(), path),
+    "a.gif": lambda path: save_gif(path, [(Image.new("RGB", (9, 9)), 0.1), (Image.new("RGB", (9, 9), "red"), 0.1)]),
+    "a.vtu": lambda path: export(path, "vtu", PROBLEM, analysed(PROBLEM, 0.0), {"A": 0.06}),
+    "a.3mf": lambda path: atomic.publish(path.parent / "made", path.parent),
+}
+
+
+@pytest.mark.parametrize("name", WRITES)
+def test_files(tmp_path, name):
+    (tmp_path / "made").mkdir()
+    (tmp_path / "made" / "a.3mf").write_bytes(b"made")
+    outside, path = tmp_path / "precious", tmp_path / name
+    outside.write_bytes(b"precious")
+    for link in (path, tmp_path / f".{name}.new", tmp_path / f"{name}.vtu"):
+        link.symlink_to(outside)
+    WRITES[name](path)
+    assert outside.read_bytes() == b"precious"
+    assert not path.is_symlink() and path.stat().st_size > 3
+
+
+def test_folders(tmp_path):
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    run = waving_run(tmp_path / "run", PROBLEM, 1, {0: one_element()})
+    (run.path / ".report.html.new").symlink_to(outside / "file")
+    (run.path / "report.html").symlink_to(outside / "file")
+    write_report(run)
+    (run.path / "pictures").symlink_to(outside)
+    for action in (pictures_folder, run_pictures):
+        with pytest.raises(ProblemError, match="pictures is a link"):
+            action(run)
+    (tmp_path / "made" / "mould").mkdir(parents=True)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "mould").symlink_to(outside)
+    (tmp_path / "made" / "mould" / "a.3mf").write_bytes(b"made")
+    with pytest.raises(NotADirectoryError, match="mould is a link"):
+        atomic.publish(tmp_path / "made", tmp_path / "folder")
+    assert list(outside.iterdir()) == []
