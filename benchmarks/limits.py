@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.limits.certify import certify
-from pneumorph.limits.rows.functions import build_limit_functions
+from pneumorph.limits.functions import build_limit_functions
+from pneumorph.limits.report import certify
 from pneumorph.problem import BodySpec, Limits
 
 DENSITIES = (0.22, 0.4, 0.6, 0.9, 1.27)  # control points per mm: 1k to 30k variables

@@ -17,9 +17,9 @@ import numpy as np
 from pneumorph.geometry import DesignSpace
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.limits.certify import certify
+from pneumorph.limits.functions import build_limit_functions
 from pneumorph.limits.of_shape import TubeLimits, tube_limits
-from pneumorph.limits.rows.functions import build_limit_functions
+from pneumorph.limits.report import certify
 from pneumorph.optimize.dfp import PaperStepper
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing

@@ -220,7 +220,7 @@ def predict(folder: Path) -> None:
 
 def measure_limits(folder: Path) -> None:
     """Write measured.json: for every design whether all limits are held, and the excess over each."""
-    from pneumorph.limits.certify import certify
+    from pneumorph.limits.report import certify
     from pneumorph.run import open_run
 
     stored = open_run(folder / "run") if (folder / "run" / "problem.toml").exists() else None

@@ -11,7 +11,7 @@ from records import entry, one_element
 from tiny import tiny
 
 from pneumorph.geometry.tube import starting_body
-from pneumorph.limits.certify import certify
+from pneumorph.limits.report import certify
 from pneumorph.problem import loads
 from pneumorph.results import to_json
 from pneumorph.run import StoredDesign, create

@@ -15,9 +15,9 @@ from scipy.spatial import ConvexHull, KDTree
 
 from pneumorph.analysis import analyse, design_gradient
 from pneumorph.geometry import Body, Triangulation, build_space, tied_coordinates
-from pneumorph.limits.certify.report import LimitReading, LimitReport, Places
-from pneumorph.limits.rows.linearised import Rows
-from pneumorph.limits.rows.samples import KINDS
+from pneumorph.limits.linearised import Rows
+from pneumorph.limits.report import LimitReading, LimitReport
+from pneumorph.limits.table import ROWS
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import SurfaceMesher, scaled_jacobian
 from pneumorph.optimize import DesignAccepted, Finished, optimise, setup_among
@@ -152,11 +152,11 @@ class WallAlone:
         near = np.flatnonzero(distance < self.wall + reach)
         axes = [sparse.diags_array(-way[near, k]) @ by_points[near] / self.wall for k in range(3)]
         jacobian = sparse.csr_array(sum(sparse.kron(part, np.eye(3)[[k]]) for k, part in enumerate(axes)))
-        return Rows(np.full(len(near), KINDS.index("wall")), near, 1 - distance[near] / self.wall, jacobian, {})
+        return Rows(np.full(len(near), ROWS.index("wall")), near, 1 - distance[near] / self.wall, jacobian, {})
 
     def certify(self, body):
         least = float(self.pairs(body)[0].min())
-        return LimitReport((LimitReading("wall", least, self.wall, "exterior", 0.0, 0.0, least),), Places({}, {}))
+        return LimitReport((LimitReading("wall", least, self.wall, "exterior", 0.0, 0.0, least),), {})
 
 
 @pytest.fixture(scope="module")

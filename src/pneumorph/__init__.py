@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pneumorph.interface.material import MaterialFit, fit_material
     from pneumorph.interface.runs import Run, design, designs, open_run
     from pneumorph.interface.sweep import Sweep
-    from pneumorph.limits.certify import LimitReading
+    from pneumorph.limits.report import LimitReading
     from pneumorph.problem import Problem, load
     from pneumorph.results import HistoryEntry, RunResult, SweepStep, TaskResult
 
@@ -58,7 +58,7 @@ _MODULES = {
     "interface.material": ("MaterialFit", "fit_material"),
     "interface.runs": ("Run", "design", "designs", "open_run"),
     "interface.sweep": ("Sweep",),
-    "limits.certify": ("LimitReading",),
+    "limits.report": ("LimitReading",),
     "problem": ("Problem", "load"),
     "results": ("HistoryEntry", "RunResult", "SweepStep", "TaskResult"),
 }

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 import pneumorph
 from pneumorph.cli import app
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.limits.certify import certify
+from pneumorph.limits.report import certify
 from pneumorph.problem import load
 from pneumorph.problem.starts import KINDS
 

@@ -14,7 +14,7 @@ from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tas
 from pneumorph.cli.screen import Screen
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import Run
-from pneumorph.limits.certify import certify
+from pneumorph.limits.report import certify
 from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
 from pneumorph.results import RunResult

@@ -3,8 +3,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.limits.certify import certify
-from pneumorph.limits.rows.functions import build_limit_functions
+from pneumorph.limits.functions import build_limit_functions
+from pneumorph.limits.report import certify
 
 
 def two_walls(make_body, table, **other):
@@ -27,7 +27,18 @@ def test_shapes_never_change(make_body, table, waved):
         shapes.append({name: value.shape for name, value in values(points, limits.partners(points)).items()})
     assert shapes[0] == shapes[1] == shapes[2]
     assert len(traced) == 1
-    assert set(shapes[0]) == {"wall", "ends", "fold", "rim", "curvature", "skew", "stretch", "area", "envelope"}
+    assert set(shapes[0]) == {
+        "wall",
+        "planes",
+        "ends",
+        "fold",
+        "rim",
+        "curvature",
+        "skew",
+        "stretch",
+        "area",
+        "envelope",
+    }
     assert "envelope" not in build_limit_functions(body, table(envelope=None)).values(points, limits.partners(points))
 
 
@@ -37,7 +48,7 @@ def test_concentric_cylinders_and_end_walls(make_body, table):
     values = limits.values(points, limits.partners(points))
     # Samples beside the chamber see a wall of 4 mm, where samples alone would see up to 0.02 mm more.
     assert float(values["wall"].max()) == pytest.approx(1.0 - 4.0 / 5.0, abs=2e-4)
-    assert float(values["ends"].max()) == pytest.approx(1.0 - 3.0 / 5.0, abs=1e-9)
+    assert float(values["planes"].max()) == pytest.approx(1.0 - 3.0 / 5.0, abs=1e-9)
     assert float(values["fold"].max()) == -1.0
     assert float(values["envelope"].max()) == pytest.approx((8.0 - 12.0) / 5.0, abs=1e-4)
 
@@ -76,7 +87,7 @@ def test_gradients_by_taylor_remainders(make_body, table, waved, form):
     values = limits.values(points, partners)
     rng = np.random.default_rng(5)
     weights = {name: rng.uniform(size=value.shape) for name, value in values.items()}
-    for name in ("ends", "rim"):
+    for name in ("planes", "ends", "rim"):
         weights[name] *= values[name] > -1.0  # half-way up, the nearer of the two ends changes
 
     @jax.jit

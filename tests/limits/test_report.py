@@ -3,9 +3,14 @@ import pytest
 from scipy.spatial import KDTree
 
 from pneumorph.geometry.tube.surface import cap_points
-from pneumorph.limits.certify import certify
-from pneumorph.limits.rows.functions import build_limit_functions
+from pneumorph.limits.certify.places import Points
+from pneumorph.limits.functions import build_limit_functions
+from pneumorph.limits.report import certify
 from pneumorph.limits.table import BY_NAME
+
+
+def count(places):
+    return sum(len(found.seen) for found in places.values())
 
 
 def fine_points(surface, per_span=20):
@@ -126,14 +131,13 @@ def test_places_are_all_that_is_beyond(make_body, table, waved):
     body = make_body(length=30.0, chambers=((5.5, (0.0, 0.0), (3.0, 27.0), "flat"),))
     body = body.with_control_points(waved(body, 1, wave=1.8, noise=0.1))
     found = certify(body, table())
-    assert found.places.count() > 0
+    assert count(found.places) > 0
     for name, limit in BY_NAME.items():
-        if name in found.places.points:
-            places = found.places.points[name]
+        if isinstance(places := found.places.get(name), Points):
             worst = limit.excess(np.asarray(places.certified), limit.read(table()))
             assert np.all(worst > limit.tolerance)
             assert np.all(limit.excess(places.seen, limit.read(table())) <= worst + 1e-12)
-    wall = found.places.pairs["wall"]
+    wall = found.places["wall"]
     assert len(wall.seen)
     for k in range(len(wall.seen)):
         ends = []
@@ -142,7 +146,7 @@ def test_places_are_all_that_is_beyond(make_body, table, waved):
             ends.append(cap_points(surface, r > 0.5, [q], [s])[0] if s < 1.0 else surface.points([q], [r])[0])
         assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(wall.seen[k], abs=1e-9)
         assert wall.certified[k] <= min(wall.seen[k], 2.0 * 0.995)
-    assert not certify(body, table(), slack=1e9).places.count()
+    assert not count(certify(body, table(), slack=1e9).places)
 
 
 def test_worst_place_between_samples_is_found(make_body, table):

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.limits.certify import certify
+from pneumorph.limits.linearised import linearised
 from pneumorph.limits.measures.shape import measured
-from pneumorph.limits.rows.linearised import linearised
-from pneumorph.limits.rows.samples import KINDS, sample_limits
-from pneumorph.limits.table import BY_NAME
+from pneumorph.limits.report import certify
+from pneumorph.limits.rows.samples import sample_limits
+from pneumorph.limits.table import BY_NAME, ROWS
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
@@ -40,7 +40,7 @@ def test_rows_are_first_derivatives(make_body, table, waved, chambers):
                 np.abs(np.array(known.get((kind, here.cell[i]), [np.nan])) - here.value[i] - step * linear[i]).min()
                 for i in some
             ]
-            errors.setdefault(KINDS[kind], []).append(float(np.nanmedian(remainder)))
+            errors.setdefault(ROWS[kind], []).append(float(np.nanmedian(remainder)))
     assert {"curvature", "wall", "envelope", "ends", "rim"} <= set(errors)
     for kind, (whole, half) in errors.items():
         assert half < 0.4 * whole or whole < 1e-6, (kind, whole, half)
@@ -53,7 +53,7 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
     rows, found = linearised(sample_limits(body, spec), body, 5.0, -0.99), certify(body, spec)
     for kind, sense in (("wall", -1.0), ("curvature", 1.0), ("stretch", 1.0), ("fold", -1.0)):
         reading = found[kind]
-        worst = reading.bound * (1.0 + sense * float(rows.value[rows.kind == KINDS.index(kind)].max()))
+        worst = reading.bound * (1.0 + sense * float(rows.value[rows.kind == ROWS.index(kind)].max()))
         if kind == "fold":  # far from its bound there is a safe value, not the exact one
             assert worst > reading.value
         else:
@@ -69,7 +69,7 @@ def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, 
     assert count["curvature"] > 5
     again = linearised(limits, body, 0.0, 1e9, places)
     for name, found in places.items():
-        of_kind = again.kind == KINDS.index(name)
+        of_kind = again.kind == ROWS.index(name)
         assert np.count_nonzero(of_kind) == count[name]
         bound = {"curvature": 0.05, "skew": 0.2, "stretch": 0.1}.get(name, 1.0)
         assert np.sort(again.value[of_kind]) == pytest.approx(np.sort(found.seen / bound - 1.0))
@@ -88,12 +88,12 @@ def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_bod
     limits, found = sample_limits(body, spec), certify(body, spec)
     assert not len(linearised(limits, body, -1e6, 1e9).value)
     rows = linearised(limits, body, -1e6, 1e9, broken=found.places)
-    places = {**found.places.points, **found.places.pairs}
+    places = found.places
     for name in ("wall", "planes", "fold", "rim", "ends", "envelope"):
         limit = BY_NAME[name]
         scale = {None: limit.read(spec), "wall": spec.wall, "fold": spec.fold.distance}[limit.per]
         beyond = (places[name].seen - limit.read(spec)) * (-1.0 if limit.at_least else 1.0) / scale
-        value = rows.value[rows.kind == KINDS.index(name)]
+        value = rows.value[rows.kind == ROWS.index(name)]
         assert len(value) > 0, name
         assert np.sort(value) == pytest.approx(np.sort(beyond), rel=5e-3, abs=5e-3), name
     way = np.random.default_rng(2).normal(size=points.shape) * 1e-6
@@ -110,7 +110,7 @@ def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
     inner = np.arange(len(points)) >= body.slices[1].start
     points[inner & middle, :2] *= 2.15
     rows = linearised(limits, body.with_control_points(points), 1.0, -0.3)
-    assert float(rows.value[rows.kind == KINDS.index("wall")].max()) > 1.0
+    assert float(rows.value[rows.kind == ROWS.index("wall")].max()) > 1.0
 
 
 def test_what_lies_beyond_a_sharp_rim_has_not_been_passed(make_body, table):
@@ -121,7 +121,7 @@ def test_what_lies_beyond_a_sharp_rim_has_not_been_passed(make_body, table):
     rim = (np.arange(len(points)) >= body.slices[1].start) & (np.abs(points[:, 2] - 27.0) < 1e-9)
     points[rim, :2] *= 7.5 / 4.0
     rows = linearised(limits, body.with_control_points(points), 2.0, -0.9)
-    wall = rows.value[rows.kind == KINDS.index("wall")]
+    wall = rows.value[rows.kind == ROWS.index("wall")]
     assert 0.0 < float(wall.max()) < 1.0
 
 
@@ -162,4 +162,4 @@ def test_peaks_between_samples_that_are_far_below_them_are_found(make_body, tabl
         worst = certify(body, spec)["stretch"].seen
         spec = spec.model_copy(update={"stretch": spec.stretch.model_copy(update={"limit": worst})})
     rows = linearised(sample_limits(body, spec), body, 0.1, -0.3)
-    assert -0.005 < rows.value[rows.kind == KINDS.index("stretch")].max() < 0.005
+    assert -0.005 < rows.value[rows.kind == ROWS.index("stretch")].max() < 0.005

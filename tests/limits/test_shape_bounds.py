@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pneumorph.geometry.regions import Cylinder, box
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.certify.cells import Accuracy, Bounds, Cells, knot_spans, recentred, refine, whole
-from pneumorph.limits.certify.hull_bounds import beyond, radius, rims
-from pneumorph.limits.certify.shape_bounds import NAMES, enclosed, polynomials
+from pneumorph.limits.certify.hull_bounds import hull_bounds
+from pneumorph.limits.certify.shape_bounds import enclosed, polynomials
 from pneumorph.limits.certify.taylor import attained, bottom, inverse, modelled, taylor, top
+from pneumorph.limits.kinds import rim
 from pneumorph.limits.measures.formulas import measures
 from pneumorph.limits.measures.grid import grid
 from pneumorph.limits.measures.pole_frame import frame
@@ -23,12 +25,12 @@ BOUNDS = {"curvature": 0.3, "skew": 0.2, "stretch": 0.1, "area": -0.1}
 
 def bounded(surface, form="per_mm", bounds=BOUNDS):
     accuracies = [Accuracy(bound, 1.01 * bound, 0.003 * abs(bound), 0.01) for bound in bounds.values()]
-    return enclosed(surface, knot_spans(surface), form, accuracies, [-np.inf] * 4)
+    return dict(zip(BOUNDS, enclosed(surface, knot_spans(surface), form, accuracies, [-np.inf] * 4), strict=True))
 
 
 def sampled(surface, form="per_mm"):
     found = measures(jnp.asarray(surface.net), grid(surface, (9, 15)), form)
-    return {name: -float(found.area.min()) if name == "area" else float(getattr(found, name).max()) for name in NAMES}
+    return {name: -float(found.area.min()) if name == "area" else float(getattr(found, name).max()) for name in BOUNDS}
 
 
 def moved(ends, seed, wave, noise):
@@ -158,23 +160,29 @@ def test_polynomials_are_the_surface():
 @pytest.mark.parametrize("seed", range(4))
 def test_extents_contain_every_sample(seed):
     surface = moved("flat", seed, 0.3, 0.1)
-    part, accuracy = knot_spans(surface), Accuracy(4.0, 4.02, 0.003, 0.01)
+    part, accuracy = knot_spans(surface), Accuracy(1.0, 1.02, 0.003, 0.01)
     q, r = np.linspace(0, 1, 400), np.linspace(0, 1, 1001)
     x = surface.sample(q, r)
     widest = np.hypot(x[..., 0], x[..., 1]).max()
-    found = radius(part, accuracy, -np.inf)
+
+    def beyond(region, accuracy):
+        read = lambda net: region.beyond(np.moveaxis(net, 1, -1))  # noqa: E731
+        return hull_bounds(part.x, read, part, accuracy, -np.inf)
+
+    widest -= 3.0
+    found = beyond(Cylinder(3.0), accuracy)
     assert found.seen.max() <= widest + 1e-3
     assert widest <= found.upper.max() <= found.seen.max() + 0.02
 
     passed = np.maximum(4.0 - x[..., 2] - 4.0, x[..., 2] - 26.0).max()
-    found = beyond(part, 26.0, Accuracy(1.0, 1.0, 0.003, 0.01), -np.inf)
+    found = beyond(box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, 26.0)), Accuracy(1.0, 1.0, 0.003, 0.01))
     assert passed <= found.upper.max() + 1e-9
     assert found.upper.max() <= passed + 0.02
 
     share = np.minimum(r * surface.size[1] / 2.0, 1.0)[1:-1, None]
     heights = (x[1:-1, :, 2] - x[0, 0, 2]) / share, (x[-1, 0, 2] - x[1:-1, :, 2]) / share[::-1]
     for found, height in zip(
-        rims(surface, part, 2.0, Accuracy(-1.0, -0.995, 0.003, 0.01), -np.inf), heights, strict=True
+        rim.bounds(surface, part, 2.0, Accuracy(-1.0, -0.995, 0.003, 0.01), -np.inf), heights, strict=True
     ):
         assert found.upper.max() >= -height.min() - 1e-9
         assert found.upper.max() <= -height.min() + 0.03

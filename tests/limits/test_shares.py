@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from pneumorph.limits.certify import certify
+from pneumorph.limits.report import certify
+from pneumorph.limits.rows.pairs import LEAST_SHARE
 from pneumorph.limits.rows.samples import sample_limits
-from pneumorph.limits.shares import LEAST, NAMES, PER_SPAN, usage
+from pneumorph.limits.shares import NAMES, PER_SPAN, usage
 from pneumorph.limits.table import BY_NAME
 
 
@@ -59,7 +60,7 @@ def test_shares_are_those_of_the_certified_values(make_body, table, waved, bulge
     assert max(each.share.max() for each in found) == pytest.approx(max(used.values()), rel=0.03)
     counted = 0
     for reading in readings:
-        if used[reading.limit] <= LEAST:
+        if used[reading.limit] <= LEAST_SHARE:
             continue
         counted += 1
         number = [surface.name for surface in body.surfaces].index(reading.surface)

@@ -12,10 +12,10 @@ from texts import problem_text
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits import of_shape
-from pneumorph.limits.certify import certify
+from pneumorph.limits.functions import build_limit_functions
 from pneumorph.limits.of_shape import tube_limits
-from pneumorph.limits.rows.functions import build_limit_functions
-from pneumorph.limits.rows.samples import KINDS
+from pneumorph.limits.report import certify
+from pneumorph.limits.table import ROWS
 from pneumorph.optimize import design
 from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened
 from pneumorph.optimize.dfp import PaperStepper, minimise_dfp, proxy_scale
@@ -267,7 +267,7 @@ def test_optimality_is_one_without_limits_near_and_zero_where_they_resist(stage)
     # Walls exactly at their limit: an objective that wants them thinner everywhere has nothing to gain.
     thick = tube_limits(body, problem.limits.model_copy(update={"wall": 4.0, "envelope": None}))
     active = linear_limits(space, thick, space.start, 0.01, -0.01)
-    price = np.where(active.rows.kind == KINDS.index("wall"), 1.0, 0.0)
+    price = np.where(active.rows.kind == ROWS.index("wall"), 1.0, 0.0)
     resisted = -active.jacobian.T @ price
     assert optimality(space, smooth, thick, space.start, resisted, no_states(space.n)) < 0.02
     assert optimality(space, smooth, thick, space.start, -resisted, no_states(space.n)) > 0.5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.limits.certify import LimitReport, certify
+from pneumorph.limits.report import LimitReport, certify
 from pneumorph.optimize import within
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.within import LOST, Within

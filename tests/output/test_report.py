@@ -18,7 +18,7 @@ import pneumorph as pm
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import cap_points
-from pneumorph.limits.certify import certify
+from pneumorph.limits.report import certify
 from pneumorph.limits.shares import usage
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mesh.tube import mesh_body

@@ -14,7 +14,7 @@ from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, printable
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
-from pneumorph.limits.certify import certify, without_rounding
+from pneumorph.limits.report import certify, without_rounding
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Rubber, rubbers_of
 from pneumorph.optimize.states import linear_states

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from rich.text import Text
 
-from pneumorph.limits.table import Limit, in_history
+from pneumorph.limits.limit import Limit
+from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry
 from pneumorph.results.achieved import motion_of

@@ -13,8 +13,9 @@ from rich.text import Text
 from pneumorph.cli.columns import MARK
 from pneumorph.geometry import Body
 from pneumorph.interface.runs import Run
-from pneumorph.limits.certify import LimitReading, without_rounding
-from pneumorph.limits.table import BY_NAME, Limit, in_history
+from pneumorph.limits.limit import Limit
+from pneumorph.limits.report import LimitReading, without_rounding
+from pneumorph.limits.table import BY_NAME, OF_STATES, in_history
 from pneumorph.output.format import format_data, format_duration, format_pressures
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry, RunResult
@@ -30,7 +31,7 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     if last.reinforcements:
         yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")
     of_states = [(limit, last.limits[key], bound) for limit, key, bound in in_history(run.problem.limits)]
-    yield limits_table(best.body, best.limits, [each for each in of_states if not each[0].of_shape])
+    yield limits_table(best.body, best.limits, [each for each in of_states if each[0] in OF_STATES])
     number = best.iteration
     which = "the start" if number == 0 else f"number {number}, the last"
     stored = run.path / "designs" / f"{number:04d}.npz"

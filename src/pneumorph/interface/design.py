@@ -32,7 +32,7 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
-from pneumorph.limits.certify import LimitReading, certify
+from pneumorph.limits.report import LimitReading, certify
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.problem import Problem
 from pneumorph.results import Fields, HistoryEntry, TaskResult

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from pneumorph.limits.certify import LimitReading
+from pneumorph.limits.report import LimitReading
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics.material.judge import Fit, faults
 from pneumorph.output.format import format_pressures

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.limits.certify.report import LimitReport, Places, Points, certify
-from pneumorph.limits.rows.linearised import Rows, linearised
+from pneumorph.limits.certify.places import Places, Points
+from pneumorph.limits.linearised import Rows, linearised
+from pneumorph.limits.report import LimitReport, certify
 from pneumorph.limits.rows.samples import LimitSamples, sample_limits
 from pneumorph.symmetry.operations import operations
 
@@ -40,7 +41,7 @@ class ShapeLimits(Protocol):
         places: Mapping[str, Points] | None = None,
         broken: Places | None = None,
     ) -> Rows:
-        """The limits linearised at a body, see `limits.rows.linearised`."""
+        """The limits linearised at a body, see `limits.linearised`."""
         ...
 
     def certify(self, body: Body) -> LimitReport:

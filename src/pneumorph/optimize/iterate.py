@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, Slopes, checkpoint, design_slopes
-from pneumorph.limits.certify import LimitReport
+from pneumorph.limits.report import LimitReport
 from pneumorph.optimize.buckling import LateralStability, judge_closely
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.model import Curvature, Proxy, no_curvature, unpack_curvature

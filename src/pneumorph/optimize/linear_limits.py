@@ -9,13 +9,12 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.limits.certify.report import Places, Points
+from pneumorph.limits.certify.places import Places, Points
+from pneumorph.limits.linearised import Rows
 from pneumorph.limits.of_shape import ShapeLimits
-from pneumorph.limits.rows.linearised import Rows
-from pneumorph.limits.rows.samples import KINDS
-from pneumorph.limits.table import BY_NAME
+from pneumorph.limits.table import BY_NAME, ROWS
 
-TOLERANCES = np.array([BY_NAME[kind].tolerance for kind in KINDS])
+TOLERANCES = np.array([BY_NAME[name].tolerance for name in ROWS])
 
 MARGIN = 0.4 * TOLERANCES
 """How far within their bounds limits are brought, by kind; the rest of the tolerance is for the gap of the certificate.
@@ -43,7 +42,7 @@ def linear_limits(
     places: Mapping[str, Points] | None = None,
     broken: Places | None = None,
 ) -> LinearLimits:
-    """The limits linearised at the variables Φ (n,); see `limits.rows.linearised` for the other parameters."""
+    """The limits linearised at the variables Φ (n,); see `limits.linearised` for the other parameters."""
     rows = limits.rows(space.body(phi), reach, least, places, broken)
     by_shape = sparse.csr_array(rows.jacobian @ space.L)
     # Products with a matrix take a fifth less time with short indices.

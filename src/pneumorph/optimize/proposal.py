@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pneumorph.limits.certify import LimitReport
+from pneumorph.limits.report import LimitReport
 from pneumorph.optimize.iterate import Iterate
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.radius import TrustRegion

@@ -8,11 +8,10 @@ import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, margin_slopes, margins, strain_shares, strain_slopes
 from pneumorph.geometry import DesignSpace
-from pneumorph.limits.table import TABLE, Limit
+from pneumorph.limits.limit import Limit
+from pneumorph.limits.table import OF_STATES
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
-
-OF_STATES = tuple(limit for limit in TABLE if not limit.of_shape)
 
 TOLERANCE = min(limit.tolerance for limit in OF_STATES)
 """Allowed violation of such a limit relative to its bound."""

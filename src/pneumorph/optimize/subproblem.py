@@ -18,7 +18,7 @@ from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.of_shape import ShapeLimits
-from pneumorph.limits.rows.samples import KINDS
+from pneumorph.limits.table import ROWS
 from pneumorph.optimize.accelerated import Map, advanced, at_rest, tightened
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.model import Proxy
@@ -185,4 +185,4 @@ class _Program:
 
 def build_sequential_quadratic(space: DesignSpace, smooth: Smoothing, limits: ShapeLimits) -> SequentialQuadratic:
     """A stepper without multipliers yet."""
-    return SequentialQuadratic(space, smooth, limits, np.zeros((len(KINDS), limits.cells)))
+    return SequentialQuadratic(space, smooth, limits, np.zeros((len(ROWS), limits.cells)))

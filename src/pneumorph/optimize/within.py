@@ -14,11 +14,10 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.limits.certify import LimitReport
-from pneumorph.limits.certify.report import Places, Points, joined
+from pneumorph.limits.certify.places import Places, Points, joined, together
 from pneumorph.limits.of_shape import ShapeLimits
-from pneumorph.limits.rows.samples import KINDS
-from pneumorph.limits.table import BY_NAME
+from pneumorph.limits.report import LimitReport
+from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.optimize.accelerated import minimise, tightened
 from pneumorph.optimize.linear_limits import MARGIN, TOLERANCES, linear_limits
 from pneumorph.optimize.smoothing import Smoothing
@@ -81,13 +80,15 @@ def within(
         if worst > HOPELESS or stuck == STUCK:
             break
         # New places come first: of places close together the first is kept.
-        places = {name: joined(found.places.points[name], known) for name, known in places.items()}
-        broken = found.places if broken is None else broken.with_others(found.places)
+        places = {
+            name: joined(new, known) for name, known in places.items() if isinstance(new := found.places[name], Points)
+        }
+        broken = found.places if broken is None else together(broken, found.places)
         for reading in found.violated():
             # Only by what is certified beyond every point seen: added points repair the rest, and where every limit is
             # near, a wider margin would push others beyond theirs, again and again.
             short = reading.excess() - reading.seen_excess()
-            beyond = np.array([BY_NAME[kind].word == BY_NAME[reading.limit].word for kind in KINDS])
+            beyond = np.array([BY_NAME[name].word == BY_NAME[reading.limit].word for name in ROWS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, places, broken)
         found = limits.certify(space.body(phi))

@@ -34,7 +34,6 @@ from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
 
-NAMES = ("curvature", "skew", "stretch", "area")
 _compiled = numba.njit(error_model="numpy")
 _SHARE = 1000  # cells that a thread takes at once
 _FLAT = 1e-6  # mm; largest height of the row next to a pole over the pole's plane
@@ -97,8 +96,8 @@ def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
 
 def enclosed(
     surface: TubeSurface, spans: KnotSpans, form: Form, accuracies: list[Accuracy], worst: list[float]
-) -> dict[str, SpanBounds]:
-    """Bounds of the four limited quantities on the knot spans to bound; the area element with its sign changed.
+) -> list[SpanBounds]:
+    """Bounds of curvature, skew, stretch and area element, its sign changed, on the knot spans to bound.
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ def enclosed(
     form : "per_mm" or "printed"
         Of the stretch, see `measures`.
     accuracies, worst : lists of four
-        In the order of `NAMES`, see `refine`.
+        In this order, see `refine`.
     """
     made, aspect = polynomials(surface, spans), surface.size[1] / surface.size[0]
     # In one order, for which the kernels are compiled once.
@@ -124,7 +123,7 @@ def enclosed(
         return found
 
     upper, seen, place = refine(evaluate, whole(len(spans.x)).select(spans.own), accuracies, worst, len(spans.x))
-    return {name: span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k, name in enumerate(NAMES)}
+    return [span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k in range(4)]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

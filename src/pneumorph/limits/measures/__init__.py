@@ -1,1 +1,1 @@
-"""What is limited: distances, curvature, skew, stretch and area element, on samples and at points of surfaces."""
+"""What is limited: curvature, skew, stretch, area element and distances, on samples and at points of surfaces."""

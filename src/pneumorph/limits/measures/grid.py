@@ -196,21 +196,6 @@ def closed_positions(x: Array, grid: Grid) -> Array:
     return jnp.concatenate([disc(x[:, :1], s), x, disc(x[:, -1:], s[::-1])], axis=1)
 
 
-def heights(x: Any, grid: Grid) -> tuple[Any, Any]:
-    """Distances in mm along z of a tube with flat ends, at samples x (3, rows, columns), from its base and its tip."""
-    return x[2] - x[2, :1], x[2, -1:] - x[2]
-
-
-def rim_share(grid: Grid, neighbourhood: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Fraction of the fold distance that each row (rows, 1) must keep from the base's plane, and from the tip's.
-
-    It is 1 outside the neighbourhood of the rim, and proportional to the distance along the starting surface within it.
-    So a wall leaves its end at an angle and never lies flat on it.
-    """
-    along = grid.r[:, None] * grid.size[1] / neighbourhood
-    return np.minimum(along, 1.0), np.minimum(along[::-1], 1.0)
-
-
 def every_second(grid: Grid) -> NDArray[np.int64]:
     """Indices of every second sample of a tube in both directions."""
     rows, columns = grid.shape

@@ -1,1 +1,1 @@
-"""Limits near a design, as the optimiser sees them: rows c + J dP ≤ 0, or smooth functions of the control points."""
+"""How limits are linearised: samples, the choice of the worst ones, peaks between them, rows of distances."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numba
@@ -13,8 +15,9 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.local import point_weights
-from pneumorph.limits.measures.grid import Grid, grid
-from pneumorph.limits.table import OF_SHAPE
+from pneumorph.limits.certify.places import Points
+from pneumorph.limits.measures.distances import SampledSurface, sampled_surface
+from pneumorph.limits.measures.grid import Grid, SampledFields, grid, sampled_fields
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
@@ -23,13 +26,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
-SHAPE = ("curvature", "skew", "stretch", "area")
-KINDS = (*SHAPE, *(limit.name for limit in OF_SHAPE if limit.name not in SHAPE))
-"""Kinds of rows: the names of the limits in the table, in the order of their indices."""
-
 FINE, COARSE = (4, 8), (2, 4)
 """Samples per knot span in q and r: fine ones for curvature, skew, stretch and area, coarse ones for distances."""
-
 
 CLOSE = -0.03
 """Where c is above this, the worst point is searched between samples too."""
@@ -44,13 +42,45 @@ _UNITS = 10.0**DIGITS
 
 
 class RowBlock(NamedTuple):
-    """Several rows with equally many entries: kinds, cells and values (m,), columns and entries (m, k)."""
+    """Several rows with equally many entries: kinds, cells and values (m,), columns and entries (m, k).
+
+    Kinds are indices of limits that are measured together, 0 for one that stands alone. `close` are points, by name of
+    the limit, that are to have rows in the next linearisation too.
+    """
 
     kind: Ints
     cell: Ints
     value: Floats
     column: Ints
     entry: Floats
+    close: Mapping[str, Points] = MappingProxyType({})
+
+
+class PointsOn(NamedTuple):
+    """Points (q, r) of the surface with index `number`, in the given knot-span cells; all arrays are (m,)."""
+
+    number: int
+    cell: Ints
+    q: Floats
+    r: Floats
+
+
+class Near(NamedTuple):
+    """What gets rows.
+
+    Attributes
+    ----------
+    reach : float
+        Distances within their bounds by up to this much, mm.
+    least : float
+        Measures of the shape with c above this.
+    places : {name: Points} or None
+        And these points.
+    """
+
+    reach: float
+    least: float
+    places: Mapping[str, Points] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +115,30 @@ class LimitSamples:
     def first(self) -> Ints:
         """Index of each surface's first knot-span cell, and finally the number of all cells."""
         return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
+
+
+@dataclass(frozen=True, eq=False)
+class SampledBody:
+    """A body at the coarse samples."""
+
+    samples: LimitSamples
+    body: Body
+
+    @cached_property
+    def fields(self) -> list[SampledFields]:
+        """Position and derivatives on the tube of each surface."""
+        return [sampled_fields(*each) for each in zip(self.body.surfaces, self.samples.coarse, strict=True)]
+
+    @cached_property
+    def tubes(self) -> list[SampledSurface]:
+        """Each surface without its end discs."""
+        return [sampled_surface(*each, discs=False) for each in zip(self.fields, self.samples.coarse, strict=True)]
+
+    @cached_property
+    def closed(self) -> list[SampledSurface]:
+        """Each surface, chambers with their end discs."""
+        pairs = zip(self.fields, self.samples.coarse, strict=True)
+        return [sampled_surface(field, samples, discs=samples.cavity) for field, samples in pairs]
 
 
 def sample_limits(body: Body, spec: Limits, group: Sequence[Floats] = ()) -> LimitSamples:
@@ -131,6 +185,13 @@ def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
     """Knot-span cells (n,) of points (q, r) on the surface with index `number`."""
     around, along = limits.spans[number]
     return np.minimum((r * along).astype(np.int64), along - 1) * around + (q % 1.0 * around).astype(np.int64)
+
+
+def by_surface(limits: LimitSamples, places: Points) -> Iterator[PointsOn]:
+    """Places of a certificate, surface by surface."""
+    for number in np.unique(places.surface):
+        q, r = places.q[places.surface == number], places.r[places.surface == number]
+        yield PointsOn(int(number), cell_of(limits, number, q, r), q, r)
 
 
 def worst_samples(

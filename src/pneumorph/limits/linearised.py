@@ -8,7 +8,7 @@ linearisation to the next: an exchange method for semi-infinite programs (Hettic
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from pneumorph.geometry import Body
-from pneumorph.limits.certify.report import Places, Points
-from pneumorph.limits.rows.distances import distances, gaps_at
-from pneumorph.limits.rows.heights import heights_at
-from pneumorph.limits.rows.samples import SHAPE, LimitSamples
-from pneumorph.limits.rows.shape import shapes
+from pneumorph.limits.certify.places import Places, Points, joined
+from pneumorph.limits.rows.samples import LimitSamples, Near, RowBlock, SampledBody
+from pneumorph.limits.table import KINDS, ROWS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -32,7 +30,7 @@ class Rows(NamedTuple):
     Attributes
     ----------
     kind : (m,) int
-        Indices into `KINDS`.
+        Indices into `ROWS`.
     cell : (m,) int
         The knot-span cells, numbered over all surfaces.
     value : (m,) float
@@ -76,18 +74,26 @@ def linearised(
         Places where certificates have found limits broken; they get rows too, those of curvature, skew, stretch and
         area only as a part of `places`.
     """
-    of_shape, close = shapes(limits, body, least, places)
-    parts = [*of_shape, *distances(limits, body, reach)]
+    at, near = SampledBody(limits, body), Near(reach, least, places)
+    kinds, blocks, close = [], [], {}
+
+    def add(numbers: list[int], found: Iterable[RowBlock]) -> None:
+        for block in found:
+            kinds.append(np.array(numbers)[block.kind])
+            blocks.append(block)
+            for name, points in block.close.items():
+                close[name] = joined(close[name], points) if name in close else points
+
+    for kind in KINDS:
+        add([ROWS.index(limit.name) for limit in kind.limits], kind.rows(at, near))
     if broken is not None:
-        for name, pairs in broken.pairs.items():
-            parts.extend(gaps_at(limits, body, name, pairs))
-        for name, points in broken.points.items():
-            if name not in SHAPE:
-                parts.extend(heights_at(limits, body, name, points))
-    column = np.concatenate([part.column.ravel() for part in parts])
-    entry = np.concatenate([part.entry.ravel() for part in parts])
-    width = np.concatenate([np.full(len(part.cell), part.column.shape[1]) for part in parts])
+        for kind in KINDS:
+            for limit in kind.limits:
+                if limit.name in broken:
+                    add([ROWS.index(limit.name)], kind.rows_at(at, limit.name, broken[limit.name]))
+    column, entry = (np.concatenate([getattr(block, name).ravel() for block in blocks]) for name in ("column", "entry"))
+    width = np.concatenate([np.full(len(block.cell), block.column.shape[1]) for block in blocks])
     start = np.concatenate([[0], np.cumsum(width)])
     jacobian = sparse.csr_array((entry, column, start), shape=(len(width), 3 * body.n_points))
-    kind, cell, value = (np.concatenate([getattr(part, name) for part in parts]) for name in ("kind", "cell", "value"))
-    return Rows(kind, cell, value, jacobian, close)
+    cell, value = (np.concatenate([getattr(block, name) for block in blocks]) for name in ("cell", "value"))
+    return Rows(np.concatenate(kinds), cell, value, jacobian, close)

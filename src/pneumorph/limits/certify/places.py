@@ -1,0 +1,76 @@
+"""Places where limits are not certified to be satisfied."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+
+class Points(NamedTuple):
+    """Points where a limit on single points is not certified, n of them.
+
+    Attributes
+    ----------
+    surface : (n,) array
+        Index of the surface; the exterior is 0.
+    q, r : (n,) arrays
+    seen, certified : (n,) arrays
+        The value there, and the certified one for its knot span, in the limit's unit.
+    """
+
+    surface: Ints
+    q: Floats
+    r: Floats
+    seen: Floats
+    certified: Floats
+
+
+NO_POINTS = Points(np.zeros(0, dtype=np.int64), *np.zeros((4, 0)))
+
+
+class Pairs(NamedTuple):
+    """Pairs of points where a limit on distances is not certified, n of them.
+
+    Attributes
+    ----------
+    surface_a, surface_b : (n,) arrays
+        Indices of the surfaces; the exterior is 0.
+    a, b : (n, 3) arrays
+        q, r and s of the closest points found: s is 1 on the tube; on an end disc (r = 0 or 1) it is the fraction of
+        the way from its centre to its rim.
+    seen, certified : (n,) arrays
+        Their distance in mm, and the certified one of the two patches that contain them.
+    """
+
+    surface_a: Ints
+    surface_b: Ints
+    a: Floats
+    b: Floats
+    seen: Floats
+    certified: Floats
+
+
+Places = Mapping[str, Points | Pairs]
+"""All places where limits are not certified to hold, not only the worst ones, by the names of the limits.
+
+Points by knot span; pairs for every patch and the nearest other patch.
+"""
+
+
+_Places = TypeVar("_Places", bound=Points | Pairs)
+
+
+def joined(one: _Places, other: _Places) -> _Places:
+    """Concatenate places of the same limit."""
+    return type(one)._make(np.concatenate(parts) for parts in zip(one, other, strict=True))
+
+
+def together(one: Places, other: Places) -> Places:
+    """The places of two certificates of the same problem."""
+    return {name: joined(known, other[name]) for name, known in one.items()}

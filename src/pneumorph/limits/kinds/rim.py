@@ -1,0 +1,187 @@
+"""The limit at rims: a wall leaves its flat end at an angle, so that it never lies flat on its end disc.
+
+The tube is kept in the half-space beyond the plane of its own end, by a part of the fold distance that grows with the
+distance from the rim along the starting surface, up to all of it at the edge of the neighbourhood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.geometry import Body
+from pneumorph.geometry.tube.local import nonzero_functions, point_weights
+from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.limits.certify.cells import BACKWARDS, Accuracy, Cells, KnotSpans, SpanBounds
+from pneumorph.limits.certify.hull_bounds import hull_bounds
+from pneumorph.limits.certify.places import Pairs, Points
+from pneumorph.limits.certify.tally import SpannedBody, Tally
+from pneumorph.limits.limit import Limit
+from pneumorph.limits.measures.grid import Grid
+from pneumorph.limits.measures.spline_fields import combined
+from pneumorph.limits.rows.samples import (
+    FINE,
+    LimitSamples,
+    Near,
+    PointsOn,
+    RowBlock,
+    SampledBody,
+    by_surface,
+    worst_samples,
+)
+
+if TYPE_CHECKING:
+    from jax import Array
+
+    from pneumorph.limits.rows.smooth import SmoothBody
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+RIM = Limit("rim", "fold", "mm", True, 0.005, None, lambda limits: limits.fold.distance, "fold")
+
+EDGE = 1e-3
+"""Distance from the rim, relative to a knot span, at which the slope of a wall on its rim is evaluated."""
+
+
+@dataclass(frozen=True)
+class Rims:
+    """The heights of tubes with flat ends over the planes of these, relative to the part that is to be kept there."""
+
+    limits: tuple[Limit, ...] = (RIM,)
+
+    def rows(self, at: SampledBody, near: Near) -> Iterator[RowBlock]:
+        for number, samples in enumerate(at.samples.coarse):
+            if len(samples.rings):
+                yield _rows(at, _worst(at.samples, at.body, number, near.reach))
+
+    def rows_at(self, at: SampledBody, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
+        assert isinstance(places, Points)
+        for points in by_surface(at.samples, places):
+            yield _rows(at, points)
+
+    def certify(self, body: SpannedBody, tallies: Mapping[str, Tally]) -> None:
+        tally = tallies[RIM.name]
+        for number in body.own:
+            surface, spans = body.body.surfaces[number], body.spans[number]
+            if surface.ends == "flat":
+                for found in bounds(surface, spans, body.spec.fold.neighbourhood, tally.accuracy, tally.worst):
+                    tally.points(number, found)
+
+    def shares(self, at: SampledBody, number: int) -> Iterator[tuple[str, Floats]]:
+        samples, spec, x = at.samples.coarse[number], at.samples.spec.fold, at.fields[number].x
+        if len(samples.rings):
+            base, tip = _ratios(x, samples, spec.neighbourhood)
+            ratio = np.minimum(base, tip)
+            yield RIM.name, RIM.used(np.concatenate([ratio[:1], ratio, ratio[-1:]]), spec.distance)
+
+    def smooth(self, at: SmoothBody) -> dict[str, Array]:
+        found, spec = [], at.samples.spec.fold
+        for x, grid in zip(at.tubes, at.samples.grids, strict=True):
+            if len(grid.rings):
+                base, tip = _ratios(x, grid, spec.neighbourhood)
+                # On the rim itself the value is that of the wall's slope, found by extrapolation.
+                xp = x.__array_namespace__()
+                rims = [2.0 * base[0] - base[1], 2.0 * tip[-1] - tip[-2]]
+                found.append(1.0 - xp.concatenate([xp.minimum(base, tip).ravel(), *rims]) / spec.distance)
+        return {RIM.name: at.joined(found)}
+
+
+def _ratios(x: Any, grid: Grid, neighbourhood: float) -> tuple[Any, Any]:
+    """Heights in mm (rows - 2, columns) of samples x (3, rows, columns) over the planes of the base and the tip,
+    relative to the part of the fold distance to be kept there; samples on the rims are left out."""
+    along = grid.r[1:-1, None] * grid.size[1] / neighbourhood
+    base, tip = x[2] - x[2, :1], x[2, -1:] - x[2]
+    return base[1:-1] / np.minimum(along, 1.0), tip[1:-1] / np.minimum(along[::-1], 1.0)
+
+
+def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> PointsOn:
+    """The worst fine samples of every cell; the nearer end counts."""
+    samples, surface = limits.fine[number], body.surfaces[number]
+    r = np.clip(samples.r, *_within_edges(limits, number))
+    support, functions = nonzero_functions(surface.basis_r, r)
+    net = np.ascontiguousarray(np.moveaxis(surface.net[..., 2:], 2, 0))
+    z = combined(net, support, functions[None, None], samples.support_q, samples.local_q, np.zeros((1, 2), int))[0, 0]
+    slope, end = _over_planes(limits, body, number, r)
+    c = 1.0 + slope[:, None] * (z - surface.net[end, 0, 2][:, None])
+    own, least = limits.own_fine[number], -reach / RIM.bound(limits.spec)
+    row, column, cell = worst_samples(c, own, FINE, limits.spans[number], least)
+    return PointsOn(number, cell, samples.q[column], r[row])
+
+
+def _within_edges(limits: LimitSamples, number: int) -> tuple[float, float]:
+    edge = EDGE / limits.spans[number][1]
+    return edge, 1.0 - edge
+
+
+def _over_planes(limits: LimitSamples, body: Body, number: int, r: Floats) -> tuple[Floats, Ints]:
+    """Derivative (m,) of c by the height of points at r over the plane of the nearer end, and the row of that end."""
+    spec, surface, tip = limits.spec.fold, body.surfaces[number], r > 0.5
+    along = np.where(tip, 1.0 - r, r) * surface.size[1]
+    slope = np.where(tip, 1.0, -1.0) / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))
+    return slope, np.where(tip, surface.net.shape[0] - 1, 0)
+
+
+def _rows(at: SampledBody, points: PointsOn) -> RowBlock:
+    """The rows of points, which may be on the rims."""
+    limits, body, surface = at.samples, at.body, at.body.surfaces[points.number]
+    r = np.clip(points.r, *_within_edges(limits, points.number))
+    slope, end = _over_planes(limits, body, points.number, r)
+    numbers, weights = point_weights(surface, points.q, r)
+    z = np.einsum("mk,mk->m", weights, surface.net[..., 2].ravel()[numbers])
+    # The plane moves with the end row, whose points all have the same z.
+    ends, whole = point_weights(surface, points.q, np.where(end > 0, 1.0, 0.0))
+    return RowBlock(
+        np.zeros(len(z), dtype=np.int64),
+        limits.first[points.number] + points.cell,
+        1.0 + slope * (z - surface.net[end, 0, 2]),
+        3 * (body.slices[points.number].start + np.concatenate([numbers, ends], axis=1)) + 2,
+        slope[:, None] * np.concatenate([weights, -whole], axis=1),
+    )
+
+
+def bounds(
+    surface: TubeSurface, spans: KnotSpans, neighbourhood: float, accuracy: Accuracy, worst: float
+) -> list[SpanBounds]:
+    """Smallest heights (mm) of a tube over the planes of its flat ends, relative to the part to be kept; signs changed.
+
+    Height and part both vanish on the rim, so the common factor v is divided out there.
+    """
+    rows = surface.basis_r.spans
+    z = spans.x[:, 2].reshape(rows, -1, 4, 4)
+    found = []
+    for tip in (False, True):
+        height = np.einsum("ij,abjm->abim", BACKWARDS, z)[::-1] if tip else z.copy()
+        height[:, :, 0, 0] -= surface.net[-1 if tip else 0, 0, 2]
+        height = -height if tip else height
+        start, width = np.arange(rows) / rows, 1.0 / rows
+        own = spans.own.reshape(rows, -1)[:: -1 if tip else 1].ravel()
+        share = np.zeros_like(height)
+        share[:, :, 0, 0], share[:, :, 1, 0] = start[:, None], width
+        share *= surface.size[1] / neighbourhood
+        near = np.stack([height, share], axis=2)
+        near[0] = np.roll(near[0], -1, axis=-2)
+        near[0, :, :, -1] = 0.0
+        away = np.stack([height, np.zeros_like(height)], axis=2)
+        away[:, :, 1, 0, 0] = 1.0
+
+        columns = z.shape[1]
+        edge = np.repeat(np.clip((neighbourhood / surface.size[1] - start) / width, 0.0, 1.0), columns)
+        lower, upper = np.concatenate([np.zeros_like(edge), edge]), np.concatenate([edge, np.ones_like(edge)])
+        count = len(lower)
+        cells = Cells(
+            np.arange(count),
+            np.stack([np.full(count, 0.5), 0.5 * (lower + upper)], axis=1),
+            np.stack([np.full(count, 0.5), 0.5 * (upper - lower)], axis=1),
+        )
+        r = np.repeat(np.stack([1.0 - start if tip else start, np.full(rows, -width if tip else width)], 1), columns, 0)
+        some = (upper > lower) & np.tile(own, 2)
+        both = KnotSpans(np.zeros((0, 3, 4, 4)), np.tile(spans.q, (2, 1)), np.tile(r, (2, 1)), some)
+        polynomials = np.concatenate([near, away]).reshape(count, 2, 4, 4)
+        found.append(hull_bounds(polynomials, lambda net: -net[:, 0] / net[:, 1], both, accuracy, worst, cells))
+        worst = max(worst, float(found[-1].seen.max()))
+    return found

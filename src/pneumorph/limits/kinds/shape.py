@@ -1,0 +1,160 @@
+"""Limits on the shape of a surface: curvature (25), skew (27), stretch (29), and the area element.
+
+They are measured together. Rows have exact derivatives at the worst points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.limits.certify.places import Pairs, Points
+from pneumorph.limits.certify.shape_bounds import enclosed
+from pneumorph.limits.certify.tally import SpannedBody, Tally
+from pneumorph.limits.limit import Limit
+from pneumorph.limits.measures.formulas import MIN_AREA
+from pneumorph.limits.measures.grid import Grid
+from pneumorph.limits.measures.shape import differentiated, measured, measured_samples
+from pneumorph.limits.rows.peaks import expected_peaks, peaks_at
+from pneumorph.limits.rows.samples import (
+    CLOSE,
+    DIGITS,
+    FINE,
+    LimitSamples,
+    Near,
+    RowBlock,
+    SampledBody,
+    cell_of,
+    worst_samples,
+)
+from pneumorph.threads import each
+
+if TYPE_CHECKING:
+    from jax import Array
+
+    from pneumorph.limits.rows.smooth import SmoothBody
+    from pneumorph.problem import Limits
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+
+CURVATURE = Limit("curvature", "curvature", "/mm²", False, 0.01, "curvature", lambda limits: limits.curvature)
+SKEW = Limit("skew", "skew", "", False, 0.01, "skew", lambda limits: limits.skew)
+STRETCH = Limit("stretch", "stretch", "/mm²", False, 0.01, "stretch", lambda limits: limits.stretch.limit)
+AREA = Limit("area", "area", "", True, 0.01, None, lambda limits: MIN_AREA)
+
+_LIMITS = (CURVATURE, SKEW, STRETCH, AREA)
+"""In the order in which measures are numbered."""
+
+
+def _scale_and_shift(spec: Limits) -> tuple[Floats, Floats]:
+    """Factors (4,) and constants (4,) that make c of the measures."""
+    signs = np.array([limit.sign for limit in _LIMITS])
+    return signs / [limit.bound(spec) for limit in _LIMITS], -signs
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """The limits on curvature, skew, stretch and area of all surfaces."""
+
+    limits: tuple[Limit, ...] = _LIMITS
+
+    def rows(self, at: SampledBody, near: Near) -> Iterator[RowBlock]:
+        samples, body = at.samples, at.body
+        scale, shift = _scale_and_shift(samples.spec)
+        for number, surface in enumerate(body.surfaces):
+            given = _added(samples, number, near.places)
+            found = _worst_places(samples, number, surface, scale, shift, near.least)
+            kind, cell = (np.concatenate(pair) for pair in zip(given[:2], found[:2], strict=True))
+            q, r = (np.concatenate(pair) for pair in zip(given[2:], found[2:], strict=True))
+            kind, cell, q, r = _distinct(samples.fine[number], kind, cell, q, r)
+            value, entry, column = differentiated(surface, kind, q, r, samples.spec.stretch.form)
+            excess = scale[kind] * value + shift[kind]
+            entry *= scale[kind][:, None]
+            column += 3 * body.slices[number].start
+            close = {}
+            for k, limit in enumerate(self.limits):
+                some = np.flatnonzero((excess > CLOSE) & (kind == k))
+                here = np.full(len(some), number)
+                close[limit.name] = Points(here, q[some], r[some], value[some], value[some])
+            yield RowBlock(kind, samples.first[number] + cell, excess, column, entry, close)
+
+    def rows_at(self, at: SampledBody, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
+        # They are among `Near.places`.
+        yield from ()
+
+    def certify(self, body: SpannedBody, tallies: Mapping[str, Tally]) -> None:
+        for number in body.own:
+            some = [tallies[limit.name] for limit in self.limits]
+            accuracies, worst = [tally.accuracy for tally in some], [tally.worst for tally in some]
+            surface, spans = body.body.surfaces[number], body.spans[number]
+            found = enclosed(surface, spans, body.spec.stretch.form, accuracies, worst)
+            for tally, bounds in zip(some, found, strict=True):
+                tally.points(number, bounds)
+
+    def shares(self, at: SampledBody, number: int) -> Iterator[tuple[str, Floats]]:
+        spec = at.samples.spec
+        values = measured_samples(at.body.surfaces[number], at.samples.fine[number], spec.stretch.form)
+        for limit, value in zip(self.limits, values, strict=True):
+            yield limit.name, limit.used(value, limit.bound(spec))
+
+    def smooth(self, at: SmoothBody) -> dict[str, Array]:
+        spec = at.samples.spec
+        return {each.name: each.sign * (at.measured(each.name) / each.bound(spec) - 1.0) for each in self.limits}
+
+
+def _worst_places(
+    limits: LimitSamples, number: int, surface: TubeSurface, scale: Floats, shift: Floats, least: float
+) -> tuple[Ints, Ints, Floats, Floats]:
+    """Kind, cell, q and r of the worst samples of every cell; those near their bounds are moved to nearby peaks."""
+    samples, form = limits.fine[number], limits.spec.stretch.form
+    c = measured_samples(surface, samples, form)
+    for kind in range(len(c)):
+        c[kind] = scale[kind] * c[kind] + shift[kind]
+    # The worst sample, and the one with the highest expected peak: at a kink on a knot line expectations are too high.
+    near = max(least, CLOSE)
+    fields = [(values, least) for values in c] + [(values, near) for values in expected_peaks(c, near)]
+    own, spans = limits.own_fine[number], limits.spans[number]
+    picked = each(lambda field: worst_samples(field[0], own, FINE, spans, field[1]), fields)
+    kind = np.repeat(np.tile(np.arange(len(c)), 2), [len(cell) for _, _, cell in picked])
+    row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
+    value, q, r = c[kind, row, column], samples.q[column], samples.r[row]
+    expected, aside, up = peaks_at(c, kind, row, column)
+    close = np.flatnonzero(expected > CLOSE)
+    peak_q, peak_r = (q[close] + aside[close] / len(samples.q)) % 1.0, r[close] + up[close] / (len(samples.r) - 1)
+    peak = scale[kind[close]] * measured(surface, kind[close], peak_q, peak_r, form) + shift[kind[close]]
+    worse = peak > value[close] + 10.0**-DIGITS
+    moved = close[worse]
+    value[moved], q[moved], r[moved] = peak[worse], peak_q[worse], peak_r[worse]
+    # Worst first: of places close together the first is kept.
+    order = np.argsort(-np.round(value, DIGITS), kind="stable")
+    return kind[order], cell[order], q[order], r[order]
+
+
+def _distinct(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tuple[Ints, Ints, Floats, Floats]:
+    """Remove points that are less than half the sample distance from an earlier one."""
+    around, along = 2 * len(samples.q), 2 * (len(samples.r) - 1)
+    place_q, place_r = np.round(q * around).astype(np.int64) % around, np.round(r * along).astype(np.int64)
+    first = np.sort(np.unique((kind * around + place_q) * (along + 1) + place_r, return_index=True)[1])
+    return kind[first], cell[first], q[first], r[first]
+
+
+def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | None) -> tuple[Ints, Ints, Floats, Floats]:
+    """Kind, cell, q and r of the given points on a surface, which get rows whatever their values."""
+    none = np.zeros(0, dtype=np.int64)
+    if places is None:
+        return none, none, np.zeros(0), np.zeros(0)
+    parts = []
+    for kind, limit in enumerate(_LIMITS):
+        found = places[limit.name]
+        here = found.surface == number
+        q, r = found.q[here], found.r[here]
+        parts.append((np.full(len(q), kind), cell_of(limits, number, q, r), q, r))
+    kind, cell, q, r = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return kind, cell, q, r

@@ -1,0 +1,86 @@
+"""What a limit is called, what its bound is, and when a value satisfies it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits
+
+Floats = NDArray[np.float64]
+
+ROUNDING = 1e-6
+"""Part of a tolerance that is left for rounding: a value certified to be just within it must count as held."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One limit of a design.
+
+    Attributes
+    ----------
+    name : str
+        As used by the optimiser and in the readings of reports.
+    word : str
+        The name shown to users; limits with the same word are shown as one.
+    unit : "mm", "/mm²" or ""
+    at_least : bool
+        Whether the quantity must be at least its bound; otherwise at most.
+    tolerance : float
+        Allowed violation relative to the bound (in mm if the bound is zero).
+    key : str or None
+        Key in the history's ``limits``; None if the history does not have the limit separately.
+    read : function of `problem.Limits`
+        Returns its bound in mm, 1/mm² or 1; None if the problem has no such limit.
+    per : "wall", "fold" or None
+        The limit by which the optimiser's values are divided; None if they are divided by the bound.
+    far : float
+        Accuracy of certified values far from the bound, relative to the distance from it.
+    """
+
+    name: str
+    word: str
+    unit: str
+    at_least: bool
+    tolerance: float
+    key: str | None
+    read: Callable[[Limits], float | None]
+    per: Literal["wall", "fold"] | None = None
+    far: float = 0.01
+
+    @property
+    def sign(self) -> float:
+        """With it larger values are worse."""
+        return -1.0 if self.at_least else 1.0
+
+    def bound(self, limits: Limits) -> float:
+        """The bound of a problem that has this limit."""
+        bound = self.read(limits)
+        assert bound is not None
+        return bound
+
+    def scale(self, limits: Limits) -> float:
+        """What distances from the bound are divided by for the optimiser, in the limit's unit."""
+        return {"wall": limits.wall, "fold": limits.fold.distance}[self.per] if self.per else self.bound(limits)
+
+    def excess(self, value: float, bound: float) -> float:
+        """Violation relative to the bound (in mm if the bound is zero); negative if the limit is held."""
+        return self.sign * (value - bound) / (bound or 1.0)
+
+    def needed(self, bound: float, slack: float = 1.0) -> float:
+        """The value at which a limit is still held within `slack` tolerances, whatever rounding does."""
+        allowed = slack * self.tolerance * (1.0 - ROUNDING) * (bound or 1.0)
+        return bound - allowed if self.at_least else bound + allowed
+
+    @overload
+    def used(self, value: float, bound: float) -> float: ...
+    @overload
+    def used(self, value: Floats, bound: float) -> Floats: ...
+    def used(self, value: float | Floats, bound: float) -> float | Floats:
+        """Ratio of a value, or of each of several, to its limit: 1 exactly at the limit, more if it is violated."""
+        return bound / np.maximum(value, 1e-12) if self.at_least else value / bound

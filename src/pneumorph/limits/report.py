@@ -1,0 +1,148 @@
+"""Certified worst values of all limits on a body: bounds that hold on the whole surfaces, not only at samples.
+
+A value is the safe end of an enclosure, and `seen` is what some point attains. Near a limit the two differ by at most
+0.3 % of its bound. Rounding errors, about 1e-13 relative, are neglected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.geometry import Body
+from pneumorph.limits.certify.places import Places
+from pneumorph.limits.certify.tally import Tally, spanned_body
+from pneumorph.limits.table import BY_NAME, KINDS, OF_SHAPE
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits
+
+Mask = NDArray[np.bool_]
+
+NOISE = 1e-9
+"""Values below it, in mm, 1/mm² or 1, are shown as 0."""
+
+
+def without_rounding(value: float) -> float:
+    """A value as it is shown: zero where it is no more than rounding."""
+    return 0.0 if abs(value) < NOISE else value
+
+
+@dataclass(frozen=True)
+class LimitReading:
+    """The worst value of one limit.
+
+    Attributes
+    ----------
+    limit : str
+        "wall", "fold", "curvature", "skew", "stretch", "area", "ends" or "envelope".
+    value, bound : float
+        In mm, 1/mm² or 1; distances and the area element must not be below the bound, all others not above it. The
+        value is certified: no point of the surfaces is worse.
+    surface : str
+        Name of the surface with the worst point found.
+    q, r : float
+        Parameters of that point; on an end disc those of the nearest point of its rim.
+    seen : float
+        The value attained there.
+    """
+
+    limit: str
+    value: float
+    bound: float
+    surface: str
+    q: float
+    r: float
+    seen: float
+
+    def excess(self) -> float:
+        """Distance beyond the bound, relative to it (in mm for the ends, whose bound is zero); positive if violated."""
+        return BY_NAME[self.limit].excess(self.value, self.bound)
+
+    def seen_excess(self) -> float:
+        """The same for the worst point found."""
+        return BY_NAME[self.limit].excess(self.seen, self.bound)
+
+    def __str__(self) -> str:
+        limit = BY_NAME[self.limit]
+        unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
+        kind = "at least" if limit.at_least else "at most"
+        return (
+            f"{self.limit} is {without_rounding(self.value):.3g}{unit}, must be {kind} {self.bound:g}{unit}"
+            f" (on {self.surface}, q = {self.q:.3f}, r = {self.r:.3f})"
+        )
+
+
+@dataclass(frozen=True)
+class LimitReport:
+    """Certified worst values of all limits on a body, and all places where they are not certified to hold.
+
+    wall is the smallest distance between two surfaces, or between a chamber and the body's end planes; fold the
+    smallest distance within a surface outside the neighbourhood, including the surface's flat ends; area the smallest
+    area element sqrt(EG - F²) relative to the starting one; ends the distance by which the exterior passes its own end
+    planes; envelope the largest distance from the axis (absent without an envelope).
+    """
+
+    readings: tuple[LimitReading, ...]
+    places: Places
+
+    def __getitem__(self, limit: str) -> LimitReading:
+        return next(reading for reading in self.readings if reading.limit == limit)
+
+    def values(self) -> dict[str, float | None]:
+        """Certified values by their keys in the history; None for limits that the problem does not have."""
+        found = {reading.limit: reading.value for reading in self.readings}
+        return {limit.key: found.get(limit.name) for limit in OF_SHAPE if limit.key is not None}
+
+    def violated(self, slack: float = 1.0) -> tuple[LimitReading, ...]:
+        """Limits that are not certified to hold within `slack` times their tolerances."""
+        return tuple(
+            reading for reading in self.readings if not reading.excess() <= slack * BY_NAME[reading.limit].tolerance
+        )
+
+    def satisfied(self, slack: float = 1.0) -> bool:
+        """Whether every limit is held; see `violated`."""
+        return not self.violated(slack)
+
+
+def certify(body: Body, spec: Limits, slack: float = 1.0, own: Sequence[Mask] | None = None) -> LimitReport:
+    """Certify a body against a problem's limits.
+
+    Parameters
+    ----------
+    body : Body
+    spec : problem.Limits
+    slack : float
+        The report's `places` are those where a limit is not certified within `slack` times its tolerance.
+    own : sequence of (n,) bool
+        For a symmetric body the knot spans of each surface that are not images of others; the report is that of all,
+        with places in these alone. See `LimitSamples`.
+    """
+    whole = spanned_body(body, spec, own)
+    tallies = {limit.name: Tally(limit, spec, slack) for limit in OF_SHAPE if limit.read(spec) is not None}
+    # Distances come last: they take longest, and need not be finer than what is known of end planes and rims.
+    for kind in reversed(KINDS):
+        kind.certify(whole, tallies)
+    names = [surface.name for surface in body.surfaces]
+    return LimitReport(
+        readings=tuple(_readings(tallies, names)),
+        places={name: tally.places() for name, tally in tallies.items()},
+    )
+
+
+def _readings(tallies: Mapping[str, Tally], names: list[str]) -> list[LimitReading]:
+    """One reading for all limits that have the same name for users."""
+    readings = []
+    for word in dict.fromkeys(tally.limit.word for tally in tallies.values()):
+        alike = [tally for tally in tallies.values() if tally.limit.word == word]
+        limit, bound = alike[0].limit, alike[0].bound
+        upper, worst = max(tally.upper for tally in alike), max(tally.worst for tally in alike)
+        surface, q, r = max(alike, key=lambda tally: tally.worst).place
+        # Nothing is attained if all patches are farther apart than the largest distance that is measured.
+        worst = min(worst, upper)
+        readings.append(LimitReading(limit.name, limit.sign * upper, bound, names[surface], q, r, limit.sign * worst))
+    return readings
