@@ -15,7 +15,7 @@ from pneumorph.study import load_study, write_summary
 from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import finished
 
-BASE = tiny(control_density='"0.4 /mm"', pressure='{ A = "20 kPa" }', size='"5 mm"')
+BASE = tiny(pressure='{ A = "20 kPa" }')
 
 
 @pytest.mark.slow

@@ -2,22 +2,18 @@
 
 from pathlib import Path
 
+from filelock import FileLock
 from numba.core.dispatcher import Dispatcher
 
 
 def share_kernels(folder: Path) -> None:
     """Let all processes that call it with the same folder wait for each other's kernels."""
-    try:
-        import fcntl
-    except ImportError:  # not a POSIX system: each compiles for itself
-        return
     folder.mkdir(exist_ok=True)
     compile_alone = Dispatcher.compile
 
     def compile_or_wait(self, sig):
         code = self.py_func.__code__
-        with (folder / f"{Path(code.co_filename).stem}-{code.co_firstlineno}").open("w") as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
+        with FileLock(folder / f"{Path(code.co_filename).stem}-{code.co_firstlineno}"):
             return compile_alone(self, sig)
 
     Dispatcher.compile = compile_or_wait
