@@ -1,6 +1,9 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from pneumorph.geometry import tied_coordinates
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.problem import Problem
@@ -71,3 +74,15 @@ def test_a_step_moves_a_pressure_by_a_tenth_of_its_range(space):
     assert space.pressures(space.start + step)["one"]["B"] == pytest.approx(0.03 + 0.004)
     np.testing.assert_allclose(space.upper[-2:] - space.lower[-2:], 2.0)
     assert np.all(np.isinf(space.lower[:-2]))
+
+
+@given(st.lists(st.integers(-1, 4), min_size=1, max_size=20))
+def test_tied_coordinates_are_fixed_or_move_as_one(numbers):
+    found, variable = np.unique(numbers, return_inverse=True)
+    variable = variable - int(found[0] < 0)
+    coordinates = np.where(variable < 0, np.arange(len(numbers)), 10.0 * variable)
+    shape = tied_coordinates(coordinates, variable)
+    np.testing.assert_array_equal(shape.L @ shape.start + shape.offset, coordinates)
+    moved = shape.L @ (shape.start + 1.0) + shape.offset - coordinates
+    np.testing.assert_array_equal(moved, np.where(variable < 0, 0.0, 1.0))
+    assert len(shape.lower) == len(shape.upper) == variable.max() + 1
