@@ -22,7 +22,9 @@ from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import SurfaceMesher, scaled_jacobian
 from pneumorph.optimize import DesignAccepted, Finished, optimise, setup_among
 from pneumorph.optimize.start import resumed
+from pneumorph.output.shell import shell_of
 from pneumorph.problem import loads
+from pneumorph.run import StoredDesign
 from pneumorph.sensitivity.taylor import taylor_test
 
 RADII, CAP, WALL = (10.0, 7.5), 0.85, 2.0
@@ -222,3 +224,9 @@ def test_three_steps_improve_it_within_its_wall(setup):
     assert isinstance(events[-1], Finished)
     again = resumed(setup, designs[1].state)
     assert again.analysis.value == pytest.approx(values[1], rel=1e-6)
+    body = designs[-1].body
+    stored = StoredDesign.of(body, designs[-1].pressures)
+    assert [stored.exterior.shape, stored.chambers["A"].shape] == [(42, 3), (42, 3)]
+    shell = shell_of(body)
+    volume = np.linalg.det(shell.points[shell.triangles]).sum() / 6
+    assert volume == pytest.approx(designs[-1].fields.mesh.volume(), rel=0.05)
