@@ -125,8 +125,7 @@ class MembraneSpec(_Reinforcement):
     poisson: Annotated[Number, Field(ge=0, lt=1)] = 0.3
     """Poisson's ratio in its plane."""
     wrinkling: Annotated[Number, Field(gt=0, le=1)] | None = None
-    """Compressive strain at which it wrinkles; its compressive force is below the stiffness times this strain.
-    Without it, 0.01, or less if a sheet 0.1 mm thick or the rubber under the mesh would wrinkle before."""
+    """Compressive strain at which it wrinkles; by default 0.01, or less if sheet or rubber would wrinkle before."""
 
 
 class FibresSpec(_Reinforcement):
@@ -144,8 +143,7 @@ class FibresSpec(_Reinforcement):
     families: Literal[1, 2] = 2
     """2: fibres at plus and minus the angle; 1: at plus the angle only, which twists the body."""
     buckling: Annotated[Number, Field(gt=0, le=1)] | None = None
-    """Compressive strain at which fibres buckle; their compressive force is below the stiffness times this strain.
-    Without it, 0.01, or less if the rubber under the mesh would wrinkle before."""
+    """Compressive strain at which fibres buckle; by default 0.01, or less if the rubber would wrinkle before."""
 
     @model_validator(mode="after")
     def _at_most_around(self) -> FibresSpec:
