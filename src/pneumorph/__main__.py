@@ -1,6 +1,8 @@
 """The `pneumorph` command, also as `python -m pneumorph`."""
 
 import contextlib
+import errno
+import io
 import os
 import sys
 
@@ -16,11 +18,27 @@ def main() -> None:
     compiling.announce(_compiling)
     from pneumorph.cli import app
 
+    # Where the output knows no "≤" or "²", they are written out and nothing is lost.
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        app(prog_name="pneumorph")
-    except SystemExit as end:
-        interrupts.leave(end.code)
-        raise
+        try:
+            app(prog_name="pneumorph")
+        except SystemExit as end:
+            interrupts.leave(end.code)
+            if sys.stdout is not None:
+                sys.stdout.flush()
+            raise
+    except OSError as error:
+        # A file has a name; what has none is the output.
+        if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EPIPE):
+            raise
+        # Else Python tries again as it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno == errno.ENOSPC:
+            with contextlib.suppress(OSError):
+                print(f"pneumorph: standard output: cannot be written ({error.strerror}); make room", file=sys.stderr)
+        sys.exit(1)
 
 
 def _compiling() -> None:
