@@ -384,11 +384,12 @@ def tables(folders: list[Path]) -> None:
         return
     print(
         f"{len(found)} of {len(folders)} problems, {sum(one['redraws'] for one in found)} draws refused before them\n\n"
-        "ended: runs that end with a reason; starts: that keep all limits; designs: accepted after the start, and how\n"
-        "many of them keep all limits; ends held: runs whose last design does; gained: runs with a design within its\n"
-        "limits better than the start; share: median fraction of the predicted gain; s/design, fact.: median seconds\n"
-        "and factorisations of a design, fact. new: where the body was remeshed; new: new meshes; no mesh: steps\n"
-        "taken back because the body could not be meshed; back: all steps taken back\n"
+        "ended: runs that end with a reason; starts: starts that satisfy all limits; designs: accepted after the\n"
+        "start; held %: share of these that satisfy all limits; ends held: runs whose last design does; gained:\n"
+        "runs with a design better than the start that satisfies all limits; share %: median fraction of the\n"
+        "predicted gain; s/design, fact.: median seconds and factorisations per design; fact. new: the latter\n"
+        "after remeshing; new: new meshes; no mesh: steps rejected because the body could not be meshed; back:\n"
+        "all rejected steps\n"
     )
     table([row("all", found)])
     for key in ("layout", "objective"):
