@@ -25,7 +25,7 @@ class StateLimits:
     ----------
     value : (k,) c relative to the bound, 0.01 is one per cent beyond it.
     jacobian : (k, n) J, by the design variables.
-    limits : the limits of the first rows, and `bounds` theirs; the other rows keep the body from buckling to a side.
+    limits : the limits of the first rows, and `bounds` theirs; the other rows keep the body from buckling laterally.
     curved : what c is expected to be beyond its linearisation at the end of the next step.
     """
 
@@ -47,11 +47,11 @@ class StateLimits:
 
     def values(self) -> dict[str, float | None]:
         """The worst value of every limit by its key in the history; None for those that the problem does not have."""
-        found: dict[str, float | None] = {limit.key: None for limit in OF_STATES if limit.key}
+        values: dict[str, float | None] = {limit.key: None for limit in OF_STATES if limit.key}
         for limit, bound in dict(zip(self.limits, self.bounds, strict=True)).items():
             worst = max(c for c, own in zip(self.value, self.limits, strict=False) if own is limit)
-            found[limit.key or limit.name] = bound * (1.0 + (-worst if limit.at_least else worst))
-        return found
+            values[limit.key or limit.name] = bound * (1.0 + (-worst if limit.at_least else worst))
+        return values
 
     @property
     def excess(self) -> np.ndarray:
@@ -83,9 +83,9 @@ def linear_states(
 ) -> StateLimits:
     """The limits on the states of an analysed design, linearised by one adjoint for each task.
 
-    And what keeps it from buckling to a side, where that is known.
+    And what keeps it from buckling laterally, where that is known.
     """
-    found = no_states(space.n)
+    states = no_states(space.n)
     for limit in OF_STATES:
         bound = limit.read(problem.limits)
         if bound is None:
@@ -95,17 +95,17 @@ def linear_states(
         else:
             value, slope = margin_slopes(space, disc, analysis, bound)
         sign = -1.0 if limit.at_least else 1.0
-        found = StateLimits(
-            np.concatenate([found.value, sign * (value / bound - 1.0)]),
-            np.concatenate([found.jacobian, sign * slope / bound]),
-            (*found.limits, *[limit] * len(value)),
-            (*found.bounds, *[bound] * len(value)),
+        states = StateLimits(
+            np.concatenate([states.value, sign * (value / bound - 1.0)]),
+            np.concatenate([states.jacobian, sign * slope / bound]),
+            (*states.limits, *[limit] * len(value)),
+            (*states.bounds, *[bound] * len(value)),
         )
     if lateral is None:
-        return found
+        return states
     value, slope = lateral_rows(space, disc, analysis, lateral)
-    both = np.concatenate([found.value, value]), np.concatenate([found.jacobian, slope])
-    return replace(found, value=both[0], jacobian=both[1])
+    both = np.concatenate([states.value, value]), np.concatenate([states.jacobian, slope])
+    return replace(states, value=both[0], jacobian=both[1])
 
 
 def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> tuple[float, str]:
@@ -115,8 +115,8 @@ def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> t
         bound = limit.read(problem.limits)
         if bound is None:
             continue
-        found = strain_shares(disc, analysis) if limit.name == "strain" else margins(disc, analysis, bound)
-        excess = max(limit.excess(value, bound) for value in found.values())
+        shares = strain_shares(disc, analysis) if limit.name == "strain" else margins(disc, analysis, bound)
+        excess = max(limit.excess(value, bound) for value in shares.values())
         if excess > worst:
             worst, name = excess, limit.name
     return worst, name

@@ -70,29 +70,29 @@ def within(
     margins, broken = MARGIN.copy(), None
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
     phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, None, None)
-    found = limits.certify(space.body(phi))
+    report = limits.certify(space.body(phi))
     least, stuck = np.inf, 0
     for _ in range(1, CERTIFICATES):
-        if found.satisfied():
+        if report.satisfied():
             break
-        worst = max(reading.excess() for reading in found.violated())
+        worst = max(reading.excess() for reading in report.violated())
         least, stuck = (worst, 0) if worst < NEARER * least else (least, stuck + 1)
         if worst > HOPELESS or stuck == STUCK:
             break
         # New places come first: of places close together the first is kept.
         places = {
-            name: joined(new, known) for name, known in places.items() if isinstance(new := found.places[name], Points)
+            name: joined(new, known) for name, known in places.items() if isinstance(new := report.places[name], Points)
         }
-        broken = found.places if broken is None else together(broken, found.places)
-        for reading in found.violated():
+        broken = report.places if broken is None else together(broken, report.places)
+        for reading in report.violated():
             # Only by what is certified beyond every point seen: added points repair the rest, and where every limit is
             # near, a wider margin would push others beyond theirs, again and again.
             short = reading.excess() - reading.seen_excess()
             beyond = np.array([BY_NAME[name].word == BY_NAME[reading.limit].word for name in ROWS])
             margins[beyond] += min(max(short, 0.0), WIDEST)
         phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, places, broken)
-        found = limits.certify(space.body(phi))
-    return Within(phi, found) if found.satisfied() else found
+        report = limits.certify(space.body(phi))
+    return Within(phi, report) if report.satisfied() else report
 
 
 def _projected(
@@ -138,21 +138,21 @@ def least_motion(
     """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0, nearly.
 
     By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ + ½ λᵀελ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ); ε lets rows give way.
-    Prices are changed until every row is met to its `accuracy` (m,), or they are as good as some iterations make them.
+    Multipliers are changed until every row is met to its `accuracy` (m,), or as far as some iterations bring them.
     """
     transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 
-    def raw(price: np.ndarray) -> np.ndarray:
-        return -smooth.transpose(slope + transposed @ price)
+    def raw(multiplier: np.ndarray) -> np.ndarray:
+        return -smooth.transpose(slope + transposed @ multiplier)
 
-    def product(price: np.ndarray) -> np.ndarray:
-        return jacobian @ smooth.apply(smooth.transpose(transposed @ price))
+    def product(multiplier: np.ndarray) -> np.ndarray:
+        return jacobian @ smooth.apply(smooth.transpose(transposed @ multiplier))
 
     whole = moduli @ smooth.moduli.apply(smooth.moduli.transpose(moduli.T @ np.ones(len(excess))))
     scale = tightened(np.maximum(whole, 1e-12), product)
     elastic = ELASTIC * scale
-    found = minimise(
-        lambda price: elastic * price - (excess + jacobian @ smooth.apply(raw(price))),
+    multipliers = minimise(
+        lambda multiplier: elastic * multiplier - (excess + jacobian @ smooth.apply(raw(multiplier))),
         np.maximum(excess, 0.0) / scale,
         np.zeros(len(excess)),
         np.full(len(excess), np.inf),
@@ -160,5 +160,5 @@ def least_motion(
         MOST_ITERATIONS,
         accuracy / (scale + elastic),
     )
-    z = raw(found)
+    z = raw(multipliers)
     return SmoothMotion(z, smooth.apply(z))
