@@ -16,7 +16,6 @@ from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import NoEquilibrium, State
 from pneumorph.problem import Problem
 from pneumorph.problem.models import MeshSpec
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import open_run
 
 
@@ -73,7 +72,7 @@ def states_of(found: Analysis) -> dict[str, State]:
 
 def report(size: str, disc: Discretisation, found: Analysis, problem: Problem) -> None:
     results = collect_task_results(disc, found)
-    words = ", ".join(f"{task.name} {motion_of(task, results[task.name])}" for task in problem.task)
+    words = ", ".join(f"{task.name} {task.objective.achieved(results[task.name])}" for task in problem.task)
     print(f"{size:>7s} {disc.model.elements:9d} {disc.model.size:7d}  {words}", flush=True)
 
 

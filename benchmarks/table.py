@@ -12,7 +12,6 @@ from pathlib import Path
 from statistics import median
 
 from pneumorph.output.format import format_duration
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory, open_run
 
 
@@ -84,7 +83,7 @@ def outcome(run: RunDirectory) -> str:
     history = run.history()
     last = history[-1]
     motions = "; ".join(
-        f"{task.name}: {motion_of(task, history[0].tasks[task.name])} → {motion_of(task, last.tasks[task.name])}"
+        f"{task.name}: {' → '.join(str(task.objective.achieved(each.tasks[task.name])) for each in (history[0], last))}"
         for task in run.problem.task
     )
     held = "all limits satisfied" if last.held else "limits violated"

@@ -13,7 +13,6 @@ from pneumorph.mechanics import mirrors_of
 from pneumorph.objective import Features, build_objectives
 from pneumorph.output.cuts import _wanted
 from pneumorph.problem import TargetMotion, loads
-from pneumorph.results.achieved import motion_of
 
 SEVERAL = '{ kind = "motion", shift_y = "1 mm", axial = "3 mm", bending_y = "60 deg", torsion = "-9 deg" }'
 
@@ -78,13 +77,13 @@ def test_what_is_shown():
         translation=(1.0, 2.0, 3.0), rotation=tuple(np.radians([1.0, 45.0, 2.0])),
         errors={"position_mm": 2.5, "orientation_rad": np.radians(15.0)},
     )  # fmt: skip
-    bend = motion_of(problem('{ kind = "motion", bending_y = "60 deg" }').task[0], found)
+    bend = problem('{ kind = "motion", bending_y = "60 deg" }').task[0].objective.achieved(found)
     assert (str(bend), bend.word) == ("45.00°", "bending about y, target 60.00°")
-    shift = motion_of(problem('{ kind = "motion", shift_x = "4 mm" }').task[0], found)
+    shift = problem('{ kind = "motion", shift_x = "4 mm" }').task[0].objective.achieved(found)
     assert (str(shift), shift.word) == ("1.00 mm", "shift along x, target 4.00 mm")
-    assert motion_of(problem(SEVERAL).task[0], found) == (2.5, "mm", "distance from the target")
+    assert problem(SEVERAL).task[0].objective.achieved(found) == (2.5, "mm", "distance from the target")
     turns = problem('{ kind = "motion", bending_x = "0 deg", bending_y = "60 deg" }').task[0]
-    both = motion_of(turns, task_result(errors={"orientation_rad": np.radians(15.0)}))
+    both = turns.objective.achieved(task_result(errors={"orientation_rad": np.radians(15.0)}))
     assert (str(both), both.word) == ("15.00°", "angle from the target")
 
 

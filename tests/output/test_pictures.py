@@ -25,7 +25,6 @@ from pneumorph.output.shape import achieved_centre_line
 from pneumorph.output.view import Job, Panel, Shape, View
 from pneumorph.problem import loads
 from pneumorph.results import nodal_stretch
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import StoredDesign, create
 
 
@@ -212,7 +211,7 @@ def test_the_profile_of_a_tube(body):
 
 
 def test_words(problem):
-    motion = motion_of(problem.task[0], task_result(rotation=(0.0, -np.pi / 6, 0.0)))
+    motion = problem.task[0].objective.achieved(task_result(rotation=(0.0, -np.pi / 6, 0.0)))
     assert str(motion) == "30.00°" and motion.word == "−bending about y"
     assert format_pressures({"A": 0.06}) == "60 kPa"
     assert format_pressures({"A": 0.06, "B": 0.0}) == "A 60, B 0 kPa"

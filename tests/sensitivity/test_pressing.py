@@ -14,7 +14,6 @@ from pneumorph.mechanics.contact.obstacles import Cylinder
 from pneumorph.objective import build_objectives
 from pneumorph.optimize import design
 from pneumorph.problem import loads, stl
-from pneumorph.results.achieved import motion_of
 from pneumorph.sensitivity import TaylorTest, gradient
 
 WALL = """
@@ -111,7 +110,7 @@ def test_what_is_reported_is_what_the_objective_is(at, objectives, name):
         expected = found.contact_normal["rod"] + found.contact["left"][0] + found.contact_area["wall"]
         assert value == pytest.approx(expected, rel=1e-12)
         return
-    done, asked = motion_of(problem(name).task[0], found), problem(name).task[0].objective
+    done, asked = problem(name).task[0].objective.achieved(found), problem(name).task[0].objective
     wanted = getattr(asked, "force", None) or getattr(asked, "area", None)
     assert value == pytest.approx(-done.value if wanted is None else (done.value - wanted) ** 2, rel=1e-12)
     assert done.unit == ("mm²" if asked.kind == "contact_area" else "N") and done.value > 1e-3

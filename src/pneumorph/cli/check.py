@@ -22,7 +22,6 @@ from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Reinforcement, load, reinforcements
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.reinforcement import data_of
-from pneumorph.results.achieved import motion_of
 
 
 def check(problem: Path, quick: bool, trust: bool) -> None:
@@ -43,7 +42,7 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         say(f"symmetry  {sentence}")
     found = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
-        motion = motion_of(task, found[task.name])
+        motion = task.objective.achieved(found[task.name])
         say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
         for sentence in warnings_of(rubbers_of(asked), found[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")

@@ -11,7 +11,6 @@ from pneumorph.limits.limit import Limit
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry
-from pneumorph.results.achieved import motion_of
 
 MARK = "!"
 """Beside a value beyond its limit, and at the start of its row."""
@@ -83,7 +82,7 @@ def _number(entry: HistoryEntry) -> Text:
 def _motion(task: Task) -> Column:
     name = task.name if len(task.name) <= LONGEST_NAME else f"{task.name[: LONGEST_NAME - 1]}…"
     return Column(
-        name, max(10, len(name)), lambda entry: Text(str(motion_of(task, entry.tasks[task.name])), style="bold")
+        name, max(10, len(name)), lambda entry: Text(str(task.objective.achieved(entry.tasks[task.name])), style="bold")
     )
 
 

@@ -19,7 +19,6 @@ from pneumorph.limits.table import BY_NAME, OF_STATES, in_history
 from pneumorph.output.format import format_data, format_duration, format_pressures
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry, RunResult
-from pneumorph.results.achieved import motion_of
 
 
 def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[RenderableType]:
@@ -52,7 +51,7 @@ def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Tab
     table = _table("task", "", "start", "best", "pressure", "state")
     for task in problem.task:
         found = result.tasks[task.name]
-        before, after = motion_of(task, start.tasks[task.name]), motion_of(task, found)
+        before, after = task.objective.achieved(start.tasks[task.name]), task.objective.achieved(found)
         state = Text("stable") if found.stable else Text(f"not stable {MARK}", style="red")
         if found.self_intersecting:
             state.append(f", self-intersecting {MARK}", style="red")

@@ -25,7 +25,6 @@ from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.format import SELF_INTERSECTS, format_pressures, part_note
 from pneumorph.problem import Task, Trust, load
 from pneumorph.results import SweepStep
-from pneumorph.results.achieved import errors_of
 
 
 def simulate(
@@ -136,7 +135,7 @@ def _row(step: SweepStep, task: Task) -> Text:
     if not step.converged:
         return Text(head + step.reason, style="red")
     parts = [f"tip {_vector(step.translation, 3)} mm", f"turned {_vector(np.degrees(step.rotation), 2)}°"]
-    for error in errors_of(task, step.errors):
+    for error in task.objective.errors(step.errors):
         parts.append(f"{error.word} {error}")
     for name, value in step.reaction.items():
         turns = name in COMPONENTS[3:]

@@ -19,7 +19,6 @@ from pneumorph.output.format import format_duration
 from pneumorph.output.render import NoPicture
 from pneumorph.output.study_page import write_study_page
 from pneumorph.results import HistoryEntry
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import open_run
 from pneumorph.study import Study, load_study, write_sheet, write_summary
 from pneumorph.study.cluster import connected, run_members
@@ -125,7 +124,7 @@ class Board:
 
     def _motions(self, name: str, entry: HistoryEntry) -> str:
         (member,) = (member for member in self._study.members if member.name == name)
-        return ", ".join(str(motion_of(task, entry.tasks[task.name])) for task in member.problem.task)
+        return ", ".join(str(task.objective.achieved(entry.tasks[task.name])) for task in member.problem.task)
 
     def __rich__(self) -> Table:
         table = Table(title=printable(self._study.title), title_style="bold")

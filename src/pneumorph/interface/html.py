@@ -11,7 +11,6 @@ from pneumorph.mechanics.material.judge import Fit, faults
 from pneumorph.output.format import format_pressures
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry, RunResult
-from pneumorph.results.achieved import motion_of
 
 MOST_ROWS = 60
 """Longer tables are shown without their middle."""
@@ -47,7 +46,7 @@ def design_html(problem: Problem, iteration: int, entry: HistoryEntry | None, li
         rows = []
         for task in problem.task:
             result = entry.tasks[task.name]
-            motion = motion_of(task, result)
+            motion = task.objective.achieved(result)
             state = "stable" if result.stable else "not stable"
             rows.append((task.name, motion.word, motion, format_pressures(result.pressures), state))
         parts.append(table(("task", "", "result", "pressure", "state"), rows))
@@ -73,7 +72,11 @@ def run_html(problem: Problem, title: str, history: Sequence[HistoryEntry], resu
     """
     tasks = problem.task
     rows = [
-        (entry.iteration, *(motion_of(task, entry.tasks[task.name]) for task in tasks), "yes" if entry.held else "no")
+        (
+            entry.iteration,
+            *(task.objective.achieved(entry.tasks[task.name]) for task in tasks),
+            "yes" if entry.held else "no",
+        )
         for entry in history
     ]
     words = (*(task.name for task in tasks), "limits kept")

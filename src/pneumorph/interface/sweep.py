@@ -12,8 +12,8 @@ from pneumorph.errors import ProblemError
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.sweeps import csv_text, table
 from pneumorph.problem.components import MOTION_OF
+from pneumorph.problem.objectives.words import MOTION_WORDS
 from pneumorph.results import SweepStep, to_json
-from pneumorph.results.achieved import WORDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,7 +104,7 @@ class Sweep:
         if not any(curve.found and curve.swept for curve in self.curves):
             raise ProblemError('plot: there is no sweep to draw; simulate e.g. {"A": "0:60:5 kPa"}')
         blocked = [
-            WORDS[MOTION_OF.get(name, name)]
+            MOTION_WORDS[MOTION_OF.get(name, name)]
             for name, is_blocked in zip(COMPONENTS, self.simulation.blocked, strict=True)
             if is_blocked
         ]

@@ -31,7 +31,6 @@ from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Shape, View
 from pneumorph.problem import Problem
 from pneumorph.results import Fields, HistoryEntry, TaskResult, nodal_stretch
-from pneumorph.results.achieved import motion_of
 
 DOTS = 140
 """Per inch of a frame."""
@@ -103,7 +102,7 @@ def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], vie
     chosen = np.unique(np.rint(np.linspace(0, len(bodies) - 1, min(len(bodies), MOST_FRAMES))).astype(int))
     scenes = []
     for entry, body in (bodies[number] for number in chosen):
-        motions = [motion_of(task, entry.tasks[task.name]) for task in problem.task]
+        motions = [task.objective.achieved(entry.tasks[task.name]) for task in problem.task]
         names = [f"{task.name} " for task in problem.task] if len(motions) > 1 else [f"{motions[0].word} "]
         words = ", ".join(f"{name}{motion}" for name, motion in zip(names, motions, strict=True))
         title = f"design {entry.iteration} at rest\n{words}"

@@ -7,16 +7,14 @@ from typing import Literal
 import numpy as np
 
 from pneumorph.output.view import View
-from pneumorph.problem import MatchCurve, MatchSections, Maximize, Problem, Reach, TargetMotion, Task
+from pneumorph.problem import Problem, Task
+from pneumorph.problem.objectives.bending import LEAST, longer
 from pneumorph.results import TaskResult
 
 Cut = Literal["yz", "xz", "xy", "none"]
 
 NORMALS = {"yz": (-1.0, 0.0, 0.0), "xz": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, -1.0), "none": (0.0, 1.0, 0.0)}
 """Normals of the planes by name, away from the camera; a body that is not cut is seen across xz."""
-
-LEAST = np.radians(1.0)
-"""Smallest angle that counts as bending."""
 
 NEAR = np.radians(2.0)
 """A plane that is nearer to xz or yz is taken for it."""
@@ -26,8 +24,8 @@ def view_of(problem: Problem) -> View:
     """The view of all tasks together: of the plane, xz or yz, in which they bend most, cut open at a chamber."""
     about = np.zeros(2)
     for task in problem.task:
-        axis = _wanted(problem, task)
-        about += 0.0 if axis is None else np.abs(axis) / np.abs(axis).sum()
+        axis = task.objective.bends(problem.body.length)
+        about += 0.0 if axis is None or not axis.any() else np.abs(axis) / np.abs(axis).sum()
     return _through_chambers(problem, np.array(NORMALS["yz" if about[0] > about[1] else "xz"]))
 
 
@@ -37,10 +35,10 @@ def task_view(problem: Problem, task: Task, found: TaskResult) -> View:
     It is the plane of the task's objective; for one without a plane of its own, that in which the tip has turned, and
     the view of all tasks together where it has not.
     """
-    axis = _wanted(problem, task)
-    if axis is None and not isinstance(task.objective, Maximize):
-        axis = _across(np.array(found.rotation[:2]), LEAST)
+    axis = task.objective.bends(problem.body.length)
     if axis is None:
+        axis = longer(np.array(found.rotation[:2]), LEAST)
+    if axis is None or not axis.any():
         return view_of(problem)
     return _through_chambers(problem, _normal(axis))
 
@@ -74,32 +72,3 @@ def _through_chambers(problem: Problem, normal: np.ndarray) -> View:
     if any(abs(place) < radius for place, radius in places):
         return View(normal)
     return View(normal, -min(abs(place) for place, _ in places))
-
-
-def _wanted(problem: Problem, task: Task) -> np.ndarray | None:
-    """The axis (2,) across z about which an objective bends the body; None if it does not say."""
-    match task.objective:
-        case Maximize(component="bending_x" | "bending_y" as component):
-            return np.array([component == "bending_x", component == "bending_y"], float)
-        case TargetMotion(bending_x=about_x, bending_y=about_y, shift_x=to_x, shift_y=to_y):
-            turned = _across(np.array([about_x or 0.0, about_y or 0.0]), LEAST)
-            sideways = np.array([-(to_y or 0.0), to_x or 0.0])
-            return turned if turned is not None else _across(sideways, LEAST * problem.body.length)
-        case MatchCurve(control_points=points):
-            return _farthest(np.array(points)[:, :2] @ np.array([[0.0, 1.0], [-1.0, 0.0]]), LEAST * problem.body.length)
-        case MatchSections(rotations=turns):
-            return _farthest(np.array(turns)[:, :2], LEAST)
-        case Reach(position=place, rotation=turn):
-            turned = None if turn is None else _across(np.array(turn[:2]), LEAST)
-            if turned is None and place is not None:
-                return _across(np.array([-place[1], place[0]]), LEAST * problem.body.length)
-            return turned
-    return None
-
-
-def _farthest(vectors: np.ndarray, least: float) -> np.ndarray | None:
-    return _across(vectors[np.argmax(np.linalg.norm(vectors, axis=1))], least)
-
-
-def _across(vector: np.ndarray, least: float) -> np.ndarray | None:
-    return vector if np.linalg.norm(vector) > least else None

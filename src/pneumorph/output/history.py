@@ -11,9 +11,8 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumorph.limits.table import in_history
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
-from pneumorph.problem import ContactArea, Custom, Limits, Maximize, Press, Problem
+from pneumorph.problem import Limits, Problem
 from pneumorph.results import HistoryEntry
-from pneumorph.results.achieved import motion_of
 
 PHASES = {
     "geometry": ("mesh", "#8da0b3"),
@@ -54,7 +53,7 @@ def _every(number: int, count: int, designs: int) -> tuple[int, int]:
 
 def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
     """Draw one curve per task, with an axis for each unit, the first on the left."""
-    found = {task.name: [motion_of(task, entry.tasks[task.name]) for entry in history] for task in problem.task}
+    found = {task.name: [task.objective.achieved(entry.tasks[task.name]) for entry in history] for task in problem.task}
     units = list(dict.fromkeys(motions[0].unit for motions in found.values()))
     scales: dict[str, Axes] = {}
     for number, unit in enumerate(units):
@@ -75,11 +74,7 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         handles += scales[unit].plot(_designs(history), values, label=label, markevery=every, **style)
     for unit, scale in scales.items():
         # Errors are compared with zero.
-        if not any(
-            isinstance(task.objective, Maximize | Press | ContactArea | Custom)
-            for task in problem.task
-            if found[task.name][0].unit == unit
-        ):
+        if all(task.objective.curve == "error" for task in problem.task if found[task.name][0].unit == unit):
             scale.set_ylim(bottom=0.0)
     remeshed = [entry.iteration for entry in history if entry.remeshed]
     if remeshed:
@@ -92,13 +87,7 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
 
 def _heading(problem: Problem) -> str:
     """The title of the panel: what the curves of all tasks show."""
-    words = {
-        "motion of the tip" if isinstance(task.objective, Maximize)
-        else "contact" if isinstance(task.objective, Press | ContactArea)
-        else "objective" if isinstance(task.objective, Custom)
-        else "error"
-        for task in problem.task
-    }  # fmt: skip
+    words = {task.objective.curve for task in problem.task}
     return words.pop() if len(words) == 1 else "results of the tasks"
 
 

@@ -18,7 +18,6 @@ from pneumorph.output.cuts import view_of
 from pneumorph.output.format import format_data, format_duration, format_pressures, warnings_of
 from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry, TaskResult, to_json
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory
 
 MOST_STEP = 3_000_000
@@ -62,7 +61,7 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
 
 def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
     """A line of the history, and the results of its tasks in the units that users expect."""
-    motions = {task.name: motion_of(task, entry.tasks[task.name]) for task in problem.task}
+    motions = {task.name: task.objective.achieved(entry.tasks[task.name]) for task in problem.task}
     return to_json(entry) | {
         "motions": {
             name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "text": str(motion)}

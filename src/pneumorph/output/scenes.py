@@ -15,7 +15,6 @@ from pneumorph.output.obstacles import obstacles_of
 from pneumorph.output.view import Laid, Shape, Shell, View
 from pneumorph.problem import Problem
 from pneumorph.results import Fields, TaskResult
-from pneumorph.results.achieved import motion_of
 
 MOST = 0.998
 """Quantile of the stretch at which the colour scale ends, so that one sharp corner does not stretch it."""
@@ -90,7 +89,7 @@ def scenes_of(
         found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles, sagged))
     for task in tasks:
         result = results[task.name]
-        motion = motion_of(task, result)
+        motion = task.objective.achieved(result)
         words = f"{format_pressures(result.pressures)}: {motion.word} {motion}"
         if len(problem.task) > 1:
             words = f"{task.name}, {words}"

@@ -17,7 +17,6 @@ from pneumorph.objective.kinds import target_of
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, plain
 from pneumorph.problem import Task
 from pneumorph.results import TaskResult
-from pneumorph.results.achieved import motion_of
 
 FINE = 200
 """Points along the centre line of a body."""
@@ -98,7 +97,7 @@ def shape_figure(
         _projected(axes, lines, limits, across, up)
     words = {"target": "target"}
     for name, called, found in (("start", names[0], first), ("final", names[1], last)):
-        motion = motion_of(task, found)
+        motion = task.objective.achieved(found)
         words[name] = f"{called}, {motion.word} {motion}"
     handles = [Line2D([], [], marker="o", label=words[name], **STYLES[name]) for name in words]
     figure.legend(handles=handles, fontsize=SMALL, frameon=False, loc="lower center", labelspacing=0.3, borderpad=0.2)

@@ -25,7 +25,6 @@ from pneumorph.output.figures import INK, PAGE, SMALL, TEXT, Figure, save
 from pneumorph.output.format import format_pressures
 from pneumorph.output.pictures import final_scenes
 from pneumorph.output.scenes import Scene, highest_stretch
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory
 
 MOST_PER_ROW = 4
@@ -107,7 +106,7 @@ def _caption(tile: Tile, scenes: Sequence[Scene]) -> str:
     """The caption of a tile, with its results, pressures if all tasks have the same, and cuts."""
     last = tile.run.history()[-1]
     tasks = tile.run.problem.task
-    motions = ", ".join(str(motion_of(task, last.tasks[task.name])) for task in tasks)
+    motions = ", ".join(str(task.objective.achieved(last.tasks[task.name])) for task in tasks)
     pressures = {format_pressures(last.tasks[task.name].pressures) for task in tasks}
     at = f" at {pressures.pop()}" if len(pressures) == 1 else ""
     cuts = ", ".join(dict.fromkeys(str(scene.view) for scene in scenes))

@@ -14,7 +14,6 @@ from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry, Motion, RunResult
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import RunDirectory, StoredDesign, locked
 
 
@@ -90,7 +89,7 @@ def _conclude(run: RunDirectory, outcome: Outcome) -> None:
 def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> RunResult:
     """The contents of ``result.json``."""
     last = history[-1]
-    motions = {task.name: motion_of(task, last.tasks[task.name]) for task in problem.task}
+    motions = {task.name: task.objective.achieved(last.tasks[task.name]) for task in problem.task}
     return RunResult(
         title=problem.title,
         completed=outcome.completed,

@@ -12,7 +12,6 @@ from typing import Any
 
 from pneumorph import atomic
 from pneumorph.output.sheet import Tile, draw_sheet
-from pneumorph.results.achieved import motion_of
 from pneumorph.run import open_run
 from pneumorph.study.file import Member, Study
 
@@ -46,7 +45,7 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
         "designs": last.iteration,
     }
     for task in member.problem.task:
-        motion = motion_of(task, last.tasks[task.name])
+        motion = task.objective.achieved(last.tasks[task.name])
         unit = "deg" if motion.unit == "°" else motion.unit
         key = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
         found[key] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")

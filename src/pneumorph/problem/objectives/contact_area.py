@@ -1,11 +1,12 @@
 """An area of contact with an obstacle."""
 
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar, Literal
 
 from pneumorph import units
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives.table import Fault, ObjectiveTable, unknown_obstacle
+from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.problem.table import Example, Quantity
 
 
@@ -14,6 +15,9 @@ class ContactArea(ObjectiveTable):
 
     The area is that of the deformed surface. The start must touch the obstacle.
     """
+
+    curve: ClassVar[str] = "contact"
+    error_words: ClassVar[Mapping[str, str]] = {"area_mm2": "from the target area"}
 
     kind: Literal["contact_area"]
     """The kind of objective."""
@@ -35,3 +39,7 @@ class ContactArea(ObjectiveTable):
     def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""
         return unknown_obstacle(self.obstacle, obstacles)
+
+    def achieved(self, found: Result) -> Amount:
+        """The area."""
+        return Amount(found.contact_area[self.obstacle], "mm²", f"contact with {self.obstacle}").aimed_at(self.area)

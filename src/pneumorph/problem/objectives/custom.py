@@ -3,13 +3,14 @@
 import io
 import keyword
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, GetJsonSchemaHandler, Strict, ValidationInfo, field_validator, model_validator
 from pydantic_core import CoreSchema
 
 from pneumorph.errors import short
 from pneumorph.problem.objectives.table import ObjectiveTable
+from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.table import Example, InvalidKey
 
@@ -23,6 +24,8 @@ class Custom(ObjectiveTable):
     In a problem file, `file` names a Python file in the same folder. On reading, its text is stored as `code`, so that
     a run does not depend on the file.
     """
+
+    curve: ClassVar[str] = "objective"
 
     kind: Literal["custom"]
     """The kind of objective."""
@@ -86,3 +89,7 @@ class Custom(ObjectiveTable):
     def section_count(self) -> tuple[str, int]:
         """See `ObjectiveTable.section_count`."""
         return "sections", self.sections
+
+    def achieved(self, found: Result) -> Amount:
+        """The value of the function."""
+        return Amount(found.objective, "", "objective")

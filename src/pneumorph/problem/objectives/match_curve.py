@@ -1,12 +1,14 @@
 """The shape of a curve."""
 
-from collections.abc import Sequence
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
+from pneumorph.problem.objectives.bending import LEAST, farthest
 from pneumorph.problem.objectives.table import ObjectiveTable, Position, Weight, unchanged
+from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.problem.table import Example, InvalidKey
 
 
@@ -16,6 +18,11 @@ class MatchCurve(ObjectiveTable):
     Equidistant sections are compared with the curve by the rotation of each relative to the previous one (squared
     angles, rad²) and, with a position_weight (1/mm²), by their positions.
     """
+
+    error_words: ClassVar[Mapping[str, str]] = {
+        "position_mm": "distance from the curve",
+        "orientation_rad": "error of the sections",
+    }
 
     kind: Literal["match_curve"]
     """The kind of objective."""
@@ -61,3 +68,11 @@ class MatchCurve(ObjectiveTable):
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `ObjectiveTable.keeps`; a curve in the mirror plane is its own image."""
         return unchanged(self.control_points, polar)
+
+    def bends(self, length: float) -> np.ndarray | None:
+        """See `ObjectiveTable.bends`."""
+        return farthest(np.array(self.control_points)[:, :2] @ np.array([[0.0, 1.0], [-1.0, 0.0]]), LEAST * length)
+
+    def achieved(self, found: Result) -> Amount:
+        """Of a shape it is the orientation that counts, unless it has no weight."""
+        return self.errors(found.errors)[-1 if self.orientation_weight > 0.0 else 0]

@@ -1,12 +1,14 @@
 """The largest motion of the tip."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import BeforeValidator
 
 from pneumorph.problem.components import MOTION_OF
 from pneumorph.problem.objectives.table import ObjectiveTable
+from pneumorph.problem.objectives.words import Amount, Result, motion_amount
 from pneumorph.problem.table import Example
 
 
@@ -23,6 +25,8 @@ class Maximize(ObjectiveTable):
 
     "extension" may also be written "axial", and "twist" "torsion", as for springs.
     """
+
+    curve: ClassVar[str] = "motion of the tip"
 
     kind: Literal["maximize"] = "maximize"
     """The kind of objective; "maximize" if it is left out."""
@@ -57,3 +61,11 @@ class Maximize(ObjectiveTable):
         """See `ObjectiveTable.keeps`."""
         signs = dict(zip(("bending_x", "bending_y", "twist"), axial, strict=True)) | {"extension": polar[2]}
         return signs[self.component] > 0
+
+    def bends(self, length: float) -> np.ndarray:
+        """See `ObjectiveTable.bends`."""
+        return np.array([self.component == "bending_x", self.component == "bending_y"], float)
+
+    def achieved(self, found: Result) -> Amount:
+        """The motion."""
+        return motion_amount(self.component, self.sign, found)

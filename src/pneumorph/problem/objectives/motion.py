@@ -3,10 +3,13 @@
 from collections.abc import Sequence
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import model_validator
 
 from pneumorph.problem.components import MOTION_OF, MOTIONS, renamed
+from pneumorph.problem.objectives.bending import LEAST, longer
 from pneumorph.problem.objectives.table import Angle, Length, ObjectiveTable, Weight, given_motions, require_motion
+from pneumorph.problem.objectives.words import Amount, Result, motion_amount
 
 
 class TargetMotion(ObjectiveTable):
@@ -64,3 +67,17 @@ class TargetMotion(ObjectiveTable):
         """See `ObjectiveTable.keeps`; where a motion should be zero, its sign does not matter."""
         signs: dict[str, float] = dict(zip(MOTIONS, (*polar, *axial), strict=True))
         return all(signs[motion] > 0 or value == 0 for motion, value in self.targets.items())
+
+    def bends(self, length: float) -> np.ndarray | None:
+        """See `ObjectiveTable.bends`."""
+        turned = longer(np.array([self.bending_x or 0.0, self.bending_y or 0.0]), LEAST)
+        sideways = np.array([-(self.shift_y or 0.0), self.shift_x or 0.0])
+        return turned if turned is not None else longer(sideways, LEAST * length)
+
+    def achieved(self, found: Result) -> Amount:
+        """The motion if there is only one, else the first distance from the target."""
+        if len(self.targets) > 1:
+            return super().achieved(found)
+        ((name, wanted),) = self.targets.items()
+        done = motion_amount(name, 1.0, found)
+        return done.aimed_at(float(np.degrees(wanted)) if done.unit == "°" else wanted)

@@ -1,14 +1,16 @@
 """A force on an obstacle."""
 
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import model_validator
 
 from pneumorph import units
 from pneumorph.problem.directions import Direction, unit_vector
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives.table import Fault, ObjectiveTable, unknown_obstacle
+from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.problem.table import Example, InvalidKey, Quantity
 
 
@@ -18,6 +20,9 @@ class Press(ObjectiveTable):
     Without a direction it is the sum of all normal forces, the force of a grip: opposite sides add up. The start must
     touch the obstacle, because the gradient is zero otherwise.
     """
+
+    curve: ClassVar[str] = "contact"
+    error_words: ClassVar[Mapping[str, str]] = {"force_N": "from the target force"}
 
     kind: Literal["press"]
     """The kind of objective."""
@@ -49,3 +54,12 @@ class Press(ObjectiveTable):
     def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""
         return unknown_obstacle(self.obstacle, obstacles)
+
+    def achieved(self, found: Result) -> Amount:
+        """The force."""
+        if self.direction is None:
+            done = Amount(found.contact_normal[self.obstacle], "N", f"normal force on {self.obstacle}")
+        else:
+            value = float(np.dot(found.contact[self.obstacle], self.direction))
+            done = Amount(value, "N", f"force on {self.obstacle}")
+        return done.aimed_at(self.force)

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from pneumorph.problem.objectives.bending import LEAST, longer
 from pneumorph.problem.objectives.table import Fault, ObjectiveTable, Position, RotationVector, Weight, unchanged
 from pneumorph.problem.table import InvalidKey
 
@@ -58,3 +59,10 @@ class Reach(ObjectiveTable):
                 "kind",
                 'reach is a target for the plate, but the tip is free; use end_effector.kind = "plate"',
             )
+
+    def bends(self, length: float) -> np.ndarray | None:
+        """See `ObjectiveTable.bends`."""
+        turned = None if self.rotation is None else longer(np.array(self.rotation[:2]), LEAST)
+        if turned is None and self.position is not None:
+            return longer(np.array([-self.position[1], self.position[0]]), LEAST * length)
+        return turned

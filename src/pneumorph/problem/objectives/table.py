@@ -1,12 +1,13 @@
 """What the tables of all kinds of objectives have in common."""
 
-from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field, Strict
 
 from pneumorph import units
+from pneumorph.problem.objectives.words import UNITS, Amount, Result
 from pneumorph.problem.table import InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
@@ -19,6 +20,15 @@ Fault = tuple[str, str]
 
 class ObjectiveTable(Table):
     """What an objective says beside its keys; each kind overrides what is not as here."""
+
+    curve: ClassVar[str] = "error"
+    """What its curve over the designs shows, in a word."""
+
+    error_words: ClassVar[Mapping[str, str]] = {
+        "position_mm": "distance from the target",
+        "orientation_rad": "angle from the target",
+    }
+    """Words for the errors that it reports, in the order in which they are shown."""
 
     @property
     def aimed(self) -> bool:
@@ -46,6 +56,26 @@ class ObjectiveTable(Table):
         The signs (3,) are those that the symmetry gives the components of vectors, and of rotation vectors.
         """
         return False
+
+    def bends(self, length: float) -> np.ndarray | None:
+        """The axis (2,) across z about which it bends a body of some length (mm).
+
+        None if it does not say, zero if it is a motion that bends nothing.
+        """
+        return None
+
+    def achieved(self, found: Result) -> Amount:
+        """The amount that it is about, from a result; the first of its errors, if it is no other."""
+        return self.errors(found.errors)[0]
+
+    def errors(self, found: Mapping[str, float]) -> list[Amount]:
+        """Its distances from the target."""
+        units = {name: UNITS[name.rpartition("_")[2]] for name in found}
+        return [
+            Amount(units[name][1] * found[name], units[name][0], word)
+            for name, word in self.error_words.items()
+            if name in found
+        ]
 
     def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
         """Key and reason of what does not fit a problem with these obstacles, some of them free, and plate or none."""

@@ -1,0 +1,75 @@
+"""What a design achieves in a task, as an amount with its unit and a word for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from pneumorph.problem.components import MOTIONS
+
+MOTION_WORDS = dict(
+    zip(
+        MOTIONS,
+        ("shift along x", "shift along y", "extension", "bending about x", "bending about y", "twist"),
+        strict=True,
+    )
+)
+"""Motions of the tip in words, along and about x, y, z."""
+
+UNITS = {"mm": ("mm", 1.0), "rad": ("°", 180.0 / np.pi), "N": ("N", 1.0), "mm2": ("mm²", 1.0)}
+"""The unit in which users read a value, and its size in that, by the end of the value's name."""
+
+
+class Amount(NamedTuple):
+    """A value with its unit ("mm", "°", "N", "mm²" or "") and the word for it."""
+
+    value: float
+    unit: str
+    word: str
+
+    def __str__(self) -> str:
+        if not self.unit:
+            return f"{self.value:.4g}"
+        if self.unit == "N":
+            return f"{self.value:.3g} N"
+        # Rounded before it is written, so that no -0.00 is shown.
+        return f"{round(self.value, 2) + 0.0:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
+
+    def aimed_at(self, wanted: float | None) -> Amount:
+        """The same with the target, in the same unit, in its words if there is one."""
+        return self if wanted is None else self._replace(word=f"{self.word}, target {self._replace(value=wanted)}")
+
+
+class Result(Protocol):
+    """What words need to know of a task's result; see `TaskResult`."""
+
+    @property
+    def objective(self) -> float: ...
+
+    @property
+    def errors(self) -> Mapping[str, float]: ...
+
+    @property
+    def translation(self) -> Sequence[float]: ...
+
+    @property
+    def rotation(self) -> Sequence[float]: ...
+
+    @property
+    def contact(self) -> Mapping[str, Sequence[float]]: ...
+
+    @property
+    def contact_normal(self) -> Mapping[str, float]: ...
+
+    @property
+    def contact_area(self) -> Mapping[str, float]: ...
+
+
+def motion_amount(name: str, sign: float, found: Result) -> Amount:
+    """A motion of the tip, one of `MOTIONS`, or its opposite."""
+    word, number = ("−" if sign < 0 else "") + MOTION_WORDS[name], MOTIONS.index(name)
+    if number < 3:
+        return Amount(sign * found.translation[number], "mm", word)
+    return Amount(sign * float(np.degrees(found.rotation[number - 3])), "°", word)
