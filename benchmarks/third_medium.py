@@ -38,7 +38,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly.model import with_terms
 from pneumorph.mechanics.contact.contact import Contact, Pairs
-from pneumorph.mechanics.contact.obstacles import surface_of
+from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.elements.terms import Term, connect
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import ipctk
 import jax
 import numpy as np
 import pytest
@@ -20,17 +21,12 @@ from pneumorph.mechanics import (
     sweep,
 )
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.contact.contact import Contact, Pairs
-from pneumorph.mechanics.contact.obstacles import (
-    Box,
-    Cylinder,
-    Obstacle,
-    Plane,
-    RigidMesh,
-    Sphere,
-    pressure,
-    surface_of,
-)
+from pneumorph.mechanics.contact.barrier import barrier, barrier_derivatives
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.implicit import Implicit
+from pneumorph.mechanics.contact.pairs import Pairs
+from pneumorph.mechanics.contact.samples import surface_of
+from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Sphere
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.sensitivity import taylor_test
@@ -63,7 +59,7 @@ def ring(*shapes, own=True, mixed=False):
 
 def pressed_on(shape):
     made = Triangulated if isinstance(shape, RigidMesh) else None
-    return made(SURFACE, shape, ACTIVATION, 0.3) if made else Obstacle(shape, ACTIVATION, 0.3)
+    return made(SURFACE, shape, ACTIVATION, 0.3) if made else Implicit(SURFACE, shape, ACTIVATION, 0.3)
 
 
 def loaded(model, pressure, X=None, pull=0.0, **moves):
@@ -195,6 +191,15 @@ def test_a_ball_of_triangles_presses_as_the_ball():
     assert near.area["o0"] == pytest.approx(exact.area["o0"], rel=0.04)
 
 
+def test_the_barrier_is_that_of_pairs():
+    """b = κ/d̂ times the barrier of ipctk, in JAX and with derivatives."""
+    distance, reach, stiff = np.array([0.01, 0.1, 0.29, 0.3, 0.5]), 0.3, 0.7
+    found = np.array(barrier_derivatives(distance, reach, stiff))
+    theirs = (ipctk.barrier, ipctk.barrier_first_derivative, ipctk.barrier_second_derivative)
+    assert found == pytest.approx(stiff / reach * np.array([[each(d, reach) for d in distance] for each in theirs]))
+    assert np.asarray(barrier(distance, reach, stiff)) == pytest.approx(found[0], rel=1e-13)
+
+
 def test_a_box_of_triangles_is_the_box_however_it_is_divided():
     """Beside its faces, edges and corners, and not beyond the activation distance."""
     box, mesh = SHAPES["box"], SHAPES["box"].mesh(0.0)
@@ -204,7 +209,7 @@ def test_a_box_of_triangles_is_the_box_however_it_is_divided():
     places = box.center + (box.half + 0.8) * random.uniform(-1.0, 1.0, (4000, 3)) * random.choice([0.9, 1.0], (4000, 3))
     distance = np.asarray(box.distance(places))
     places, distance = places[distance > 0.01], distance[distance > 0.01]
-    exact = pressure(distance, Obstacle(box, 0.7, 0.3))[:, None] * np.asarray(jax.vmap(jax.grad(box.distance))(places))
+    exact = -barrier_derivatives(distance, 0.7, 0.3)[1][:, None] * np.asarray(jax.vmap(jax.grad(box.distance))(places))
     near = np.count_nonzero(np.any(exact, axis=1))
     assert 500 < near < len(places)
     assert Triangulated(SURFACE, mesh, 0.7, 0.3).pressures(places) == pytest.approx(exact, abs=1e-11)
@@ -349,7 +354,7 @@ def test_a_body_that_starts_in_an_obstacle_has_no_equilibrium():
 
 
 def test_steps_end_before_they_meet_an_obstacle():
-    contact = Contact(SURFACE, {"0": Obstacle(SHAPES["sphere"], 0.3, 0.3)}, {}, None)
+    contact = Contact(SURFACE, {"0": Implicit(SURFACE, SHAPES["sphere"], 0.3, 0.3)}, {}, None)
     start, end = MESH.points, MESH.points - np.array([0.0, 12.0, 0.0])
     still = np.zeros((1, 6))
     share = contact.free_share(start, end, still, still)

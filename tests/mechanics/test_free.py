@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import Equilibrium, Tangent, build_loads, build_model, configure, neo_hookean_rubber, solve
-from pneumorph.mechanics.contact.contact import Contact, Pairs
-from pneumorph.mechanics.contact.free import Free, middle_of, points_of, spin_of
-from pneumorph.mechanics.contact.obstacles import Box, Obstacle, Plane, Sphere, pressure, surface_of
+from pneumorph.mechanics.contact.barrier import barrier_derivatives
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.free import Free
+from pneumorph.mechanics.contact.implicit import Implicit
+from pneumorph.mechanics.contact.pairs import Pairs
+from pneumorph.mechanics.contact.samples import surface_of
+from pneumorph.mechanics.contact.shapes import Box, Plane, Sphere
 from pneumorph.mechanics.solve.forces import contact_forces
 from pneumorph.objective import Objective
 from pneumorph.objective.kinds import pose, press
@@ -30,11 +34,11 @@ NONE = np.zeros(6, bool)
 def stood(shape, mass, held=NONE, spring=0.0, floor=None, acceleration=GRAVITY, inflated=0.0, X=MESH.points):
     """A short tube on its end, with a free obstacle over it or beside it."""
     mesh = shape.mesh(ACTIVATION / 4)
-    points, area, radius = points_of(shape, mesh, ACTIVATION)
+    points, area, radius = shape.support(ACTIVATION / 4, ACTIVATION)
     springs = np.broadcast_to(np.asarray(spring, dtype=float), 6)
-    free = Free(mass, springs, held, np.zeros(3), spin_of(shape, STIFFNESS), points, area, radius)
-    fixed = {} if floor is None else {"floor": Obstacle(floor, ACTIVATION, STIFFNESS)}
-    obstacles = {**fixed, "it": Obstacle(shape, ACTIVATION, STIFFNESS)}
+    free = Free(mass, springs, held, np.zeros(3), shape.spin(STIFFNESS), points, area, radius)
+    fixed = {} if floor is None else {"floor": Implicit(SURFACE, floor, ACTIVATION, STIFFNESS)}
+    obstacles = {**fixed, "it": Implicit(SURFACE, shape, ACTIVATION, STIFFNESS)}
     guards = {"it": Pairs(SURFACE, MESH.points, False, [mesh], ACTIVATION / 4, STIFFNESS)}
     supports = np.broadcast_to(MESH.points[:, 2:] == 0.0, MESH.points.shape)
     model = build_model(
@@ -107,11 +111,10 @@ def test_a_block_stands_on_a_floor():
     assert isinstance(found, Equilibrium), found.reason
     gap = 0.5 + found.state.objects[0, 2]
     area = 2.0 * (4 * 3 + 4 * 2 + 3 * 2)
-    corners = points_of(BLOCK, BLOCK.mesh(0.1), ACTIVATION)[1]
+    corners = BLOCK.support(0.1, ACTIVATION).area
     assert corners.sum() == pytest.approx(area)
     low = BLOCK.mesh(0.1).points[:, 2] < -3.5
-    plane = Obstacle(FLOOR, ACTIVATION, STIFFNESS)
-    expected = corners[low].sum() * pressure(np.array([gap]), plane)[0]
+    expected = -corners[low].sum() * barrier_derivatives(np.array([gap]), ACTIVATION, STIFFNESS)[1][0]
     # Corners whose areas differ tilt it a little.
     assert expected == pytest.approx(2e-6 * GRAVITY, rel=0.02)
     assert found.state.objects[0, [0, 1, 5]].tolist() == [0, 0, 0]
@@ -137,8 +140,8 @@ def test_what_nothing_holds_is_named(shape, acceleration, floor):
 
 
 def test_the_middle_of_a_body_is_that_of_its_volume():
-    assert middle_of(BLOCK.mesh(0.1)) == pytest.approx(BLOCK.center)
-    assert middle_of(BALL.mesh(0.3)) == pytest.approx(BALL.center, abs=0.02)
+    assert BLOCK.mesh(0.1).middle() == pytest.approx(BLOCK.center)
+    assert BALL.mesh(0.3).middle() == pytest.approx(BALL.center, abs=0.02)
 
 
 def test_features_have_the_pose(resting):

@@ -15,7 +15,9 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.contact.contact import Contact
-from pneumorph.mechanics.contact.obstacles import Box, Obstacle, Plane, surface_of
+from pneumorph.mechanics.contact.implicit import Implicit
+from pneumorph.mechanics.contact.samples import surface_of
+from pneumorph.mechanics.contact.shapes import Box, Plane
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.verify.solids import distorted_cube
 
@@ -27,7 +29,7 @@ WAY = [(x, PRESSED) for x in (0.0, 0.01, 0.01, 0.1, 0.2, 0.19, 0.0)]
 
 
 SURFACE = surface_of(MESH)
-PLANE = Obstacle(Plane(np.array([0.0, 0.0, HEIGHT]), np.array([0.0, 0.0, 1.0])), ACTIVATION, 0.49)
+PLANE = Implicit(SURFACE, Plane(np.array([0.0, 0.0, HEIGHT]), np.array([0.0, 0.0, 1.0])), ACTIVATION, 0.49)
 BLOCK = Box(np.array([0.5, 0.5, HEIGHT - 1.0]), np.array([4.0, 4.0, 1.0])).mesh(0.0)
 
 

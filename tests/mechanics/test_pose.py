@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from pneumorph.mechanics import rotation
-from pneumorph.mechanics.contact.contact import Contact, Pairs
-from pneumorph.mechanics.contact.obstacles import Box, Cylinder, Obstacle, Plane, RigidMesh, surface_of
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.implicit import Implicit
+from pneumorph.mechanics.contact.obstacle import FORCE
+from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.pose import View, pose_of
-from pneumorph.mechanics.contact.pressing import FORCE, pressed, pulled_back
+from pneumorph.mechanics.contact.pressing import pressed, pulled_back
+from pneumorph.mechanics.contact.samples import surface_of
+from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.verify.solids import tube
 
@@ -36,13 +40,15 @@ def contact(obstacle, guard: RigidMesh | None = None) -> Contact:
 
 HERE_AND_THERE = {
     "plane": (
-        contact(Obstacle(PLANE, REACH, STIFF)),
-        contact(Obstacle(Plane(PLANE.point + POSE[:3], R @ PLANE.normal), REACH, STIFF)),
+        contact(Implicit(SURFACE, PLANE, REACH, STIFF)),
+        contact(Implicit(SURFACE, Plane(PLANE.point + POSE[:3], R @ PLANE.normal), REACH, STIFF)),
     ),
     "cylinder with its guard": (
-        contact(Obstacle(CYLINDER, REACH, STIFF), CYLINDER.mesh(0.1)),
+        contact(Implicit(SURFACE, CYLINDER, REACH, STIFF), CYLINDER.mesh(0.1)),
         contact(
-            Obstacle(replace(CYLINDER, center=CYLINDER.center + POSE[:3], axis=R @ CYLINDER.axis), REACH, STIFF),
+            Implicit(
+                SURFACE, replace(CYLINDER, center=CYLINDER.center + POSE[:3], axis=R @ CYLINDER.axis), REACH, STIFF
+            ),
             moved(CYLINDER.mesh(0.1), CYLINDER.center),
         ),
     ),

@@ -23,8 +23,9 @@ from pneumorph.mechanics import (
     whole_of,
 )
 from pneumorph.mechanics.assembly.potential import tangent_product
-from pneumorph.mechanics.contact.contact import Contact, Pairs
-from pneumorph.mechanics.contact.obstacles import surface_of
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.pairs import Pairs
+from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.solve.balance import residual_at
 from pneumorph.mesh import unfold
 from pneumorph.mesh.tets import TetMesh

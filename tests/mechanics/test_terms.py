@@ -14,19 +14,13 @@ from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Carried, Free, Resting
 from pneumorph.mechanics.contact.friction import Friction, Hold
-from pneumorph.mechanics.contact.obstacles import (
-    Box,
-    Cylinder,
-    Obstacle,
-    Plane,
-    RigidMesh,
-    Sphere,
-    sample_places,
-    surface_of,
-)
+from pneumorph.mechanics.contact.implicit import Barrier, Implicit
+from pneumorph.mechanics.contact.pairs import Pairs
+from pneumorph.mechanics.contact.samples import sample_places, surface_of
+from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Sphere
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
 from pneumorph.mechanics.elements.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
@@ -72,7 +66,7 @@ MESH = layered()
 FREE = np.zeros(MESH.points.shape, bool)
 
 
-KINDS = (Solid, Weight, ChamberPressure, Plate, Obstacle, Membrane, Fibres)
+KINDS = (Solid, Weight, ChamberPressure, Plate, Barrier, Membrane, Fibres)
 
 
 def built(rubbers, mixed=False, kinds=KINDS, more=(), plate=True, contact=None, laid=None) -> Model:
@@ -94,7 +88,9 @@ SHAPES = {
 
 
 def touching(*shapes, own=None, **guards) -> Contact:
-    return Contact(SURFACE, {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in (*shapes, *guards)}, guards, own)
+    return Contact(
+        SURFACE, {name: Implicit(SURFACE, SHAPES[name], 2.5, 0.3) for name in (*shapes, *guards)}, guards, own
+    )
 
 
 def crowded(*rigid, own=True) -> Pairs:
@@ -136,7 +132,7 @@ def loose() -> Contact:
         springs, above = np.array([0.1, 0.2, 0.3, 4, 5, 6]), rng.uniform(-0.3, 0.3, (4, 3)) + np.array([x, 0.0, z])
         return Free(2e-5, springs, np.zeros(6, bool), np.array([0.3, -0.2, 0.5]), 2 * np.eye(3), above, np.ones(4), 0.1)
 
-    obstacles = {name: Obstacle(SHAPES[name], 2.5, 0.3) for name in ("plane", "cylinder", "wedge")}
+    obstacles = {name: Implicit(SURFACE, SHAPES[name], 2.5, 0.3) for name in ("plane", "cylinder", "wedge")}
     assert isinstance(lobes, Triangulated)
     obstacles["lobes"] = Triangulated(SURFACE, lobes.mesh, 2.5, 0.3, (4.0, 1.0, 13.0))
     guards = {"wedge": crowded(WEDGE, own=False)}
@@ -170,8 +166,8 @@ CASES = {
     "pressure": partial(built, SOFT, kinds=ChamberPressure),
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
-    "obstacles": partial(built, SOFT, kinds=Obstacle, contact=touching("plane", "sphere", "cylinder", "box")),
-    "free obstacles": partial(built, SOFT, kinds=(Obstacle, Carried, Resting), contact=loose()),
+    "obstacles": partial(built, SOFT, kinds=Barrier, contact=touching("plane", "sphere", "cylinder", "box")),
+    "free obstacles": partial(built, SOFT, kinds=(Barrier, Carried, Resting), contact=loose()),
     "self-contact": partial(built, SOFT, kinds=Plate, contact=touching(own=crowded())),
     "contact with rigid meshes": partial(built, SOFT, kinds=Plate, contact=touching(wedge=crowded(WEDGE, own=False))),
     "obstacle of triangles": partial(built, SOFT, kinds=Plate, contact=lobed()),

@@ -12,23 +12,18 @@ from scipy.optimize import root_scalar
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.assembly.model import Model, build_model
-from pneumorph.mechanics.contact.contact import Contact, Pairs
-from pneumorph.mechanics.contact.free import Free, gaps, middle_of, points_of, resting, spin_of
-from pneumorph.mechanics.contact.obstacles import (
-    Box,
-    Cylinder,
-    Obstacle,
-    Plane,
-    RigidMesh,
-    Shape,
-    Sphere,
-    surface_of,
-)
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.free import Free, gaps, resting
+from pneumorph.mechanics.contact.implicit import Implicit
+from pneumorph.mechanics.contact.obstacle import Obstacle
+from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.pose import STILL
+from pneumorph.mechanics.contact.samples import surface_of
+from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Shape, Sphere
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mechanics.elements.plate import COMPONENTS, rotation
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane, Reinforcement
-from pneumorph.mechanics.elements.terms import Loads
+from pneumorph.mechanics.elements.terms import Connectivity, Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import build_loads
@@ -39,6 +34,7 @@ from pneumorph.problem import (
     FibresSpec,
     FreeSpec,
     MembraneSpec,
+    ObstacleSpec,
     PlaneSpec,
     Problem,
     SphereSpec,
@@ -154,19 +150,15 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     given = problem.contact and problem.contact.distance
     activation, stiffness = given or ACTIVATION * problem.mesh.size, rubber.shear_modulus
     surface, guard = surface_of(mesh), GUARD * activation
-    obstacles, guards = dict[str, Obstacle | Triangulated](), dict[str, Pairs]()
-    for spec in problem.obstacle:
-        if isinstance(spec, TriangulatedSpec):
-            around = placed(spec)
-            obstacles[spec.name] = Triangulated(surface, around, activation, stiffness, center_of(spec))
-        else:
-            shape = shape_of(spec)
-            around = shape.mesh(guard)
-            obstacles[spec.name] = Obstacle(shape, activation, stiffness)
-        if around is not None:
-            guards[spec.name] = Pairs(surface, mesh.points, False, [around], guard, stiffness)
+    obstacles = {spec.name: obstacle_of(spec, surface, activation, stiffness) for spec in problem.obstacle}
+    around = {name: obstacle.around(guard) for name, obstacle in obstacles.items()}
+    guards = {
+        name: Pairs(surface, mesh.points, False, [triangles], guard, stiffness)
+        for name, triangles in around.items()
+        if triangles is not None
+    }
     for name, obstacle in obstacles.items():
-        guarded = {name: guards[name]} if isinstance(obstacle, Triangulated) else {}
+        guarded = {name: guards[name]} if name in guards else {}
         if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, STILL[None]):
             raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
     itself = None
@@ -175,7 +167,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
         around = surface if image is None else surface_of(image.mesh)
         itself = Pairs(around, mesh.points, True, [], activation, stiffness, image)
     free = {
-        spec.name: free_of(spec, spec.free, obstacles[spec.name], activation, stiffness)
+        spec.name: free_of(spec.free, obstacles[spec.name], guard)
         for spec in problem.obstacle
         if not isinstance(spec, PlaneSpec) and spec.free is not None
     }
@@ -188,28 +180,26 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     return contact
 
 
-def free_of(
-    spec: SphereSpec | CylinderSpec | BoxSpec | TriangulatedSpec,
-    asked: FreeSpec,
-    obstacle: Obstacle | Triangulated,
-    activation: float,
-    stiffness: float,
-) -> Free:
-    """What a free obstacle is beside its surface; planes are as stiff as the rubber, in MPa."""
-    shape = obstacle.shape if isinstance(obstacle, Obstacle) else None
-    mesh = obstacle.mesh if isinstance(obstacle, Triangulated) else obstacle.shape.mesh(GUARD * activation)
-    assert mesh is not None
-    points, area, radius = points_of(shape, mesh, activation)
+def free_of(asked: FreeSpec, obstacle: Obstacle, sag: float) -> Free:
+    """What a free obstacle is beside its surface, which triangles go around within about `sag` in mm."""
+    points, area, radius = obstacle.support(sag)
     return Free(
         mass=asked.mass,
         spring=np.array([getattr(asked.spring, name) for name in POSE]),
         held=np.isin(POSE, asked.hold),
-        lever=np.zeros(3) if shape is not None else middle_of(mesh) - center_of(spec),
-        spin=spin_of(shape, stiffness),
+        lever=obstacle.lever(),
+        spin=obstacle.spin(),
         points=points,
         area=area,
         radius=radius,
     )
+
+
+def obstacle_of(spec: ObstacleSpec, surface: Connectivity, activation: float, stiffness: float) -> Obstacle:
+    """The obstacle of a table beside the surface of a body; the barrier's d̂ is in mm, its κ in MPa."""
+    if isinstance(spec, TriangulatedSpec):
+        return Triangulated(surface, placed(spec), activation, stiffness, center_of(spec))
+    return Implicit(surface, shape_of(spec), activation, stiffness)
 
 
 def placed(spec: TriangulatedSpec) -> RigidMesh:

@@ -15,6 +15,7 @@ from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import displacement, pulled_to_unknowns
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.contact import pressing
+from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
 from pneumorph.mechanics.elements import sums
 from pneumorph.mechanics.elements.element import (
     TET_N,
@@ -236,7 +237,7 @@ def features_of(traits: ModelTraits, at: ElementSums) -> Features:
     volume = dict(zip(traits.chambers, len(images) * jnp.asarray(at.volume), strict=True))
     position, _, rotation = _fitted(images, at.sections)
     contact = {
-        name: Pressing(row[pressing.FORCE], row[pressing.NORMAL], row[pressing.AREA])
+        name: Pressing(row[FORCE], row[NORMAL], row[AREA])
         for name, row in zip(traits.obstacles, jnp.asarray(at.contact), strict=True)
     }
     pose = dict(zip(traits.obstacles, jnp.asarray(at.poses), strict=True))

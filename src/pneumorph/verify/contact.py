@@ -26,7 +26,9 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.contact.contact import Contact
-from pneumorph.mechanics.contact.obstacles import Obstacle, Plane, distances, pressure, sample_places, surface_of
+from pneumorph.mechanics.contact.implicit import Implicit
+from pneumorph.mechanics.contact.samples import sample_places, surface_of
+from pneumorph.mechanics.contact.shapes import Plane
 from pneumorph.mechanics.solve.balance import unloaded
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
@@ -194,8 +196,8 @@ def _on_plane(
     mesh: TetMesh, supports: np.ndarray, height: float, activation: float, stiffness: float, rubber: Rubber
 ) -> Configuration:
     """A body over a plane at a height; that it goes through the plane at rest does not matter."""
-    plane = Obstacle(Plane(height * UP, UP), activation, stiffness)
-    contact = Contact(surface_of(mesh), {"plane": plane}, {}, None)
+    surface = surface_of(mesh)
+    contact = Contact(surface, {"plane": Implicit(surface, Plane(height * UP, UP), activation, stiffness)}, {}, None)
     model = build_model(mesh, rubber, plate=False, supports=supports, weight=False, contact=contact)
     return configure(model, mesh.points, build_loads(model, {}))
 
@@ -217,10 +219,9 @@ def _pressures(at: Configuration, found: Equilibrium) -> tuple[np.ndarray, np.nd
     """Contact pressure (MPa), distance from the axis z (mm) and area (mm²) of all sample points on the plane."""
     contact = at.model.contact
     assert contact is not None
-    seen, plane = contact.surface, contact.obstacles["plane"]
-    assert isinstance(plane, Obstacle)
+    seen = contact.surface
     places = sample_places(seen, at.X + found.u)
-    acting = pressure(distances(plane.shape, seen, places), plane)
+    acting = np.linalg.norm(contact.obstacles["plane"].pressures(places), axis=-1)
     # The padding repeats a face.
     own = slice(seen.count)
     return acting[own], np.linalg.norm(places[own, :, :2], axis=-1), seen.data[own]

@@ -24,8 +24,9 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     solve,
 )
-from pneumorph.mechanics.contact.contact import Contact, Pairs
-from pneumorph.mechanics.contact.obstacles import surface_of
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.pairs import Pairs
+from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
 from pneumorph.verify import calculix

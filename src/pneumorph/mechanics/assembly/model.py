@@ -14,7 +14,6 @@ from pneumorph.mechanics.assembly.sparsity import BlockPlaces, Sparsity, build_s
 from pneumorph.mechanics.assembly.tip import Tied, Tip
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Carried, Resting, resting
-from pneumorph.mechanics.contact.obstacles import Obstacle
 from pneumorph.mechanics.elements import element
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.reinforcement import Reinforcement, connect_covered
@@ -348,12 +347,11 @@ def _assembled(
 
 
 def _obstacles(contact: Contact) -> Iterator[Term]:
-    """The terms of obstacles with known distances, and of those that are free."""
+    """The terms of obstacles, and of those that are free."""
     rows = {name: row for row, name in enumerate(contact.free)}
     for number, (name, obstacle) in enumerate(contact.obstacles.items()):
-        if isinstance(obstacle, Obstacle):
-            placed = replace(obstacle, number=number, object=rows.get(name, 0), free=name in rows)
-            yield Term(contact.surface, placed)
+        for energy in obstacle.energies(number, rows.get(name)):
+            yield Term(contact.surface, energy)
     alone = connect(np.zeros((1, 0), int), objects=True)
     for number, (name, free) in zip(contact.rows, contact.free.items(), strict=True):
         yield Term(alone, Carried(free.mass, free.spring, free.lever, free.spin, number, rows[name]))

@@ -63,9 +63,8 @@ class Potential(NamedTuple):
         """
         if self.contact is not None:
             objects = {number: row for row, number in enumerate(self.contact.rows)}
-            for pairs, number, view in self.contact.pairs(poses(self, state, loads)):
-                free = None if number is None else objects.get(number)
-                yield SeenTouch(pairs.touch(view.seen(x)), view, x), number, free
+            for touch, number in self.contact.touches(x, poses(self, state, loads)):
+                yield touch, number, None if number is None else objects.get(number)
 
 
 def poses(potential: Potential, state: State, loads: Loads) -> np.ndarray:

@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from pneumorph.mechanics.contact.obstacles import RigidMesh
+from pneumorph.mechanics.contact.shapes import RigidMesh
 
 
 class Parts(NamedTuple):

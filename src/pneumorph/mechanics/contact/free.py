@@ -23,13 +23,11 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.contact.obstacles import KEPT, Cylinder, Obstacle, Plane, RigidMesh, Shape, Sphere, barrier
+from pneumorph.mechanics.contact.implicit import KEPT
+from pneumorph.mechanics.contact.obstacle import Floor, Obstacle
 from pneumorph.mechanics.contact.pose import View, seen
 from pneumorph.mechanics.elements.plate import rotation
 from pneumorph.mechanics.elements.terms import Loads, Local, Values
-
-SPIN = 1e-3
-"""s over κ r³, of a stiffness κ and a radius r: small beside what friction does, large beside rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,36 +53,6 @@ class Free:
     points: np.ndarray
     area: np.ndarray
     radius: float
-
-
-def spin_of(shape: Shape | None, stiffness: float) -> np.ndarray:
-    """s P (3, 3) of a shape, None for one of triangles; κ in MPa."""
-    match shape:
-        case Sphere():
-            return SPIN * stiffness * float(shape.radius) ** 3 * np.eye(3)
-        case Cylinder():
-            return SPIN * stiffness * float(shape.radius) ** 3 * np.outer(shape.axis, shape.axis)
-        case _:
-            return np.zeros((3, 3))
-
-
-def points_of(shape: Shape | None, mesh: RigidMesh, activation: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """The points (P, 3) that may touch planes, their areas (P,) and the radius by which it reaches beyond them."""
-    if isinstance(shape, Sphere):
-        # The area of the cap that is within the activation distance of a plane.
-        radius = float(shape.radius)
-        return np.asarray(shape.center)[None], np.array([2.0 * np.pi * radius * activation]), radius
-    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
-    share = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-    area = np.bincount(mesh.triangles.ravel(), np.repeat(share, 3), len(mesh.points))
-    return mesh.points, area, 0.0
-
-
-def middle_of(mesh: RigidMesh) -> np.ndarray:
-    """The centre (3,) of gravity of a body of even density."""
-    corners = mesh.points[mesh.triangles]
-    volume = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    return np.einsum("t,tki->i", volume, corners) / (4.0 * volume.sum())
 
 
 @partial(register_dataclass, data_fields=["mass", "spring", "lever", "spin", "number", "object"], meta_fields=[])
@@ -122,7 +90,7 @@ class Resting:
     center: Values
     number: Values
     object: Values
-    plane: Obstacle
+    plane: Floor
     under: Values
 
     def energies(self, local: Local, loads: Loads) -> Array:
@@ -130,23 +98,23 @@ class Resting:
         pose = shift[self.number] + jnp.asarray(local.objects)[self.object]
         points = jnp.asarray(self.points)
         places = points + pose[:3] + (points - jnp.asarray(self.center)) @ (rotation(pose[3:]) - jnp.eye(3)).T
-        gaps = self.plane.shape.distance(seen(places, self.plane.center, shift[self.under])) - self.radius
-        return jnp.sum(self.area * barrier(gaps, self.plane.activation, self.plane.stiffness))[None]
+        gaps = self.plane.distance(seen(places, self.plane.center, shift[self.under])) - self.radius
+        return jnp.sum(self.area * self.plane.barrier(gaps))[None]
 
 
-def resting(obstacles: Mapping[str, object], free: Mapping[str, Free]) -> Iterator[tuple[str, int, int, int, Obstacle]]:
+def resting(obstacles: Mapping[str, Obstacle], free: Mapping[str, Free]) -> Iterator[tuple[str, int, int, int, Floor]]:
     """Every free obstacle over every plane: its name, its number, that of its unknowns, and the plane's number."""
     numbers = {name: number for number, name in enumerate(obstacles)}
     for index, name in enumerate(free):
         for plane, obstacle in obstacles.items():
-            if isinstance(obstacle, Obstacle) and isinstance(obstacle.shape, Plane):
-                yield name, numbers[name], index, numbers[plane], obstacle
+            if obstacle.floor is not None:
+                yield name, numbers[name], index, numbers[plane], obstacle.floor
 
 
-def gaps(obstacles: Mapping[str, object], free: Mapping[str, Free], views: list[View]) -> np.ndarray:
+def gaps(obstacles: Mapping[str, Obstacle], free: Mapping[str, Free], views: list[View]) -> np.ndarray:
     """The gaps under all points of free obstacles over planes, mm."""
     found = [
-        np.asarray(plane.shape.distance(views[under].seen(views[number].placed(free[name].points)))) - free[name].radius
+        np.asarray(plane.distance(views[under].seen(views[number].placed(free[name].points)))) - free[name].radius
         for name, number, _, under, plane in resting(obstacles, free)
     ]
     return np.concatenate([np.zeros(0), *found])

@@ -19,8 +19,10 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.contact.obstacles import SAMPLE_N, length_of, posed
+from pneumorph.mechanics.contact.implicit import posed
 from pneumorph.mechanics.contact.pose import seen
+from pneumorph.mechanics.contact.samples import SAMPLE_N
+from pneumorph.mechanics.contact.shapes import length_of
 from pneumorph.mechanics.elements.terms import Loads, Local, Values
 
 
@@ -58,7 +60,7 @@ class Hold(NamedTuple):
 @partial(register_dataclass, data_fields=["coefficient", "reach", "number", "center", "object"], meta_fields=["free"])
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """D of one obstacle: the coefficient μ, the slip ε in mm, its centre, and its rows as in an `Obstacle`.
+    """D of one obstacle: the coefficient μ, the slip ε in mm, its centre, and its rows as in a `Barrier`.
 
     The data of a face are those of a `Hold`.
     """

@@ -8,22 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
 from pneumorph.mechanics.contact.contact import Contact
-from pneumorph.mechanics.contact.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, Obstacle, barrier
-from pneumorph.mechanics.contact.triangulated import Triangulated, TriangulatedTouch
-from pneumorph.mechanics.elements import sums
-from pneumorph.mechanics.elements.terms import Values
-
-FORCE, NORMAL, AREA = slice(0, 3), 3, 4
-"""What is at which place in the five numbers of an obstacle."""
-
-FULL = 0.95
-"""Surface nearer than this share of the activation distance counts in full as area: there it presses by 0.8 % of κ."""
+from pneumorph.mechanics.contact.obstacle import FORCE, NORMAL
 
 
 def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.ndarray:
@@ -36,11 +24,7 @@ def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.nda
     found = np.zeros((len(contact.obstacles), 5))
     for (name, obstacle), row, view in zip(contact.obstacles.items(), found, contact.views(poses), strict=True):
         y = view.seen(x)
-        if isinstance(obstacle, Triangulated):
-            touch = obstacle.touch(y)
-            row[:] = *touch.slope.sum(axis=0), touch.normal, touch.touching(FULL)[0]
-        else:
-            row[:] = sums.summed(_pressed, contact.surface, y, np.zeros(x.shape), obstacle)
+        row[:] = obstacle.pressed(y)
         if name in contact.guards:
             forces = contact.guards[name].touch(y).slope
             row[FORCE] += forces.sum(axis=0)
@@ -62,15 +46,11 @@ def pulled_back(
         zip(contact.obstacles.items(), contact.views(poses), strict=True)
     ):
         # As the obstacle sees it.
-        bars, y, by_y = cotangents[:, number].copy(), view.seen(x), np.zeros(by_x.shape)
+        bars, y = cotangents[:, number].copy(), view.seen(x)
         bars[:, FORCE] = view.drawn(bars[:, FORCE])
-        some = bars.any(axis=1)
-        if not some.any():
+        if not bars.any():
             continue
-        if isinstance(obstacle, Triangulated):
-            by_y += _on_triangulated(obstacle.touch(y), bars)
-        else:
-            by_y[some] += sums.pulled_back(_pressed, contact.surface, y, np.zeros(x.shape), bars[some], obstacle)[0]
+        by_y = obstacle.pressed_back(y, bars)
         if name in contact.guards:
             touch = contact.guards[name].touch(y)
             for out, motion in zip(by_y, _motions(touch.slope, bars), strict=True):
@@ -82,38 +62,9 @@ def pulled_back(
     return by_x, by_pose
 
 
-def _on_triangulated(touch: TriangulatedTouch, bars: np.ndarray) -> np.ndarray:
-    """Derivatives (k, N, 3) of cotangents (k, 5) times what is pressed on an obstacle of triangles."""
-    normal, area = touch.normal_slope(), touch.touching(FULL)[1]
-    along = (touch.product(np.broadcast_to(bar[FORCE], area.shape)) for bar in bars)
-    return np.stack([each + bar[NORMAL] * normal + bar[AREA] * area for each, bar in zip(along, bars, strict=True)])
-
-
 def _motions(forces: np.ndarray, bars: np.ndarray) -> Iterator[np.ndarray]:
     """Motions (N, 3) of the nodes along which forces of theirs (N, 3) do the work cotangent·(force, normal force)."""
     size = np.linalg.norm(forces, axis=1, keepdims=True)
     along = np.divide(forces, size, out=np.zeros(forces.shape), where=size > 0.0)
     for bar in bars:
         yield bar[FORCE] + bar[NORMAL] * along
-
-
-def _pressed(x: Values, u: Values, data: Values, weight: Values, obstacle: Obstacle) -> Array:
-    places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), x)
-    distance = obstacle.shape.distance(places)
-    away = jax.grad(lambda places: jnp.sum(obstacle.shape.distance(places)))(places)
-    slope = jax.grad(lambda each: jnp.sum(barrier(each, obstacle.activation, obstacle.stiffness)))(distance)
-    normal = -weight[:, None] * data * slope
-    along, across = jnp.einsum("eai,qak->keqi", x, jnp.asarray(SAMPLE_DN))
-    area = jnp.asarray(SAMPLE_WEIGHTS)[:, None] * jnp.cross(along, across)
-    # Faces beside what touches, which stand on the obstacle, are near it too: only what faces it counts.
-    facing = jnp.maximum(-jnp.sum(area * away, axis=-1), 0.0)
-    share = _faded((1.0 - distance / obstacle.activation) / (1.0 - FULL))
-    touching = weight[:, None] * share * facing**2 / jnp.sqrt(jnp.sum(area**2, axis=-1))
-    force = -jnp.einsum("eq,eqi->i", normal, away)
-    return jnp.concatenate([force, jnp.sum(normal)[None], jnp.sum(touching)[None]])
-
-
-def _faded(share: Array) -> Array:
-    """From 0 to 1 as a share does, with two continuous derivatives."""
-    share = jnp.clip(share, 0.0, 1.0)
-    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)

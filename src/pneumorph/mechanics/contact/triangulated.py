@@ -3,29 +3,33 @@
     E = Σ_q w_q B(x_q),   B(x) = Σ_parts ± b(d)
 
 over the sample points of the body's surface and the near parts of the obstacle's (`facets.py`). Which parts are near
-changes with the state, so this is evaluated beside the terms, as contact in pairs is (`contact.py`).
+changes with the state, so this is evaluated beside the terms, as contact in pairs is (`pairs.py`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mechanics.contact.barrier import barrier_derivatives
 from pneumorph.mechanics.contact.facets import Facets, Parts, firsts, turns
-from pneumorph.mechanics.contact.obstacles import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, RigidMesh
+from pneumorph.mechanics.contact.obstacle import AREA, FORCE, FULL, NORMAL
 from pneumorph.mechanics.contact.recent import Recent
-from pneumorph.mechanics.elements.terms import Connectivity, Values
+from pneumorph.mechanics.contact.samples import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS
+from pneumorph.mechanics.contact.shapes import RigidMesh, Support
+from pneumorph.mechanics.elements.terms import Connectivity, ElementEnergy, Values
 
 
 class Triangulated:
-    """An obstacle of triangles beside a body.
+    """An obstacle of triangles beside a body; see `Obstacle`.
 
     Parameters
     ----------
     surface : Connectivity
-        The faces of the body; see `obstacles.surface_of`.
+        The faces of the body; see `samples.surface_of`.
     mesh : RigidMesh
         The obstacle's closed surface, counter-clockwise seen from outside.
     activation, stiffness : float
@@ -33,6 +37,8 @@ class Triangulated:
     center : (3,)
         About what it turns.
     """
+
+    floor = None
 
     def __init__(
         self,
@@ -72,44 +78,59 @@ class Triangulated:
         """The sample points (P, 3) with nodes at x (N, 3)."""
         return self.at_samples @ x[self.nodes]
 
-    def pressures(self, places: np.ndarray) -> np.ndarray:
-        """What acts on places (n, 3) beside the obstacle: vectors (n, 3) away from it, MPa."""
-        near, found = self.facets.near(places, self.activation), np.zeros(places.shape)
-        np.add.at(found, near.place, -(near.sign * self.barrier(near.distance)[1])[:, None] * near.away)
-        return found
+    def energies(self, number: int, row: int | None) -> Iterator[ElementEnergy]:
+        yield from ()
 
-    def barrier(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """b(d) in N/mm of distances below the activation distance, with its first and second derivative."""
-        share = np.maximum(distance, 1e-300) / self.activation
-        less, log = share - 1.0, np.log(share)
-        return (
-            -self.stiffness * self.activation * less**2 * log,
-            -self.stiffness * (2.0 * less * log + less**2 / share),
-            -self.stiffness / self.activation * (2.0 * log + 4.0 * less / share - (less / share) ** 2),
-        )
+    def pressures(self, places: np.ndarray) -> np.ndarray:
+        flat = places.reshape(-1, 3)
+        near, found = self.facets.near(flat, self.activation), np.zeros(flat.shape)
+        slope = barrier_derivatives(near.distance, self.activation, self.stiffness)[1]
+        np.add.at(found, near.place, -(near.sign * slope)[:, None] * near.away)
+        return found.reshape(places.shape)
 
     def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
-        """A share of the straight motion of the nodes from `start` to `end` (N, 3) before a sample point meets it."""
         import ipctk
 
         ends = [np.asfortranarray(np.concatenate([self.places(x), self.mesh.points])) for x in (start, end)]
         return float(ipctk.compute_collision_free_stepsize(self._beside, *ends, narrow_phase_ccd=ipctk.AdditiveCCD()))
 
     def apart(self, x: np.ndarray) -> bool:
-        """Whether neither is inside the other with nodes at x (N, 3), if the triangles of `Pairs` do not meet."""
+        """Whether neither is inside the other, if the triangles of `Pairs` do not meet."""
         own, mesh = self._firsts
         around = [turns(self.mesh.points[self.mesh.triangles], place) for place in x[own]]
         around += [turns(x[self.faces[:, :3]], place) for place in self.mesh.points[mesh]]
         return max(around) < 0.5 and self.facets.near(self.places(x), self.activation).clear
 
+    def pressed(self, x: np.ndarray) -> np.ndarray:
+        touch = self.touch(x)
+        return np.array([*touch.slope.sum(axis=0), touch.normal, touch.touching()[0]])
+
+    def pressed_back(self, x: np.ndarray, bars: np.ndarray) -> np.ndarray:
+        touch = self.touch(x)
+        normal, area = touch.normal_slope(), touch.touching()[1]
+        along = (touch.product(np.broadcast_to(bar[FORCE], area.shape)) for bar in bars)
+        return np.stack([each + bar[NORMAL] * normal + bar[AREA] * area for each, bar in zip(along, bars, strict=True)])
+
+    def around(self, sag: float) -> RigidMesh:
+        return self.mesh
+
+    def support(self, sag: float) -> Support:
+        return self.mesh.support()
+
+    def spin(self) -> np.ndarray:
+        return np.zeros((3, 3))
+
+    def lever(self) -> np.ndarray:
+        return self.mesh.middle() - self.center
+
 
 class TriangulatedTouch:
-    """The energy of contact with an obstacle of triangles at one state with its derivatives; see `contact.Touch`."""
+    """The energy of contact with an obstacle of triangles at one state with its derivatives; see `Touch`."""
 
     def __init__(self, obstacle: Triangulated, x: np.ndarray):
         self._obstacle, self._x = obstacle, x
         self._near: Parts = obstacle.facets.near(obstacle.places(x), obstacle.activation)
-        self._barrier = obstacle.barrier(self._near.distance)
+        self._barrier = barrier_derivatives(self._near.distance, obstacle.activation, obstacle.stiffness)
         self._weight = obstacle.area[self._near.place] * self._near.sign
 
     @property
@@ -160,7 +181,7 @@ class TriangulatedTouch:
         """Its derivatives (N, 3) by the places of the nodes."""
         return self._on_nodes(-(self._weight * self._barrier[2])[:, None] * self._near.away)
 
-    def touching(self, full: float) -> tuple[float, np.ndarray]:
+    def touching(self) -> tuple[float, np.ndarray]:
         """The area that touches, mm², and its derivatives (N, 3) by the places of the nodes; see `pressing.py`."""
         obstacle, near, (row, face, sample) = self._obstacle, self._near, self._users
         slopes = np.einsum("fai,rak->kfri", self._x[obstacle.faces], SAMPLE_DN)
@@ -168,7 +189,7 @@ class TriangulatedTouch:
         area, away = np.cross(along, across), near.away[row]
         size = np.linalg.norm(area, axis=1)
         facing = np.maximum(-np.einsum("ri,ri->r", area, away), 0.0)
-        span = (1.0 - full) * obstacle.activation
+        span = (1.0 - FULL) * obstacle.activation
         share = np.clip((obstacle.activation - near.distance[row]) / span, 0.0, 1.0)
         fade, rise = share**3 * (10.0 - 15.0 * share + 6.0 * share**2), 30.0 * share**2 * (1.0 - share) ** 2 / span
         sign = near.sign[row]

@@ -9,7 +9,8 @@ import numpy as np
 from pneumorph.mechanics.assembly.potential import displacement, poses
 from pneumorph.mechanics.assembly.tangent import Configuration
 from pneumorph.mechanics.contact.friction import Friction
-from pneumorph.mechanics.contact.pressing import AREA, FORCE, NORMAL, pressed
+from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
+from pneumorph.mechanics.contact.pressing import pressed
 from pneumorph.mechanics.elements import derivatives
 from pneumorph.mechanics.elements.kinematics import State
 

@@ -18,10 +18,10 @@ from pneumorph.mechanics.assembly.potential import displacement, poses
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.friction import Friction, Hold
-from pneumorph.mechanics.contact.obstacles import Obstacle, away_from, distances, pressure, sample_places
-from pneumorph.mechanics.contact.triangulated import Triangulated
+from pneumorph.mechanics.contact.obstacle import Obstacle
+from pneumorph.mechanics.contact.samples import sample_places
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.elements.terms import Connectivity, Term
+from pneumorph.mechanics.elements.terms import Term
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
 from pneumorph.mechanics.solve.sweep import secant_start
 
@@ -95,11 +95,11 @@ def _contact(model: Model) -> Contact:
     return model.contact
 
 
-def _reach(obstacle: Obstacle | Triangulated) -> float:
+def _reach(obstacle: Obstacle) -> float:
     return REACH * float(obstacle.activation)
 
 
-def _seen(at: Configuration, state: State) -> Iterator[tuple[str, Obstacle | Triangulated, np.ndarray]]:
+def _seen(at: Configuration, state: State) -> Iterator[tuple[str, Obstacle, np.ndarray]]:
     """Every obstacle, with the sample points (F, 7, 3) as it sees them when it is in its place."""
     contact = _contact(at.model)
     places = sample_places(contact.surface, at.X + displacement(at.model.tip, at.X, state))
@@ -121,21 +121,11 @@ def _lagged(at: Configuration, state: State, held: Holds) -> Holds:
     """Normal forces and normals at a state, with the same anchors."""
     surface, found = _contact(at.model).surface, {}
     for name, obstacle, places in _seen(at, state):
-        acting, normal = _acting(obstacle, surface, places)
+        pressures = obstacle.pressures(places)
+        acting = np.linalg.norm(pressures, axis=-1)
+        normal = pressures / np.maximum(acting, 1e-300)[..., None]
         found[name] = Hold(surface.weight[:, None] * surface.data * acting, held[name].anchor, normal)
     return found
-
-
-def _acting(
-    obstacle: Obstacle | Triangulated, surface: Connectivity, places: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Pressures (F, 7) in MPa on sample points (F, 7, 3), and the unit vectors (F, 7, 3) along which they act."""
-    if isinstance(obstacle, Obstacle):
-        acting = pressure(distances(obstacle.shape, surface, places), obstacle)
-        return acting, away_from(obstacle.shape, surface, places)
-    found = obstacle.pressures(places.reshape(-1, 3)).reshape(places.shape)
-    acting = np.linalg.norm(found, axis=-1)
-    return acting, found / np.maximum(acting, 1e-300)[..., None]
 
 
 def _settled(at: Configuration, state: State, before: Holds, after: Holds) -> bool:

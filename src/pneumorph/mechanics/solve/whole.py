@@ -13,7 +13,7 @@ import numpy as np
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact
-from pneumorph.mechanics.contact.obstacles import surface_of
+from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfold
