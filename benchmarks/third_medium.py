@@ -37,7 +37,8 @@ from pneumorph.mechanics import (
     solve,
 )
 from pneumorph.mechanics.assembly.model import with_terms
-from pneumorph.mechanics.contact.contact import Contact, Pairs
+from pneumorph.mechanics.contact.contact import Contact
+from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.elements.terms import Term, connect
 from pneumorph.mesh import TetMesh

@@ -152,14 +152,10 @@ def modules_needed(path: Path) -> set[str]:
 
 
 DIRECTORIES = sorted({path.parts[len(SOURCE.parts)] for path in MODULES if path.parent != SOURCE})
-# Those whose circles are still to be cut; none at the end.
-CIRCULAR = {"mechanics"}
 
 
 @pytest.mark.parametrize("package", DIRECTORIES)
-def test_packages_have_no_circles_inside(package, request):
-    if package in CIRCULAR:
-        request.node.add_marker(pytest.mark.xfail(strict=True))
+def test_packages_have_no_circles_inside(package):
     inside = {name: path for name, path in NAMES.items() if name.split(".")[1:2] == [package]}
     try:
         TopologicalSorter({name: modules_needed(path) & inside.keys() for name, path in inside.items()}).prepare()

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.material.energies import determinant
-from pneumorph.mechanics.material.rubber import Energy, with_volume
+from pneumorph.mechanics.material.energies import Energy, determinant
+from pneumorph.mechanics.material.rubber import with_volume
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape, triangle_gradient, triangle_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)

@@ -19,7 +19,7 @@ from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.elements.element import tet_energies, tet_works, triangle_volumes
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.material.rubber import Energy
+from pneumorph.mechanics.material.energies import Energy
 
 Values = Any
 """NumPy arrays, or JAX arrays inside compiled functions."""

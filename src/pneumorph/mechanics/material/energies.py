@@ -19,6 +19,9 @@ from jax import Array
 
 from pneumorph.mechanics.material.spectral import Spectrum, spectrum, trace_of_power
 
+Energy = Callable[..., Array]
+"""ψ(F, parameters) in MPa, or for elements ψ(F, π, parameters), where only mixed ones use π."""
+
 
 def determinant(F: Array) -> Array:
     """Determinant of 3×3 matrices (3, 3, …), written out so that it compiles into the loop over the points."""

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.energies import Energy
 from pneumorph.mechanics.material.homogeneous import first_invariant, nominal_stress
-from pneumorph.mechanics.material.rubber import Energy
 
 
 @dataclass(frozen=True, eq=False)

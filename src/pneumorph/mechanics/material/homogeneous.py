@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics.material.energies import Invariants, OfInvariants, OfStretches
-
-if TYPE_CHECKING:
-    from pneumorph.mechanics.material.rubber import Energy
+from pneumorph.mechanics.material.energies import Energy, Invariants, OfInvariants, OfStretches
 
 DIRECTIONS = {"uniaxial": (1.0, -0.5), "equibiaxial": (1.0, 1.0), "planar": (1.0, 0.0)}
 """Logarithms of the first two principal stretches over that of the first, of each mode."""

@@ -12,11 +12,8 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike
 
-from pneumorph.mechanics.material.energies import OfInvariants, determinant, neo_hookean
+from pneumorph.mechanics.material.energies import Energy, OfInvariants, determinant, neo_hookean
 from pneumorph.mechanics.material.homogeneous import shear_modulus
-
-Energy = Callable[..., Array]
-"""ψ(F, parameters) in MPa, or for elements ψ(F, π, parameters), where only mixed ones use π."""
 
 
 @dataclass(frozen=True)
