@@ -40,7 +40,8 @@ from pneumorph.mechanics.assembly.model import with_terms
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import surface_of
-from pneumorph.mechanics.elements.terms import Term, connect
+from pneumorph.mechanics.elements.energy import ElementEnergy, Term
+from pneumorph.mechanics.elements.terms import connect
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES, TRIANGLE_EDGES, tet_gradient
@@ -85,7 +86,7 @@ _SECOND = np.concatenate(
 
 @partial(register_dataclass, data_fields=["stiffness", "length"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Medium:
+class Medium(ElementEnergy):
     """The third medium in straight quadratic tetrahedra: γ and ℓ in mm."""
 
     stiffness: float

@@ -22,8 +22,11 @@ from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import sample_places, surface_of
 from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Sphere
 from pneumorph.mechanics.contact.triangulated import Triangulated
+from pneumorph.mechanics.elements.energy import ElementEnergy, Term
+from pneumorph.mechanics.elements.loading import ChamberPressure, Plate, Weight
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
-from pneumorph.mechanics.elements.terms import ChamberPressure, ElementEnergy, Plate, Solid, Term, Weight, connect
+from pneumorph.mechanics.elements.solid import Solid
+from pneumorph.mechanics.elements.terms import connect
 from pneumorph.mechanics.material import energies
 from pneumorph.mesh import Covered
 from pneumorph.mesh.tets import RULE
@@ -39,7 +42,7 @@ OGDEN = Rubber(energies.ogden, (0.3, 1.7, 0.2, -2.3, 4.8), 1.1e-9)
 
 @partial(register_dataclass, data_fields=["stiffness"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Bonds:
+class Bonds(ElementEnergy):
     """½ k (|x_b − x_a| − s)² + ½ k |u_a − c|² of pairs of nodes, s their data: a term that is not in the package."""
 
     stiffness: jax.Array
@@ -320,7 +323,7 @@ def test_more_elements_than_a_chunk_holds(rubber, mixed):
 
 @partial(register_dataclass, data_fields=["inside"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Hidden:
+class Hidden(ElementEnergy):
     inside: ElementEnergy
 
     def energies(self, local, loads):

@@ -1,7 +1,6 @@
 """Assembly of the tangent: the element blocks of all terms are added up in one sparsity, then the plate's columns.
 
-The blocks of a term come from its energy by JAX, or from faster kernels with the same result, so no term can be
-forgotten.
+The blocks come from the energies of the terms themselves, so no term can be forgotten.
 """
 
 from __future__ import annotations
@@ -20,22 +19,10 @@ from pneumorph.mechanics.assembly.potential import (
 )
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces
 from pneumorph.mechanics.assembly.tip import Ride
-from pneumorph.mechanics.elements import derivatives, solid
-from pneumorph.mechanics.elements.element import TRIANGLE_VOLUME
+from pneumorph.mechanics.elements.energy import Blocks
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.stiffness import gather, scatter
-from pneumorph.mechanics.elements.terms import (
-    ChamberPressure,
-    Connectivity,
-    ElementEnergy,
-    Loads,
-    Local,
-    Solid,
-    Weight,
-)
-
-Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Second derivatives by u and u, node pairs a ≤ b (E, a(a + 1)/2, 9), by u and π (E, a, c, 3), by π and π (E, c, c)."""
+from pneumorph.mechanics.elements.terms import Loads
 
 
 def tangent(
@@ -62,9 +49,9 @@ def tangent(
         at = seen.local(X, u, state)
         for energy in energies:
             own = None
-            if ratios is not None and isinstance(energy, Solid):
+            if ratios is not None and energy.of_rubber:
                 own = ratios[:, next(regions)]
-            blocks = _blocks(energy, seen, at, loads, own)
+            blocks = energy.blocks(seen, at, loads, own)
             if blocks is None:
                 continue
             motion, coupling, compression = _turned_back(blocks, places, model.tip.tied.turn)
@@ -127,23 +114,6 @@ def _objects(model: Model, X: np.ndarray, state: State, loads: Loads) -> sparse.
     return sparse.coo_array((np.concatenate([found.data[above], found.data[after]]), (rows, others)), shape=shape)
 
 
-def _blocks(
-    energy: ElementEnergy, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None
-) -> Blocks | None:
-    """The element blocks of a term; None where its energy is linear in u and π."""
-    if seen.nodes.shape[1] + seen.hydrostatics.shape[1] == 0:
-        return None
-    match energy:
-        case Weight():
-            return None
-        case Solid():
-            return solid.blocks(energy, seen, at, ratios)
-        case ChamberPressure():
-            return _pressure_blocks(seen, at, loads)
-        case _:
-            return _cut(derivatives.hessians(energy, seen, at, loads), seen.nodes.shape[1])
-
-
 def _turned_back(blocks: Blocks, places: BlockPlaces, turn: np.ndarray) -> Blocks:
     """The blocks by the displacements of the nodes in the first cut, where there are those of their images."""
     if not len(places.turned):
@@ -156,26 +126,6 @@ def _turned_back(blocks: Blocks, places: BlockPlaces, turn: np.ndarray) -> Block
     motion[some] = np.einsum("enji,enjk,enkl->enil", by[:, a], pairs, by[:, b]).reshape(len(some), -1, 9)
     coupling[some] = np.einsum("eaji,eacj->eaci", by, coupling[some])
     return motion, coupling, compression
-
-
-def _pressure_blocks(seen: Connectivity, at: Local, loads: Loads) -> Blocks:
-    """−p ∂²V of every triangle: V = Σ A_abc det(x_a, x_b, x_c), so ∂²V/∂x_a∂x_b is −6 Σ_c A_abc [x_c]×."""
-    count, (b, a) = seen.count, np.tril_indices(6)
-    pressure = at.data[:count] @ np.asarray(loads.pressure)
-    turning = (6.0 * TRIANGLE_VOLUME[a, b]) @ (at.X[:count] + at.u[:count])
-    x, y, z = np.moveaxis(pressure[:, None, None] * turning, -1, 0)
-    zero = np.zeros_like(x)
-    motion = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
-    return motion, np.zeros((count, 6, 0, 3)), np.zeros((count, 0, 0))
-
-
-def _cut(matrices: np.ndarray, nodes: int) -> Blocks:
-    """Split element matrices (E, 3a + c, 3a + c) into blocks."""
-    count, end = len(matrices), 3 * nodes
-    b, a = np.tril_indices(nodes)
-    motion = matrices[:, :end, :end].reshape(count, nodes, 3, nodes, 3)[:, a, :, b].transpose(1, 0, 2, 3)
-    coupling = matrices[:, :end, end:].reshape(count, nodes, 3, -1).transpose(0, 1, 3, 2)
-    return np.ascontiguousarray(motion).reshape(count, -1, 9), coupling, matrices[:, end:, end:]
 
 
 def _add_plate(model: Model, potential: Potential, X: np.ndarray, state: State, loads: Loads, data: np.ndarray) -> None:

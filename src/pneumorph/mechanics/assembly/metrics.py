@@ -14,6 +14,7 @@ from pneumorph.mechanics.assembly.potential import (
     displacement_along,
     value_and_residual,
 )
+from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.reinforcement import Reinforcement
 from pneumorph.mechanics.elements.taut import (
@@ -25,7 +26,7 @@ from pneumorph.mechanics.elements.taut import (
     tensions_along,
     with_data,
 )
-from pneumorph.mechanics.elements.terms import Connectivity, ElementEnergy, Loads
+from pneumorph.mechanics.elements.terms import Connectivity, Loads
 
 Metrics = Sequence[np.ndarray]
 """Metrics (E, 3, 3) of the faces under every sheet and all fibres, in the order of the terms."""

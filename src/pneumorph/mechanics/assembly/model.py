@@ -15,9 +15,12 @@ from pneumorph.mechanics.assembly.tip import Tied, Tip
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Carried, Resting, resting
 from pneumorph.mechanics.elements import element
+from pneumorph.mechanics.elements.energy import Term
 from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.loading import ChamberPressure, Plate, Weight
 from pneumorph.mechanics.elements.reinforcement import Reinforcement, connect_covered
-from pneumorph.mechanics.elements.terms import ChamberPressure, Connectivity, Plate, Solid, Term, Weight, connect
+from pneumorph.mechanics.elements.solid import Solid
+from pneumorph.mechanics.elements.terms import Connectivity, connect
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh.tets import TetMesh, chambers_of
 from pneumorph.symmetry.operations import NORMALS

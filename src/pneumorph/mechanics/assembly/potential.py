@@ -17,11 +17,10 @@ from scipy import sparse
 from pneumorph.mechanics.assembly.tip import Ride, Tip
 from pneumorph.mechanics.contact.contact import Contact, SeenTouch
 from pneumorph.mechanics.contact.pose import STILL
-from pneumorph.mechanics.elements import derivatives
-from pneumorph.mechanics.elements.derivatives import Forces
+from pneumorph.mechanics.elements.energy import ElementEnergy, Forces, Term
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.points import add_rows
-from pneumorph.mechanics.elements.terms import Connectivity, ElementEnergy, Loads, Solid, Term
+from pneumorph.mechanics.elements.terms import Connectivity, Loads
 
 
 class Group(NamedTuple):
@@ -86,8 +85,7 @@ def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
 def without_solid(potential: Potential) -> Potential:
     """The terms but for solids and contact in pairs: all that loads enter."""
     groups = [
-        Group(seen, tuple(energy for energy in energies if not isinstance(energy, Solid)))
-        for seen, energies in potential.groups
+        Group(seen, tuple(energy for energy in energies if not energy.of_rubber)) for seen, energies in potential.groups
     ]
     return potential._replace(groups=tuple(group for group in groups if group.energies), contact=None)
 
@@ -124,7 +122,7 @@ def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads)
     prepared = []
     for seen, energies in potential.groups:
         at = seen.local(X, u, state)
-        prepared.append((seen, [derivatives.tangent_map(energy, seen, at, loads) for energy in energies]))
+        prepared.append((seen, [energy.tangent_map(seen, at, loads) for energy in energies]))
     touches = [(touch, free) for touch, _, free in potential.touches(X + u, state, loads)]
     on_tip = _forces(potential, potential.near_tip, X, state, loads, ride)[1].u[nodes] if len(nodes) else None
 
@@ -171,7 +169,7 @@ def pullback(
         """For every energy of the groups and every w: its number, the connectivity, and what is pulled back."""
         for seen, energies in groups:
             at = seen.local(X, u, state)
-            pulls = [derivatives.pullback(energy, seen, at, loads, len(ws) > 1, on_forces) for energy in energies]
+            pulls = [energy.pullback(seen, at, loads, len(ws) > 1, on_forces) for energy in energies]
             for k, w in enumerate(ws):
                 along = seen.local(X, _displacement(tip, w.u, ride.along(w.plate)), w)
                 for pull in pulls:
@@ -277,7 +275,7 @@ def _forces(
     for seen, energies in groups:
         at = seen.local(X, u, state)
         for energy in energies:
-            part, found = derivatives.forces(energy, seen, at, loads)
+            part, found = energy.forces(seen, at, loads)
             value += part
             _add(seen, found, by)
     for touch, _, free in potential.touches(X + u, state, loads):
@@ -299,7 +297,7 @@ def _change(potential: Potential, X, state: State, loads: Loads, dstate: State, 
         at = seen.local(X, u, state)
         along = seen.local(motion, du, dstate)
         for energy in energies:
-            _add(seen, derivatives.change(energy, seen, at, loads, along, dloads), by)
+            _add(seen, energy.change(seen, at, loads, along, dloads), by)
     for touch, number, free in potential.touches(X + u, state, loads):
         moved = STILL if number is None else dloads.shift[number]
         if free is None:

@@ -26,6 +26,7 @@ from jax.tree_util import register_dataclass
 from pneumorph.mechanics.contact.implicit import KEPT
 from pneumorph.mechanics.contact.obstacle import Floor, Obstacle
 from pneumorph.mechanics.contact.pose import View, seen
+from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.plate import rotation
 from pneumorph.mechanics.elements.terms import Loads, Local, Values
 
@@ -57,7 +58,7 @@ class Free:
 
 @partial(register_dataclass, data_fields=["mass", "spring", "lever", "spin", "number", "object"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Carried:
+class Carried(ElementEnergy):
     """Weight and springs of a free obstacle; `number` and `object` are its rows of `Loads.shift` and the unknowns."""
 
     mass: Values
@@ -81,7 +82,7 @@ class Carried:
     meta_fields=[],
 )
 @dataclass(frozen=True, eq=False)
-class Resting:
+class Resting(ElementEnergy):
     """The barrier between a free obstacle and a plane, of whose pose `under` is the row."""
 
     points: Values

@@ -23,6 +23,7 @@ from pneumorph.mechanics.contact.implicit import posed
 from pneumorph.mechanics.contact.pose import seen
 from pneumorph.mechanics.contact.samples import SAMPLE_N
 from pneumorph.mechanics.contact.shapes import length_of
+from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.terms import Loads, Local, Values
 
 
@@ -59,7 +60,7 @@ class Hold(NamedTuple):
 
 @partial(register_dataclass, data_fields=["coefficient", "reach", "number", "center", "object"], meta_fields=["free"])
 @dataclass(frozen=True, eq=False)
-class Friction:
+class Friction(ElementEnergy):
     """D of one obstacle: the coefficient μ, the slip ε in mm, its centre, and its rows as in a `Barrier`.
 
     The data of a face are those of a `Hold`.

@@ -25,6 +25,7 @@ from pneumorph.mechanics.contact.pose import seen
 from pneumorph.mechanics.contact.samples import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, sample_places
 from pneumorph.mechanics.contact.shapes import RigidMesh, Shape, Support
 from pneumorph.mechanics.elements import sums
+from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
 
 KEPT, CLOSE, MOST_ADVANCES = 0.1, 1e-3, 200
@@ -120,7 +121,7 @@ def _away_from(shape: Shape, places: Values) -> Array:
 
 @partial(register_dataclass, data_fields=["shape", "activation", "stiffness", "number", "object"], meta_fields=["free"])
 @dataclass(frozen=True, eq=False)
-class Barrier:
+class Barrier(ElementEnergy):
     """The term of an obstacle with a formula.
 
     The row `number` of `Loads.shift` is its pose, to which that of a free one adds the row `object` of the unknowns.

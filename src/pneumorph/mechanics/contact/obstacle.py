@@ -9,7 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.contact.shapes import RigidMesh, Support
-from pneumorph.mechanics.elements.terms import ElementEnergy, Values
+from pneumorph.mechanics.elements.energy import ElementEnergy
+from pneumorph.mechanics.elements.terms import Values
 
 FORCE, NORMAL, AREA = slice(0, 3), 3, 4
 """What is at which place in the five numbers that a body presses on an obstacle with."""

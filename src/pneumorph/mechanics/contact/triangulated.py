@@ -20,7 +20,8 @@ from pneumorph.mechanics.contact.obstacle import AREA, FORCE, FULL, NORMAL
 from pneumorph.mechanics.contact.recent import Recent
 from pneumorph.mechanics.contact.samples import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS
 from pneumorph.mechanics.contact.shapes import RigidMesh, Support
-from pneumorph.mechanics.elements.terms import Connectivity, ElementEnergy, Values
+from pneumorph.mechanics.elements.energy import ElementEnergy
+from pneumorph.mechanics.elements.terms import Connectivity, Values
 
 
 class Triangulated:

@@ -20,6 +20,7 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
+from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values, connect
 from pneumorph.mesh.tets import Covered, triangle_gradient
 
@@ -58,7 +59,7 @@ def _tension(strain: Array, end: Values) -> Array:
 
 @partial(register_dataclass, data_fields=["stiffness", "poisson", "wrinkling", "coverage", "number"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Membrane:
+class Membrane(ElementEnergy):
     """∫ W over the covered faces of the undeformed body: stiffness k in N/mm, Poisson's ratio, strain of wrinkling.
 
     Of the faces a share is covered. Stiffness and coverage are changed by the row `number` of `Loads.laid`.
@@ -99,7 +100,7 @@ class Membrane:
 
 @partial(register_dataclass, data_fields=["stiffness", "winding", "buckling", "number"], meta_fields=["hands"])
 @dataclass(frozen=True, eq=False)
-class Fibres:
+class Fibres(ElementEnergy):
     """∫ W over the covered faces of the undeformed body: stiffness k of each family in N/mm, angle and buckling strain.
 
     The winding angle in rad is that from the lines from base to tip; `hands` has 1 for a family at this angle, which

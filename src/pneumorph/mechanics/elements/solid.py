@@ -1,27 +1,175 @@
 """Fast derivatives of the solid: JAX differentiates ψ at the quadrature points, Numba kernels do the rest.
 
 In invariants there are nine second derivatives at a point instead of eighty-one, no geometry is differentiated, and
-what is compiled depends on the kind of rubber alone. A test compares all of it with the general way of
-`derivatives.py`.
+what is compiled depends on the kind of rubber alone. A test compares all of it with the general way of `energy.py`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.elements import points
-from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_WEIGHT
+from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_WEIGHT, tet_energies
+from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces, Pulled
 from pneumorph.mechanics.elements.kinematics import volume_ratio
 from pneumorph.mechanics.elements.stiffness import coupling_blocks, element_blocks, invariant_blocks
-from pneumorph.mechanics.elements.terms import Connectivity, Local, Solid, Values
-from pneumorph.mechanics.material.energies import Invariants, OfInvariants, invariants
+from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
+from pneumorph.mechanics.material.energies import Energy, Invariants, OfInvariants, invariants
 from pneumorph.threads import each
+
+
+@partial(register_dataclass, data_fields=["parameters"], meta_fields=["energy_density"])
+@dataclass(frozen=True, eq=False)
+class Solid(ElementEnergy):
+    """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four hydrostatic unknowns."""
+
+    of_rubber: ClassVar[bool] = True
+
+    energy_density: Energy
+    parameters: Values
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return tet_energies(local.X, local.u, corner_hydrostatics(local), self.energy_density, self.parameters)
+
+    def forces(self, seen: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
+        """∫ψ over all elements, and its derivatives by u (E, 10, 3) and π (E, c)."""
+        u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
+
+        def work(chunk: slice) -> float:
+            here = strained(seen, at, chunk)
+            psi, stress, slope = map(np.array, _stress(self, here.F, here.hydrostatic))
+            points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
+            # Searches look at states so far away that their energy is not finite, and see it by the result.
+            with np.errstate(over="ignore", invalid="ignore"):
+                if seen.hydrostatics.shape[1]:
+                    hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
+                return float(np.sum(here.measure * psi))
+
+        return sum(each(work, seen.chunks())), _forces(at, u, hydrostatic)
+
+    def change(self, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
+        """Change of the derivatives by u and π along a change of X, u and π."""
+        u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
+
+        def work(chunk: slice) -> None:
+            here, (dF, dA, growth) = strained(seen, at, chunk), _room(seen)
+            points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
+            dhydrostatic = _at_points(along.hydrostatic[chunk], seen.chunk)
+            stress, slope, dstress, dslope = _along(self, here)(dF, dhydrostatic)
+            # The forces ∫ P : δF are linear in the stress, in A and in the volumes: each changes in its turn.
+            with_A = np.empty((seen.chunk, 10, 3))
+            points.nodal_forces(dstress + growth * stress, here.A, here.measure, TET_DN, u[chunk])
+            points.nodal_forces(stress, dA, here.measure, TET_DN, with_A)
+            u[chunk] += with_A
+            if seen.hydrostatics.shape[1]:
+                hydrostatic[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
+
+        each(work, seen.chunks())
+        return _forces(at, u, hydrostatic)
+
+    def tangent_map(self, seen: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
+        """`change` as a function of changes of u (E, 10, 3) and π (E, c) alone: the rest is computed once."""
+        prepared = each(lambda chunk: _linearised(self, seen, at, chunk, True), seen.chunks())
+        still = np.zeros((seen.chunk, 10, 3))
+
+        def product(along: Local) -> Forces:
+            u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
+
+            def work(part: Linearised) -> None:
+                (chunk, here, change), (dF, dA, growth) = part, _room(seen)
+                points.straining(still, along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
+                _, _, dstress, dslope = change(dF, _at_points(along.hydrostatic[chunk], seen.chunk))
+                points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
+                if seen.hydrostatics.shape[1]:
+                    hydrostatic[chunk] = (here.measure * dslope).T @ TET_CORNER_N
+
+            each(work, prepared)
+            return _forces(at, u, hydrostatic)
+
+        return product
+
+    def pullback(
+        self, seen: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
+    ) -> Callable[[Forces], Pulled]:
+        """A function of w = (u (E, 10, 3), π (E, c)): derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, u, and w's own u.
+
+        The last two are zero without `on_forces`. What does not depend on w is computed once; with `several` w to come,
+        the moduli at the points too.
+        """
+        none = jax.tree.map(np.zeros_like, loads)
+        prepared = each(lambda chunk: _linearised(self, seen, at, chunk, several), seen.chunks())
+
+        def pull(w: Forces) -> Pulled:
+            X, u, own = np.empty(at.u.shape), np.zeros(at.u.shape), np.zeros(at.u.shape)
+
+            def work(part: Linearised) -> None:
+                (chunk, here, along), (slope, dA, growth) = part, _room(seen)
+                points.straining(np.zeros((seen.chunk, 10, 3)), w.u[chunk], TET_DN, here.F, here.A, slope, dA, growth)
+                dhydrostatic = _at_points(w.hydrostatic[chunk], seen.chunk)
+                stress, dilation, dstress, _ = along(slope, dhydrostatic)
+                integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
+                points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
+                if on_forces:
+                    points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
+                    points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
+
+            each(work, prepared)
+            return Pulled(X, u, own, none)
+
+        return pull
+
+    def blocks(self, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks:
+        """Second derivatives of every element by u and u (M, 55, 9), by u and π (M, 10, c, 3), by π and π (M, c, c).
+
+        With volume ratios (4, M) at the points, elements without π have the stress U'(J) of these in place of their
+        own J.
+        """
+        count, corners = len(seen.nodes), seen.hydrostatics.shape[1]
+        if ratios is not None:
+            ratios = np.hstack([ratios, np.ones((4, count - seen.count))])
+        motion, coupling = np.empty((count, 55, 9)), np.zeros((count, 10, corners, 3))
+        compression = np.zeros((count, corners, corners))
+
+        def work(chunk: slice) -> None:
+            here = strained(seen, at, chunk)
+            excess = None if ratios is None else float(self.parameters[-1]) * (ratios[:, chunk] - volume_ratio(here.F))
+            if isinstance(self.energy_density, OfInvariants):
+                # Nine derivatives instead of eighty-one: half the time of the whole assembly.
+                by_invariants = np.array(_invariant_derivatives(self, here.F, here.hydrostatic)[0])
+                if excess is not None:
+                    by_invariants[2] += excess
+                invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
+            else:
+                moduli = np.array(_moduli(self, here.F, here.hydrostatic, here.measure))
+                if excess is not None:
+                    moduli += here.measure * excess * _second_of_ratio(here.F)
+                element_blocks(moduli, here.A, TET_DN, motion[chunk])
+            if corners:
+                slopes, among = map(np.array, _couplings(self, here.F, here.hydrostatic, here.measure))
+                coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
+                compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
+
+        each(work, seen.chunks())
+        return motion[: seen.count], coupling[: seen.count], compression[: seen.count]
+
+
+def _forces(at: Local, u: np.ndarray, hydrostatic: np.ndarray) -> Forces:
+    """Forces of elements that see neither the plate nor obstacles."""
+    return Forces(u, hydrostatic, np.zeros(at.plate.shape), np.zeros(at.objects.shape))
+
+
+def corner_hydrostatics(local: Local) -> Array:
+    """π at the corners of tetrahedra (E, 4); zero, and unused, without mixed elements."""
+    return local.hydrostatic if local.hydrostatic.shape[1] else jnp.zeros((local.X.shape[0], 4))
 
 
 class StrainedPoints(NamedTuple):
@@ -44,136 +192,6 @@ def strained(seen: Connectivity, at: Local, chunk: slice) -> StrainedPoints:
 def _at_points(hydrostatic: np.ndarray, count: int) -> np.ndarray:
     """π at the points (4, C) from its values at the corners (C, 4); zero, and unused, without mixed elements."""
     return TET_CORNER_N @ hydrostatic.T if hydrostatic.shape[1] else np.zeros((4, count))
-
-
-def forces(solid: Solid, seen: Connectivity, at: Local) -> tuple[float, np.ndarray, np.ndarray]:
-    """∫ψ over all elements, and its derivatives by u (E, 10, 3) and π (E, c)."""
-    u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
-
-    def work(chunk: slice) -> float:
-        here = strained(seen, at, chunk)
-        psi, stress, slope = map(np.array, _stress(solid, here.F, here.hydrostatic))
-        points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
-        # Searches look at states so far away that their energy is not finite, and see it by the result.
-        with np.errstate(over="ignore", invalid="ignore"):
-            if seen.hydrostatics.shape[1]:
-                hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
-            return float(np.sum(here.measure * psi))
-
-    return sum(each(work, seen.chunks())), u, hydrostatic
-
-
-def change(solid: Solid, seen: Connectivity, at: Local, along: Local) -> tuple[np.ndarray, np.ndarray]:
-    """Change of the derivatives by u and π along a change of X, u and π."""
-    u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
-
-    def work(chunk: slice) -> None:
-        here, (dF, dA, growth) = strained(seen, at, chunk), _room(seen)
-        points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
-        dhydrostatic = _at_points(along.hydrostatic[chunk], seen.chunk)
-        stress, slope, dstress, dslope = _along(solid, here)(dF, dhydrostatic)
-        # The forces ∫ P : δF are linear in the stress, in A and in the volumes: each changes in its turn.
-        with_A = np.empty((seen.chunk, 10, 3))
-        points.nodal_forces(dstress + growth * stress, here.A, here.measure, TET_DN, u[chunk])
-        points.nodal_forces(stress, dA, here.measure, TET_DN, with_A)
-        u[chunk] += with_A
-        if seen.hydrostatics.shape[1]:
-            hydrostatic[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
-
-    each(work, seen.chunks())
-    return u, hydrostatic
-
-
-def tangent_map(
-    solid: Solid, seen: Connectivity, at: Local
-) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """`change` as a function of changes of u (E, 10, 3) and π (E, c) alone: the rest is computed once."""
-    prepared = each(lambda chunk: _linearised(solid, seen, at, chunk, True), seen.chunks())
-    still = np.zeros((seen.chunk, 10, 3))
-
-    def product(du: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
-
-        def work(part: Linearised) -> None:
-            (chunk, here, along), (dF, dA, growth) = part, _room(seen)
-            points.straining(still, du[chunk], TET_DN, here.F, here.A, dF, dA, growth)
-            _, _, dstress, dslope = along(dF, _at_points(by_hydrostatic[chunk], seen.chunk))
-            points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
-            if seen.hydrostatics.shape[1]:
-                hydrostatic[chunk] = (here.measure * dslope).T @ TET_CORNER_N
-
-        each(work, prepared)
-        return u, hydrostatic
-
-    return product
-
-
-Pull = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
-
-
-def pullback(solid: Solid, seen: Connectivity, at: Local, several: bool, on_forces: bool) -> Pull:
-    """A function of w = (u (E, 10, 3), π (E, c)): derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, u, and w's own u.
-
-    The last two are zero without `on_forces`. What does not depend on w is computed once; with `several` w to come, the
-    moduli at the points too.
-    """
-
-    prepared = each(lambda chunk: _linearised(solid, seen, at, chunk, several), seen.chunks())
-
-    def pull(w: np.ndarray, by_hydrostatic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        X, u, own = np.empty(at.u.shape), np.zeros(at.u.shape), np.zeros(at.u.shape)
-
-        def work(part: Linearised) -> None:
-            (chunk, here, along), (slope, dA, growth) = part, _room(seen)
-            points.straining(np.zeros((seen.chunk, 10, 3)), w[chunk], TET_DN, here.F, here.A, slope, dA, growth)
-            dhydrostatic = _at_points(by_hydrostatic[chunk], seen.chunk)
-            stress, dilation, dstress, _ = along(slope, dhydrostatic)
-            integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
-            points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
-            if on_forces:
-                points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
-                points.nodal_forces(stress, here.A, here.measure, TET_DN, own[chunk])
-
-        each(work, prepared)
-        return X, u, own
-
-    return pull
-
-
-def blocks(
-    solid: Solid, seen: Connectivity, at: Local, ratios: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Second derivatives of every element by u and u (M, 55, 9), by u and π (M, 10, c, 3), by π and π (M, c, c).
-
-    With volume ratios (4, M) at the points, elements without π have the stress U'(J) of these in place of their own J.
-    """
-    count, corners = len(seen.nodes), seen.hydrostatics.shape[1]
-    if ratios is not None:
-        ratios = np.hstack([ratios, np.ones((4, count - seen.count))])
-    motion, coupling = np.empty((count, 55, 9)), np.zeros((count, 10, corners, 3))
-    compression = np.zeros((count, corners, corners))
-
-    def work(chunk: slice) -> None:
-        here = strained(seen, at, chunk)
-        excess = None if ratios is None else float(solid.parameters[-1]) * (ratios[:, chunk] - volume_ratio(here.F))
-        if isinstance(solid.energy_density, OfInvariants):
-            # Nine derivatives instead of eighty-one: half the time of the whole assembly.
-            by_invariants = np.array(_invariant_derivatives(solid, here.F, here.hydrostatic)[0])
-            if excess is not None:
-                by_invariants[2] += excess
-            invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
-        else:
-            moduli = np.array(_moduli(solid, here.F, here.hydrostatic, here.measure))
-            if excess is not None:
-                moduli += here.measure * excess * _second_of_ratio(here.F)
-            element_blocks(moduli, here.A, TET_DN, motion[chunk])
-        if corners:
-            slopes, among = map(np.array, _couplings(solid, here.F, here.hydrostatic, here.measure))
-            coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
-            compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
-
-    each(work, seen.chunks())
-    return motion[: seen.count], coupling[: seen.count], compression[: seen.count]
 
 
 Along = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]

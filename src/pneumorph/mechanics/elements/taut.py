@@ -24,13 +24,14 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
+from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.reinforcement import Reinforcement, metric
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local
 
 
 @partial(register_dataclass, data_fields=["energy"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Taut:
+class Taut(ElementEnergy):
     """W to second order about given metrics, the last three columns of the data, as if those were the faces' own.
 
     Its second derivatives are those of the tangent with metrics eliminated.
@@ -50,7 +51,7 @@ class Taut:
 
 @partial(register_dataclass, data_fields=[], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Pull:
+class Pull(ElementEnergy):
     """S : g(u) of given tensions S, the last three columns of the data: its forces are BᵀS."""
 
     def energies(self, local: Local, loads: Loads) -> Array:

@@ -1,25 +1,13 @@
-"""The terms of the potential: which unknowns the elements of each term see, and their energy.
-
-    Π(X, u, π) = Σ∫ψ(F, π) − Σ p_c V_c(X + u) − ∫ρ₀ g·u + ½ Σ k_i d_i² − f·d, plate d = [c, θ]
-
-The terms are the solid, the chamber pressures, the weight and the plate. A term is a connectivity and the energy of its
-elements, written in JAX; `potential.py` and `hessian.py` derive everything else from these, the tangent included.
-"""
+"""What the elements of a term see: their nodes and unknowns, constants, and the loads."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
-from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.elements.element import tet_energies, tet_works, triangle_volumes
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.material.energies import Energy
 
 Values = Any
 """NumPy arrays, or JAX arrays inside compiled functions."""
@@ -150,68 +138,3 @@ def connect(
         plate=plate,
         objects=objects,
     )
-
-
-class ElementEnergy(Protocol):
-    """The energy of a term's elements; registered with JAX, so that other parameters need no compilation.
-
-    It must be finite for the padding too.
-    """
-
-    def energies(self, local: Local, loads: Loads) -> Array:
-        """The energies (E,) of the elements, N·mm, twice differentiable in all of `local`."""
-        ...
-
-
-class Term(NamedTuple):
-    """A summand of Π: a sum over elements. Terms that share a connectivity object are evaluated together."""
-
-    connectivity: Connectivity
-    energy: ElementEnergy
-
-
-@partial(register_dataclass, data_fields=["parameters"], meta_fields=["energy_density"])
-@dataclass(frozen=True, eq=False)
-class Solid:
-    """∫ ψ(F, π) over tetrahedra of one rubber, of ten nodes and, where they are mixed, four hydrostatic unknowns."""
-
-    energy_density: Energy
-    parameters: Values
-
-    def energies(self, local: Local, loads: Loads) -> Array:
-        return tet_energies(local.X, local.u, corner_hydrostatics(local), self.energy_density, self.parameters)
-
-
-@partial(register_dataclass, data_fields=["density"], meta_fields=[])
-@dataclass(frozen=True, eq=False)
-class Weight:
-    """−∫ ρ₀ g·u over tetrahedra, a dead load; ρ₀ in t/mm³."""
-
-    density: Values
-
-    def energies(self, local: Local, loads: Loads) -> Array:
-        return -tet_works(local.X, local.u, self.density * loads.acceleration)
-
-
-@partial(register_dataclass, data_fields=[], meta_fields=[])
-@dataclass(frozen=True, eq=False)
-class ChamberPressure:
-    """−Σ p_c V_c over the triangles of the chambers; the data of a triangle are its shares (C,) in the volumes."""
-
-    def energies(self, local: Local, loads: Loads) -> Array:
-        return -(local.data @ loads.pressure) * triangle_volumes(local.X + local.u)
-
-
-@partial(register_dataclass, data_fields=[], meta_fields=[])
-@dataclass(frozen=True, eq=False)
-class Plate:
-    """½ Σ k_i d_i² − f·d: a single element that sees the plate only."""
-
-    def energies(self, local: Local, loads: Loads) -> Array:
-        d = local.plate
-        return (0.5 * jnp.sum(loads.spring * d**2) - jnp.sum(loads.wrench * d))[None]
-
-
-def corner_hydrostatics(local: Local) -> Array:
-    """π at the corners of tetrahedra (E, 4); zero, and unused, without mixed elements."""
-    return local.hydrostatic if local.hydrostatic.shape[1] else jnp.zeros((local.X.shape[0], 4))

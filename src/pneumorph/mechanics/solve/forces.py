@@ -11,7 +11,6 @@ from pneumorph.mechanics.assembly.tangent import Configuration
 from pneumorph.mechanics.contact.friction import Friction
 from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
 from pneumorph.mechanics.contact.pressing import pressed
-from pneumorph.mechanics.elements import derivatives
 from pneumorph.mechanics.elements.kinematics import State
 
 
@@ -50,7 +49,7 @@ def contact_forces(at: Configuration, state: State) -> ContactForces:
     for surface, energy in at.model.terms:
         if isinstance(energy, Friction):
             local = surface.local(at.X, x - at.X, state)
-            _, found = derivatives.forces(energy, surface, local, at.loads)
+            _, found = energy.forces(surface, local, at.loads)
             table[int(energy.number), FORCE] += np.asarray(found.u).sum(axis=(0, 1))
     rows = dict(zip(contact.obstacles, table, strict=True))
     return ContactForces(

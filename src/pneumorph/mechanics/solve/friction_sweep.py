@@ -20,8 +20,8 @@ from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.friction import Friction, Hold
 from pneumorph.mechanics.contact.obstacle import Obstacle
 from pneumorph.mechanics.contact.samples import sample_places
+from pneumorph.mechanics.elements.energy import Term
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.elements.terms import Term
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
 from pneumorph.mechanics.solve.sweep import secant_start
 

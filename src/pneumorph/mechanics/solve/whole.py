@@ -15,7 +15,7 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.elements.terms import Weight
+from pneumorph.mechanics.elements.loading import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfold
 
 

@@ -1,0 +1,59 @@
+"""Energies of the loads: weight, pressure in the chambers, and what acts on the plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.tree_util import register_dataclass
+
+from pneumorph.mechanics.elements.element import TRIANGLE_VOLUME, tet_works, triangle_volumes
+from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy
+from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
+
+
+@partial(register_dataclass, data_fields=["density"], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class Weight(ElementEnergy):
+    """−∫ ρ₀ g·u over tetrahedra, a dead load; ρ₀ in t/mm³."""
+
+    density: Values
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return -tet_works(local.X, local.u, self.density * loads.acceleration)
+
+    def blocks(self, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> None:
+        """None: it is linear in u."""
+        return None
+
+
+@partial(register_dataclass, data_fields=[], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class ChamberPressure(ElementEnergy):
+    """−Σ p_c V_c over the triangles of the chambers; the data of a triangle are its shares (C,) in the volumes."""
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return -(local.data @ loads.pressure) * triangle_volumes(local.X + local.u)
+
+    def blocks(self, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks:
+        """−p ∂²V of every triangle: V = Σ A_abc det(x_a, x_b, x_c), so ∂²V/∂x_a∂x_b is −6 Σ_c A_abc [x_c]×."""
+        count, (b, a) = seen.count, np.tril_indices(6)
+        pressure = at.data[:count] @ np.asarray(loads.pressure)
+        turning = (6.0 * TRIANGLE_VOLUME[a, b]) @ (at.X[:count] + at.u[:count])
+        x, y, z = np.moveaxis(pressure[:, None, None] * turning, -1, 0)
+        zero = np.zeros_like(x)
+        motion = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
+        return motion, np.zeros((count, 6, 0, 3)), np.zeros((count, 0, 0))
+
+
+@partial(register_dataclass, data_fields=[], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class Plate(ElementEnergy):
+    """½ Σ k_i d_i² − f·d: a single element that sees the plate only."""
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        d = local.plate
+        return (0.5 * jnp.sum(loads.spring * d**2) - jnp.sum(loads.wrench * d))[None]
