@@ -196,7 +196,17 @@ def free_of(asked: FreeSpec, obstacle: Obstacle, sag: float) -> Free:
 
 
 def obstacle_of(spec: ObstacleSpec, surface: Connectivity, activation: float, stiffness: float) -> Obstacle:
-    """The obstacle of a table beside the surface of a body; the barrier's d̂ is in mm, its κ in MPa."""
+    """The obstacle of a table beside the surface of a body; the barrier's d̂ is in mm, its κ in MPa.
+
+    Parameters
+    ----------
+    spec : ObstacleSpec
+        Its table.
+    surface : Connectivity
+        The faces of the body.
+    activation, stiffness : float
+        d̂ in mm, κ in MPa.
+    """
     if isinstance(spec, TriangulatedSpec):
         return Triangulated(surface, placed(spec), activation, stiffness, center_of(spec))
     return Implicit(surface, shape_of(spec), activation, stiffness)
@@ -242,6 +252,16 @@ def loads_of(
     """The loads of a problem at chamber pressures (MPa), poses of obstacles (mm, rad), and changes of what is laid on.
 
     The changes (R, 2) are those of `Loads.laid`; without them sheets and fibres are those of the start.
+
+    Parameters
+    ----------
+    problem : Problem
+    model : Model
+    pressures : {chamber: MPa}
+    moves : {obstacle: (3,) or (6,)}
+        Poses, mm and rad; the others are in their places.
+    laid : (R, 2) array, optional
+        See `Loads.laid`.
     """
     effector, gravity = problem.end_effector, problem.gravity
     spring = effector.spring

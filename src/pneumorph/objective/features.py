@@ -165,6 +165,18 @@ def measure_features(
 
     The motion of the end-effector is that of the plate. For a free tip, the translation is the area mean of the
     displacement, and the rotation is the polar factor of the mean deformation; sections below it count full turns.
+
+    Parameters
+    ----------
+    model : Model
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    slabs : Slabs
+        The sections that are wanted.
+    shift : (K, 6) array, optional
+        Given poses of obstacles, mm and rad; by default all are in their places.
     """
     return features_of(traits_of(model), element_sums(model, X, state, slabs, shift))
 
@@ -172,7 +184,20 @@ def measure_features(
 def element_sums(
     model: Model, X: np.ndarray, state: State, slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None
 ) -> ElementSums:
-    """The plate's motion and the sums over elements for a state on nodes X (N, 3) in mm."""
+    """The plate's motion and the sums over elements for a state on nodes X (N, 3) in mm.
+
+    Parameters
+    ----------
+    model : Model
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    slabs : Slabs
+        The sections that are wanted.
+    shift : (K, 6) array, optional
+        Given poses of obstacles, mm and rad.
+    """
     u = displacement(model.tip, X, state)
     face, below = np.zeros(16), np.zeros((0, 16))
     if not model.plate:
@@ -193,7 +218,22 @@ def sums_pulled_back(
     cotangents: ElementSums,
     shift: np.ndarray | None = None,
 ) -> tuple[np.ndarray, list[State]]:
-    """Derivatives of cotangents·sums with respect to X (k, N, 3) and the unknowns, for k cotangents at once."""
+    """Derivatives of cotangents·sums with respect to X (k, N, 3) and the unknowns, for k cotangents at once.
+
+    Parameters
+    ----------
+    model : Model
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    slabs : Slabs
+        The sections that are wanted.
+    cotangents : ElementSums
+        Each with k in front of its shape.
+    shift : (K, 6) array, optional
+        Given poses of obstacles, mm and rad.
+    """
     u = displacement(model.tip, X, state)
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]

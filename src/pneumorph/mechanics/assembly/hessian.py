@@ -39,6 +39,22 @@ def tangent(
     Rows and columns of supported unknowns and of `blocked` (6,) plate unknowns are those of the identity. With volume
     ratios (4, E) the volumetric stress of plain elements is that of these, not of the state's own; with metrics the
     tension of sheets and fibres is theirs.
+
+    Parameters
+    ----------
+    model : Model
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    blocked : (6,) bool
+        Components of the plate that are held.
+    ratios : (4, E) array, optional
+        Volume ratios at the quadrature points of all elements.
+    metrics : Metrics, optional
+        Of the faces under sheets and fibres.
     """
     potential = taut(model, metrics) if metrics else model.potential
     regions = iter(model.regions.values())
@@ -70,7 +86,20 @@ def tangent(
 def contact_in_pairs(
     model: Model, X: np.ndarray, state: State, loads: Loads, constrained: np.ndarray
 ) -> sparse.coo_array:
-    """What contact in pairs and free obstacles add to the tangent: the upper triangle, without constrained unknowns."""
+    """What contact in pairs and free obstacles add to the tangent: the upper triangle, without constrained unknowns.
+
+    Parameters
+    ----------
+    model : Model
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    constrained : (n,) bool
+        Unknowns that keep their value.
+    """
     found, turned = contact_tangent(model.potential, X, state, loads)
     own, on, first = model.independent, model.tip.nodes, model.size - 6
     axes, tied = np.arange(3), model.tip.tied

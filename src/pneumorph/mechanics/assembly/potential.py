@@ -91,19 +91,52 @@ def without_solid(potential: Potential) -> Potential:
 
 
 def total(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> float:
-    """Π in N·mm for nodes X (N, 3)."""
+    """Π in N·mm for nodes X (N, 3).
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    """
     return value_and_residual(potential, X, state, loads)[0]
 
 
 def value_and_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> tuple[float, State]:
-    """Π and R = ∂Π/∂(u, plate, π, objects)."""
+    """Π and R = ∂Π/∂(u, plate, π, objects).
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    """
     ride = Ride(potential.tip, X, state.plate)
     value, full = _forces(potential, potential.groups, X, state, loads, ride)
     return value, _on_unknowns(ride, full)
 
 
 def contact_residual(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> State:
-    """The part of R that obstacles exert."""
+    """The part of R that obstacles exert.
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    """
     assert potential.contact is not None
     ride, contact = Ride(potential.tip, X, state.plate), replace(potential.contact, own=None)
     groups = [group for group in potential.groups if group.connectivity is contact.surface]
@@ -111,12 +144,36 @@ def contact_residual(potential: Potential, X: np.ndarray, state: State, loads: L
 
 
 def tangent_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, direction: State) -> State:
-    """K·direction without a matrix: the derivative of the residual along a change of state."""
+    """K·direction without a matrix: the derivative of the residual along a change of state.
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    direction : State
+        Change of the unknowns.
+    """
     return tangent_map(potential, X, state, loads)(direction)
 
 
 def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> Callable[[State], State]:
-    """The same as a function of the direction, for several: what does not depend on it is computed once."""
+    """The same as a function of the direction, for several: what does not depend on it is computed once.
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    """
     ride, tip, nodes = Ride(potential.tip, X, state.plate), potential.tip, potential.tip.nodes
     u = _displacement(tip, state.u, ride.displacement())
     prepared = []
@@ -147,19 +204,58 @@ def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads)
 
 
 def shape_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, dX: np.ndarray) -> State:
-    """(∂R/∂X)·dX for a motion dX (N, 3) of the nodes."""
+    """(∂R/∂X)·dX for a motion dX (N, 3) of the nodes.
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    dX : (N, 3) array
+        Motion of the nodes, mm.
+    """
     return _change(potential, X, state, loads, jax.tree.map(np.zeros_like, state), dX, _none(loads))
 
 
 def load_product(potential: Potential, X: np.ndarray, state: State, loads: Loads, change: Loads) -> State:
-    """(∂R/∂loads)·change for a change of the loads."""
+    """(∂R/∂loads)·change for a change of the loads.
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    change : Loads
+        Change of the loads.
+    """
     return _change(potential, X, state, loads, jax.tree.map(np.zeros_like, state), None, change)
 
 
 def pullback(
     potential: Potential, X: np.ndarray, state: State, loads: Loads, ws: Sequence[State]
 ) -> list[tuple[np.ndarray, Loads]]:
-    """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂loads for every adjoint state w."""
+    """∂(wᵀR)/∂X (N, 3) and ∂(wᵀR)/∂loads for every adjoint state w.
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    ws : sequence of State
+        Adjoint states, per N and N·mm.
+    """
     ride, tip, nodes = Ride(potential.tip, X, state.plate), potential.tip, potential.tip.nodes
     u = _displacement(tip, state.u, ride.displacement())
     by_X, by_u, by_w = np.zeros((3, len(ws), *X.shape))
@@ -198,7 +294,18 @@ def pullback(
 
 
 def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> State:
-    """∂R/∂plate without contact in pairs: u (N, 3, 6), plate (6, 6), and in mixed elements π (…, 6)."""
+    """∂R/∂plate without contact in pairs: u (N, 3, 6), plate (6, 6), and in mixed elements π (…, 6).
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    """
     near = potential._replace(groups=potential.near_tip, contact=None)
     still = jax.tree.map(np.zeros_like, state)
     product = tangent_map(near, X, state, loads)
@@ -207,7 +314,18 @@ def plate_columns(potential: Potential, X: np.ndarray, state: State, loads: Load
 
 
 def object_columns(potential: Potential, X: np.ndarray, state: State, loads: Loads) -> list[State]:
-    """∂R/∂objects: the change of R along each unknown of the free obstacles, row after row."""
+    """∂R/∂objects: the change of R along each unknown of the free obstacles, row after row.
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    """
     groups = tuple(group for group in potential.groups if group.connectivity.objects)
     still = jax.tree.map(np.zeros_like, state)
     units = np.eye(state.objects.size).reshape(state.objects.size, *state.objects.shape)
@@ -216,7 +334,19 @@ def object_columns(potential: Potential, X: np.ndarray, state: State, loads: Loa
 
 
 def pulled_to_unknowns(tip: Tip, X: np.ndarray, state: State, by_u: np.ndarray) -> tuple[State, np.ndarray]:
-    """Turn derivatives (N, 3) by all displacements into those by the unknowns and, through the tip, by X (N, 3)."""
+    """Turn derivatives (N, 3) by all displacements into those by the unknowns and, through the tip, by X (N, 3).
+
+    Parameters
+    ----------
+    tip : Tip
+        The nodes that follow the plate.
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    by_u : (N, 3) array
+        Derivatives by the displacements of all nodes.
+    """
     ride, by_X = Ride(tip, X, state.plate), np.zeros(X.shape)
     if len(tip.nodes):
         by_X[tip.nodes] = ride.on_places(by_u[tip.nodes])
@@ -229,7 +359,19 @@ def displacement(tip: Tip, X: np.ndarray, state: State) -> np.ndarray:
 
 
 def displacement_along(tip: Tip, X: np.ndarray, state: State, change: State) -> np.ndarray:
-    """Derivative (N, 3) of the displacements along a change of state."""
+    """Derivative (N, 3) of the displacements along a change of state.
+
+    Parameters
+    ----------
+    tip : Tip
+        The nodes that follow the plate.
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    change : State
+        Change of the unknowns.
+    """
     return displacement_maps(tip, X, state)[0](change)
 
 
@@ -251,7 +393,18 @@ def displacement_maps(
 def contact_tangent(
     potential: Potential, X: np.ndarray, state: State, loads: Loads
 ) -> tuple[sparse.csr_array, np.ndarray]:
-    """Of contact in pairs: ∂²E/∂x∂x (3N, 3N) by the places of all nodes, and what the plate's turn adds (6, 6)."""
+    """Of contact in pairs: ∂²E/∂x∂x (3N, 3N) by the places of all nodes, and what the plate's turn adds (6, 6).
+
+    Parameters
+    ----------
+    potential : Potential
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    state : State
+        The unknowns.
+    loads : Loads
+        In the units of `Loads`.
+    """
     ride = Ride(potential.tip, X, state.plate)
     x = X + _displacement(potential.tip, state.u, ride.displacement())
     found, turned = sparse.csr_array((X.size, X.size)), np.zeros((6, 6))

@@ -191,6 +191,17 @@ class Tangent:
 
         Where the last factorisation is of a state nearby, conjugate gradients make up for the difference, to a relative
         `accuracy`; else the tangent is factorised.
+
+        Parameters
+        ----------
+        at : Configuration
+            The model with its nodes and loads.
+        state : State
+            The unknowns.
+        rhs : (n,) or (n, k) array
+            Right-hand sides, N and N·mm.
+        accuracy : float
+            Relative residual in the norm of the preconditioner.
         """
         if rhs.ndim == 1 and self._is_near(at, state):
             found = self.solve(at, state, rhs, accuracy, FEW)
@@ -225,6 +236,17 @@ class Tangent:
         """Factorise; if the tangent is unstable, raise its diagonal until it is stable. Returns by what fraction.
 
         The fractions tried are `first`, and then four times the last, or `least` after 0. The diagonal of π stays.
+
+        Parameters
+        ----------
+        at : Configuration
+            The model with its nodes and loads.
+        state : State
+            The unknowns.
+        least : float
+            The first fraction above zero.
+        first : float
+            The fraction to begin with.
         """
         began = time.perf_counter()
         data = self._assembled(at, state)
@@ -293,6 +315,19 @@ class Tangent:
         """K(state) x = rhs by preconditioned conjugate gradients.
 
         Stops at the relative `tolerance` in the preconditioner's norm, after `most` products, or at negative curvature.
+
+        Parameters
+        ----------
+        at : Configuration
+            The model with its nodes and loads.
+        state : State
+            The unknowns.
+        rhs : (n,) array
+            Right-hand side, N and N·mm.
+        tolerance : float
+            Relative residual in the norm of the preconditioner.
+        most : int
+            Most products with K.
         """
         model, constrained = at.model, at.constrained
         along = kernels.tangent_map(model.potential, at.X, state, at.loads)

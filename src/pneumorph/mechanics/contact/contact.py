@@ -136,6 +136,13 @@ class Contact:
 
         Obstacles move from poses (K, 6) to those `there`. Every one sees the nodes go straight ahead, and no one turns
         by more than `MOST_TURN`, within which that is nearly so.
+
+        Parameters
+        ----------
+        start, end : (N, 3) array
+            Places of the nodes, mm.
+        poses, there : (K, 6) array
+            Poses of the obstacles before and after, mm and rad.
         """
         turn = np.linalg.norm((there - poses)[:, 3:], axis=1).max(initial=0.0)
         shares = [1.0 if turn <= MOST_TURN else float(MOST_TURN / turn)]

@@ -94,6 +94,19 @@ class View:
         """How the derivatives of a function T of y by x (N, 3) and by the pose (6,) change along dx (N, 3) and dpose.
 
         `by_y` (N, 3) is ∂T/∂y, and `product` its change along a motion of y.
+
+        Parameters
+        ----------
+        x : (N, 3) array
+            Places of the nodes, mm.
+        by_y : (N, 3) array
+            ∂T/∂y.
+        product : callable
+            The change (N, 3) of `by_y` along a motion (N, 3) of y.
+        dx : (N, 3) array
+            Motion of the nodes, mm.
+        dpose : (6,) array
+            Change of the pose, mm and rad.
         """
         _, first, second = self._turn
         turning, along, arm = first @ dpose[3:], dx - dpose[:3], self._arm(x)

@@ -39,6 +39,16 @@ def pulled_back(
     """Derivatives of cotangent·`pressed` by the places of the nodes (k, N, 3) and by the poses (k, K, 6).
 
     The latter if there are free obstacles, else zero. For k cotangents (k, K, 5) at once.
+
+    Parameters
+    ----------
+    contact : Contact
+    x : (N, 3) array
+        Places of the nodes, mm.
+    poses : (K, 6) array
+        Of the obstacles, mm and rad.
+    cotangents : (k, K, 5) array
+        Of what `pressed` gives.
     """
     by_x, by_pose = np.zeros((len(cotangents), *x.shape)), np.zeros((len(cotangents), *poses.shape))
     forces = pressed(contact, x, poses)[:, FORCE] if contact.free else None

@@ -84,6 +84,17 @@ def tet_energies(X: Array, u: Array, hydrostatic: Array, energy_density: Energy,
     """∫ ψ(F, π) over each tetrahedron, (M,) in N·mm.
 
     Nodes X (M, 10, 3) in mm, displacements u of the same shape, π (M, 4) at the corners in MPa.
+
+    Parameters
+    ----------
+    X, u : (M, 10, 3) array
+        Nodes and their displacements, mm.
+    hydrostatic : (M, 4) array
+        π at the corners, MPa.
+    energy_density : Energy
+        ψ(F, π, parameters), MPa.
+    parameters : (m,) array
+        Of the energy.
     """
     jacobian = reference_gradients(X)
     F = deformation_gradients(u, inverse(jacobian))

@@ -65,7 +65,21 @@ class ElementEnergy:
         return sum(float(value) for value, _ in parts), _joined(at, [part for _, part in parts])
 
     def change(self, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
-        """Derivative of the forces along a change of X, u, π, the plate and the loads (`along.data` is unused)."""
+        """Derivative of the forces along a change of X, u, π, the plate and the loads (`along.data` is unused).
+
+        Parameters
+        ----------
+        seen : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            In the units of `Loads`.
+        along : Local
+            Change of what the elements see.
+        dloads : Loads
+            Change of the loads.
+        """
         return _joined(
             at,
             [
@@ -85,6 +99,19 @@ class ElementEnergy:
         """A function of w: derivatives of the product (forces·w). `several` says whether more than one w is to come.
 
         Those by u and by w's own u are left out, or zero, without `on_forces`.
+
+        Parameters
+        ----------
+        seen : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            In the units of `Loads`.
+        several : bool
+            Whether more than one w is to come, so that it pays to compute more once.
+        on_forces : bool
+            Whether the derivatives by u and by w's own u are wanted; without it they may be zero.
         """
 
         def pull_by_jax(w: Forces) -> Pulled:
@@ -103,6 +130,17 @@ class ElementEnergy:
         """The blocks of the elements without the padding; None where the energy is linear in u and π, or sees neither.
 
         Volume ratios (4, E) at the quadrature points, if given, are those of the volumetric stress of plain rubber.
+
+        Parameters
+        ----------
+        seen : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            In the units of `Loads`.
+        ratios : (4, E) array, optional
+            Volume ratios at the quadrature points.
         """
         nodes = seen.nodes.shape[1]
         if nodes + seen.hydrostatics.shape[1] == 0:

@@ -61,6 +61,15 @@ def gradients_after(tets: np.ndarray, X: np.ndarray, u: np.ndarray, dX: np.ndarr
     """F (3, 3, 4, M) after nodes X (N, 3) displaced by u move by dX and displacements change by du.
 
     exp(δF F⁻¹) F, where δF is the change to first order: what turns is not stretched by that, as it is by F + δF.
+
+    Parameters
+    ----------
+    tets : (M, 10) int
+        Nodes of the tetrahedra.
+    X, u : (N, 3) array
+        Nodes and their displacements, mm.
+    dX, du : (N, 3) array
+        How they change, mm.
     """
     F, A, dF = (np.empty((3, 3, 4, len(tets))) for _ in range(3))
     strain(X[tets], u[tets], TET_DN, TET_WEIGHT, F, A, np.empty(F.shape[2:]))

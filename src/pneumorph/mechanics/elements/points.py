@@ -42,7 +42,21 @@ def _inverse(J, A):
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def strain(X, u, derivative, weight, F, A, measure):
-    """F and A (3, 3, 4, M) and the volumes of the points (4, M), of tetrahedra at X (M, 10, 3) displaced by u."""
+    """F and A (3, 3, 4, M) and the volumes of the points (4, M), of tetrahedra at X (M, 10, 3) displaced by u.
+
+    Parameters
+    ----------
+    X, u : (M, 10, 3) array
+        Nodes and their displacements, mm.
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    weight : float
+        Of a point.
+    F, A : (3, 3, 4, M) array
+        Filled; A = ∂ξ/∂X, 1/mm.
+    measure : (4, M) array
+        Filled, mm³.
+    """
     for e in range(X.shape[0]):
         J, U, inverse = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         for q in range(4):
@@ -60,7 +74,19 @@ def strain(X, u, derivative, weight, F, A, measure):
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def straining(dX, du, derivative, F, A, dF, dA, growth):
-    """δF and δA (3, 3, 4, M) and tr(A δJ) (4, M) where nodes move by dX and displacements change by du (M, 10, 3)."""
+    """δF and δA (3, 3, 4, M) and tr(A δJ) (4, M) where nodes move by dX and displacements change by du (M, 10, 3).
+
+    Parameters
+    ----------
+    dX, du : (M, 10, 3) array
+        mm.
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    F, A : (3, 3, 4, M) array
+        As `strain` has them.
+    dF, dA, growth : array
+        Filled.
+    """
     for e in range(dX.shape[0]):
         dJ, dU, relative = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         for q in range(4):
@@ -93,6 +119,17 @@ def stress_along(w, F, dF, dhydrostatic, stress, dstress, dslope):
     """P and δP (3, 3, 4, M), and δ∂ψ/∂π (4, M), of an energy w(I₁, I₂, J, π) of the invariants of F.
 
     From w's derivatives (13, 4, M): w₁, w₂, w₃ by I₁, I₂, J; w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃; w₁π, w₂π, w₃π, wππ.
+
+    Parameters
+    ----------
+    w : (13, 4, M) array
+    F, dF : (3, 3, 4, M) array
+    dhydrostatic : (4, M) array
+        δπ, MPa.
+    stress, dstress : (3, 3, 4, M) array
+        Filled, MPa.
+    dslope : (4, M) array
+        Filled.
     """
     for e in range(F.shape[3]):
         f, df, right, dright = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
@@ -149,7 +186,19 @@ def stress_along(w, F, dF, dhydrostatic, stress, dstress, dslope):
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def nodal_forces(stress, A, measure, derivative, forces):
-    """∫ P : ∂F/∂u_a of every element, (M, 10, 3), of stresses P (3, 3, 4, M)."""
+    """∫ P : ∂F/∂u_a of every element, (M, 10, 3), of stresses P (3, 3, 4, M).
+
+    Parameters
+    ----------
+    stress, A : (3, 3, 4, M) array
+        P in MPa, ∂ξ/∂X in 1/mm.
+    measure : (4, M) array
+        Volumes of the points, mm³.
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    forces : (M, 10, 3) array
+        Filled, N.
+    """
     for e in range(forces.shape[0]):
         carried = np.empty((3, 3))
         forces[e] = 0.0
@@ -169,6 +218,15 @@ def shape_forces(work, stress, dstress, slope, F, A, measure, derivative, forces
 
     From `work` (4, M), the integrand; P, δP along ∇w, and ∇w itself, the `slope`, (3, 3, 4, M): with δF = −(F − I) δJ A
     and δ∇w = −∇w δJ A it is ∫ (work Aᵀ − (F − I)ᵀ δP Aᵀ − ∇wᵀ P Aᵀ) : δJ.
+
+    Parameters
+    ----------
+    work, measure : (4, M) array
+    stress, dstress, slope, F, A : (3, 3, 4, M) array
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    forces : (M, 10, 3) array
+        Filled.
     """
     for e in range(forces.shape[0]):
         inner, carried = np.empty((3, 3)), np.empty((3, 3))

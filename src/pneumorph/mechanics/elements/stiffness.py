@@ -16,6 +16,17 @@ def element_blocks(moduli, inverse_jacobian, derivative, blocks):
     """Stiffness Σ_q Gᵀ A G of every element, as blocks (M, 55, 9) of node pairs a ≤ b.
 
     From the moduli A (9, 9, 4, M), ∂ξ/∂X (3, 3, 4, M) and ∂N/∂ξ (4, 10, 3).
+
+    Parameters
+    ----------
+    moduli : (9, 9, 4, M) array
+        ∂²ψ/∂F∂F times the volumes of the points, N·mm.
+    inverse_jacobian : (3, 3, 4, M) array
+        ∂ξ/∂X, 1/mm.
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    blocks : (M, 55, 9) array
+        Filled, N/mm.
     """
     half, A, G = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3))
     for e in range(blocks.shape[0]):
@@ -34,6 +45,18 @@ def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
     """The stiffness for an energy w(I₁, I₂, J) of the invariants of F (3, 3, 4, M).
 
     From w's `derivatives` (9, 4, M): w₁, w₂, w₃ by I₁, I₂, J, and w₁₁, w₁₂, w₁₃, w₂₂, w₂₃, w₃₃.
+
+    Parameters
+    ----------
+    derivatives : (9, 4, M) array
+        Of w, times the volumes of the points, N·mm.
+    F : (3, 3, 4, M) array
+    inverse_jacobian : (3, 3, 4, M) array
+        ∂ξ/∂X, 1/mm.
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    blocks : (M, 55, 9) array
+        Filled, N/mm.
     """
     half, A, G, slopes = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((10, 3)), np.empty((3, 9))
     for e in range(blocks.shape[0]):
@@ -47,7 +70,18 @@ def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
 
 @numba.njit(cache=True, fastmath=True)
 def moduli_by_invariants(w, F, slopes, A):
-    """∂²w/∂F∂F = Σ w_a ∂²I_a + Σ w_ab ∂I_a ⊗ ∂I_b at one point, into A (9, 9)."""
+    """∂²w/∂F∂F = Σ w_a ∂²I_a + Σ w_ab ∂I_a ⊗ ∂I_b at one point, into A (9, 9).
+
+    Parameters
+    ----------
+    w : (9,) array
+        Derivatives of the energy, see `invariant_blocks`.
+    F : (3, 3) array
+    slopes : (3, 9) array
+        Overwritten: ∂I₁, ∂I₂, ∂J.
+    A : (9, 9) array
+        Filled.
+    """
     # ∂I₁ = 2 F, ∂I₂ = 2 (I₁ F − F FᵀF), ∂J = cof F.
     left, right = np.zeros((3, 3)), np.zeros((3, 3))
     first = 0.0
@@ -132,7 +166,19 @@ def gather(
     indptr: np.ndarray,
     data: np.ndarray,
 ) -> None:
-    """Add blocks (E, pairs of nodes a ≤ b, 9) to the CSR values `data`; each block row is filled by one thread."""
+    """Add blocks (E, pairs of nodes a ≤ b, 9) to the CSR values `data`; each block row is filled by one thread.
+
+    Parameters
+    ----------
+    blocks : (E, a(a + 1)/2, 9) array
+        N/mm.
+    visits, visit_start, slot : int arrays
+        Where they go, see `BlockPlaces`.
+    indptr : (n + 1,) int
+        Starts of the rows.
+    data : (nnz,) array
+        Values of the tangent, changed in place.
+    """
 
     def work(rows: range) -> None:
         _gather(blocks, visits, visit_start, slot, indptr, data, rows.start, rows.stop)
@@ -165,6 +211,19 @@ def coupling_blocks(slopes, inverse_jacobian, derivative, corner_shape, blocks):
     """Σ_q Gᵀ ∂²ψ/∂F∂π N of every element, (M, 10, 4, 3): by node, corner and component.
 
     From the slopes (9, 4, M), ∂ξ/∂X (3, 3, 4, M), ∂N/∂ξ (4, 10, 3) and the corners' linear shape functions (4, 4).
+
+    Parameters
+    ----------
+    slopes : (9, 4, M) array
+        ∂²ψ/∂F∂π times the volumes of the points, mm³.
+    inverse_jacobian : (3, 3, 4, M) array
+        ∂ξ/∂X, 1/mm.
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    corner_shape : (4, 4) array
+        Linear shape functions at the points.
+    blocks : (M, 10, 4, 3) array
+        Filled, mm².
     """
     for e in range(blocks.shape[0]):
         local = blocks[e]

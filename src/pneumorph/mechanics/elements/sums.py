@@ -22,7 +22,18 @@ Measure = Callable[..., Array]
 
 
 def summed(measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, *given: Values) -> np.ndarray:
-    """The sum over all elements, for nodes X (N, 3) displaced by u."""
+    """The sum over all elements, for nodes X (N, 3) displaced by u.
+
+    Parameters
+    ----------
+    measure : Measure
+    seen : Connectivity
+        Of the elements.
+    X, u : (N, 3) array
+        Nodes and their displacements, mm.
+    *given
+        Further arguments of the function.
+    """
     at, moved = X[seen.nodes], u[seen.nodes]
     if not len(at):
         return np.zeros(jax.eval_shape(measure, at, moved, seen.data, seen.weight, *given).shape)
@@ -36,7 +47,20 @@ def summed(measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, *
 def pulled_back(
     measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, cotangents: np.ndarray, *given: Values
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives (k, N, 3) of cotangent·sum by X and by u, for k cotangents at once."""
+    """Derivatives (k, N, 3) of cotangent·sum by X and by u, for k cotangents at once.
+
+    Parameters
+    ----------
+    measure : Measure
+    seen : Connectivity
+        Of the elements.
+    X, u : (N, 3) array
+        Nodes and their displacements, mm.
+    cotangents : (k, ...) array
+        Of the sum.
+    *given
+        Further arguments of the function.
+    """
     at, moved = X[seen.nodes], u[seen.nodes]
     by_X, by_u = np.zeros((2, len(cotangents), *X.shape))
     for chunk in seen.chunks():
@@ -63,5 +87,14 @@ def volumes(X: Values, u: Values, data: Values, weight: Values) -> Array:
 
     Mirror planes go through the origin, so the cut face of a chamber has x·n = 0 and adds nothing. The cuts of a sector
     are images in a rotation about the origin: what one adds the other takes away.
+
+    Parameters
+    ----------
+    X, u : (E, 6, 3) array
+        Nodes of the chambers' triangles and their displacements, mm.
+    data : (E, C) array
+        Shares of the triangles in the chambers.
+    weight : (E,) array
+        0 for padding, else 1.
     """
     return (weight * triangle_volumes(X + u)) @ jnp.asarray(data)

@@ -124,7 +124,19 @@ def connect(
     plate: bool = False,
     objects: bool = False,
 ) -> Connectivity:
-    """The connectivity of elements with `nodes` (E, a), padded with copies of the first element."""
+    """The connectivity of elements with `nodes` (E, a), padded with copies of the first element.
+
+    Parameters
+    ----------
+    nodes : (E, a) int
+        Numbers of nodes.
+    hydrostatics : (E, c) int, optional
+        Indices into `State.hydrostatic`.
+    data : (E, k) array, optional
+        Constants of the elements.
+    plate, objects : bool
+        Whether they see the plate's unknowns, and those of free obstacles.
+    """
     count = len(nodes)
     nothing = np.zeros((count, 0))
     hydrostatics = nothing.astype(int) if hydrostatics is None else hydrostatics

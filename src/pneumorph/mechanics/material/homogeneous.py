@@ -68,6 +68,15 @@ def stable_up_to(energy: Energy, parameters: np.ndarray, mode: str, reach: float
 
     It asks Σ dτ_a dε_a > 0 of the Kirchhoff stresses τ for every isochoric change of the logarithmic strains ε: the
     second derivative of ψ with regard to two of them, with −ε₁ − ε₂ as the third, is positive definite.
+
+    Parameters
+    ----------
+    energy : callable
+        One of `energies`.
+    parameters : (m,) of the energy, without κ.
+    mode : one of `DIRECTIONS`.
+    reach : float
+        The largest stretch that is looked at.
     """
     stretch = np.linspace(1.0, reach, POINTS)
     logs = np.log(stretch) * np.array(DIRECTIONS[mode])[:, None]

@@ -98,6 +98,19 @@ def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarra
     """Look for the softest motion of a model at a state, by Lanczos' method for K⁻¹M, of which eigenvalues are 1/λ.
 
     The tangent is factorised there. The search ends where a step changes λ by less than its relative `accuracy`.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    state : State
+        The unknowns.
+    tangent : Tangent
+        Factorised there if it is not.
+    masses : (n,) array
+        See `masses_of`, mm³.
+    accuracy : float
+        Relative, of λ.
     """
     model, free = at.model, ~at.constrained
     tangent.move_to(at, state)

@@ -22,6 +22,19 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
     """The state after nodes move by dX (N, 3) mm and loads become others: K du = −∂R/∂X dX − ∂R/∂loads dloads.
 
     K is the tangent at `state` in the configuration `at`; it is factorised again if something else was.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    state : State
+        An equilibrium of it.
+    dX : (N, 3) array
+        Motion of the nodes, mm.
+    loads : Loads
+        The new ones.
     """
     model, moved = at.model, replace(at, X=at.X + dX)
     found, vector = predict_change(at, tangent, state, replace(moved, loads=loads)), at.model.vector(state)
@@ -33,7 +46,19 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
 
 
 def guess_after(at: Configuration, state: State, there: Configuration, found: State) -> Guess:
-    """A predicted state, with deformation gradients and metrics that turn with the body; nodes may have moved too."""
+    """A predicted state, with deformation gradients and metrics that turn with the body; nodes may have moved too.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    state : State
+        An equilibrium of it.
+    there : Configuration
+        The one after it.
+    found : State
+        What was predicted there.
+    """
     model = at.model
     u, after = (kernels.displacement(model.tip, each.X, one) for each, one in ((at, state), (there, found)))
     dX, du = there.X - at.X, after - u
@@ -42,7 +67,19 @@ def guess_after(at: Configuration, state: State, there: Configuration, found: St
 
 
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:
-    """The state after loads and nodes become those of `there`, to first order. Surfaces may meet in it."""
+    """The state after loads and nodes become those of `there`, to first order. Surfaces may meet in it.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    state : State
+        An equilibrium of it.
+    there : Configuration
+        The one after it.
+    """
     model, push = at.model, np.zeros(at.model.size)
     change = _difference(there.loads, at.loads)
     if any(map(np.any, change)):

@@ -19,6 +19,16 @@ def restored(model: Model, X: np.ndarray, u: np.ndarray, plate: np.ndarray, obje
 
     `objects` (J, 6) are the unknowns of free obstacles. So of an equilibrium it is the state itself: Π is quadratic in
     π, and ∫ N (J − 1 − π/κ) = 0.
+
+    Parameters
+    ----------
+    model : Model
+    X, u : (N, 3) array
+        Nodes and their displacements, mm.
+    plate : (6,) array
+        mm and rad.
+    objects : (J, 6) array
+        Unknowns of free obstacles, mm and rad.
     """
     if not model.mixed:
         return State(u, plate, objects=objects)

@@ -43,6 +43,17 @@ def match(
     The rotation of each section relative to the previous one, or to the clamped base for the first, is compared with
     that of the target. J is the weighted sum of squared geodesic distances (rad²) and squared distances of centres
     (mm²).
+
+    Parameters
+    ----------
+    slabs : Slabs
+        The sections.
+    position : (S, 3) array or None
+        Of their centres, mm.
+    rotation : (S, 3, 3) array
+        From the undeformed state.
+    orientation_weight, position_weight : float
+        1/rad² and 1/mm².
     """
     steps = jnp.asarray(_relative(rotation))
     count = len(rotation)
