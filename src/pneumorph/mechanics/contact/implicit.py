@@ -20,7 +20,7 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.contact.barrier import barrier, barrier_derivatives
-from pneumorph.mechanics.contact.obstacle import FULL
+from pneumorph.mechanics.contact.obstacle import FULL, Obstacle
 from pneumorph.mechanics.contact.pose import seen
 from pneumorph.mechanics.contact.samples import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, sample_places
 from pneumorph.mechanics.contact.shapes import RigidMesh, Shape, Support
@@ -32,8 +32,8 @@ KEPT, CLOSE, MOST_ADVANCES = 0.1, 1e-3, 200
 """Every place keeps this share of its distance in a step; the share of the step to which that is found."""
 
 
-class Implicit:
-    """An obstacle with a formula for its distance, beside a body; see `Obstacle`.
+class Implicit(Obstacle):
+    """An obstacle with a formula for its distance, beside a body.
 
     Parameters
     ----------
@@ -44,20 +44,11 @@ class Implicit:
         The activation distance d̂ in mm, and the stiffness κ of the barrier in MPa.
     """
 
-    touch = None
-
     def __init__(self, surface: Connectivity, shape: Shape, activation: float, stiffness: float):
         self.surface, self.shape = surface, shape
         self.activation, self.stiffness = activation, stiffness
-        self.barrier = Barrier(shape, activation, stiffness)
-
-    @property
-    def center(self) -> Values:
-        return self.shape.center
-
-    @property
-    def floor(self) -> Barrier | None:
-        return self.barrier if self.shape.endless else None
+        self.center, self.barrier = shape.center, Barrier(shape, activation, stiffness)
+        self.floor = self.barrier if shape.endless else None
 
     def energies(self, number: int, row: int | None) -> Iterator[Barrier]:
         yield replace(self.barrier, number=number, object=row or 0, free=row is not None)
@@ -100,9 +91,6 @@ class Implicit:
 
     def spin(self) -> np.ndarray:
         return self.shape.spin(self.stiffness)
-
-    def lever(self) -> np.ndarray:
-        return np.zeros(3)
 
     def _chunked(self, function, places: np.ndarray) -> np.ndarray:
         """A function of the shape and of places (F, 7, 3), by chunks of the surface."""

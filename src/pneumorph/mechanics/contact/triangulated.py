@@ -8,7 +8,6 @@ changes with the state, so this is evaluated beside the terms, as contact in pai
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -16,16 +15,15 @@ from scipy import sparse
 
 from pneumorph.mechanics.contact.barrier import barrier_derivatives
 from pneumorph.mechanics.contact.facets import Facets, Parts, firsts, turns
-from pneumorph.mechanics.contact.obstacle import AREA, FORCE, FULL, NORMAL
+from pneumorph.mechanics.contact.obstacle import AREA, FORCE, FULL, NORMAL, Obstacle
 from pneumorph.mechanics.contact.recent import Recent
 from pneumorph.mechanics.contact.samples import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS
 from pneumorph.mechanics.contact.shapes import RigidMesh, Support
-from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.terms import Connectivity, Values
 
 
-class Triangulated:
-    """An obstacle of triangles beside a body; see `Obstacle`.
+class Triangulated(Obstacle):
+    """An obstacle of triangles beside a body.
 
     Parameters
     ----------
@@ -38,8 +36,6 @@ class Triangulated:
     center : (3,)
         About what it turns.
     """
-
-    floor = None
 
     def __init__(
         self,
@@ -73,14 +69,12 @@ class Triangulated:
             np.asfortranarray((mesh.triangles + moving).astype(np.int32)),
         )
         self._beside.can_collide = ipctk.make_vertex_patches_filter(np.arange(moving + len(mesh.points)) >= moving)
-        self.touch = Recent(lambda x: TriangulatedTouch(self, x))
+        self._touched = Recent(lambda x: TriangulatedTouch(self, x))
+        self.touch = self._touched
 
     def places(self, x: np.ndarray) -> np.ndarray:
         """The sample points (P, 3) with nodes at x (N, 3)."""
         return self.at_samples @ x[self.nodes]
-
-    def energies(self, number: int, row: int | None) -> Iterator[ElementEnergy]:
-        yield from ()
 
     def pressures(self, places: np.ndarray) -> np.ndarray:
         flat = places.reshape(-1, 3)
@@ -103,11 +97,11 @@ class Triangulated:
         return max(around) < 0.5 and self.facets.near(self.places(x), self.activation).clear
 
     def pressed(self, x: np.ndarray) -> np.ndarray:
-        touch = self.touch(x)
+        touch = self._touched(x)
         return np.array([*touch.slope.sum(axis=0), touch.normal, touch.touching()[0]])
 
     def pressed_back(self, x: np.ndarray, bars: np.ndarray) -> np.ndarray:
-        touch = self.touch(x)
+        touch = self._touched(x)
         normal, area = touch.normal_slope(), touch.touching()[1]
         along = (touch.product(np.broadcast_to(bar[FORCE], area.shape)) for bar in bars)
         return np.stack([each + bar[NORMAL] * normal + bar[AREA] * area for each, bar in zip(along, bars, strict=True)])
@@ -117,9 +111,6 @@ class Triangulated:
 
     def support(self, sag: float) -> Support:
         return self.mesh.support()
-
-    def spin(self) -> np.ndarray:
-        return np.zeros((3, 3))
 
     def lever(self) -> np.ndarray:
         return self.mesh.middle() - self.center
