@@ -10,13 +10,21 @@ from pneumorph.errors import ProblemError
 from pneumorph.mechanics import build_model, neo_hookean_rubber
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.objective import Features, build_objectives, equidistant, match, measure_features, reach
+from pneumorph.objective.kinds import KINDS
 from pneumorph.problem import Reach, loads
+from pneumorph.problem.objectives import KINDS as problem_kinds
+from pneumorph.problem.objectives.table import ObjectiveTable
 from pneumorph.verify.solids import tube
 
 LENGTH, COUNT = 40.0, 5
 SLABS = equidistant(COUNT, LENGTH)
 MESH = tube(4, 8, LENGTH, (1, 12, 10))
 MODEL = build_model(MESH, neo_hookean_rubber(0.49, 4.80, 1.1e-9), plate=False)
+
+
+def test_every_kind_in_problem_files_has_an_objective():
+    assert set(KINDS) == set(ObjectiveTable.__subclasses__())
+    assert len(KINDS) == len(problem_kinds)
 
 
 def sections(moved):

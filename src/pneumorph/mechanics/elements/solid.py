@@ -57,7 +57,21 @@ class Solid(ElementEnergy):
         return sum(each(work, seen.chunks())), _forces(at, u, hydrostatic)
 
     def change(self, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
-        """Change of the derivatives by u and π along a change of X, u and π."""
+        """Change of the derivatives by u and π along a change of X, u and π.
+
+        Parameters
+        ----------
+        seen : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            Unused: none enters.
+        along : Local
+            Change of what the elements see.
+        dloads : Loads
+            Unused.
+        """
         u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
         def work(chunk: slice) -> None:
@@ -104,6 +118,19 @@ class Solid(ElementEnergy):
 
         The last two are zero without `on_forces`. What does not depend on w is computed once; with `several` w to come,
         the moduli at the points too.
+
+        Parameters
+        ----------
+        seen : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            Unused: none enters.
+        several : bool
+            Whether more than one w is to come.
+        on_forces : bool
+            Whether the derivatives by u and by w's own u are wanted.
         """
         none = jax.tree.map(np.zeros_like, loads)
         prepared = each(lambda chunk: _linearised(self, seen, at, chunk, several), seen.chunks())
@@ -132,6 +159,17 @@ class Solid(ElementEnergy):
 
         With volume ratios (4, M) at the points, elements without π have the stress U'(J) of these in place of their
         own J.
+
+        Parameters
+        ----------
+        seen : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            Unused: none enters.
+        ratios : (4, M) array, optional
+            Volume ratios at the quadrature points.
         """
         count, corners = len(seen.nodes), seen.hydrostatics.shape[1]
         if ratios is not None:

@@ -138,6 +138,18 @@ def stepped_ratios(
     """Volume ratios (4, E) as unknowns of their own, after a step along a Newton direction from some unknowns.
 
     At its end they would be J linearised there; a shorter step goes a share of the way.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    ratios : (4, E) array
+    vector : (n,) array
+        The unknowns before the step.
+    direction : (n,) array
+        Newton's direction.
+    moved : (n,) array
+        The unknowns after the step.
     """
     share = float(np.linalg.norm(moved - vector) / max(np.linalg.norm(direction), 1e-300))
     F, there = (_deformation_gradients(at, at.model.state(each)) for each in (vector, vector + direction))
@@ -181,7 +193,19 @@ def apart(at: Configuration, vector: np.ndarray) -> bool:
 
 
 def free_way(at: Configuration, state: State, there: Configuration, end: State) -> float:
-    """A share of the straight way from a state to another, while obstacles move too, on which nothing meets."""
+    """A share of the straight way from a state to another, while obstacles move too, on which nothing meets.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    state : State
+        Its state.
+    there : Configuration
+        The model with other loads.
+    end : State
+        The state there.
+    """
     contact = at.model.contact
     assert contact is not None
     first, last = at.model.vector(state), there.model.vector(end)

@@ -70,6 +70,19 @@ def minimise(
 
     `ratios` (4, E) are volume ratios nearer to those of the equilibrium than the start's own, to whose gradients it was
     fitted. With them Π may rise at first, which is not for surfaces that touch.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    start : State
+        Where the search begins.
+    tolerance : float
+        Residual over the applied force at which it ends.
+    ratios : (4, E) array, optional
+        Volume ratios at the quadrature points.
     """
     model = at.model
     vector = supported(at, model.vector(start))

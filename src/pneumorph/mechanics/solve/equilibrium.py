@@ -110,7 +110,17 @@ class NoEquilibrium:
 
 
 def configure(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
-    """Make a configuration for the solver: nodes X (N, 3) mm, loads, and blocked plate components (6,) bool."""
+    """Make a configuration for the solver: nodes X (N, 3) mm, loads, and blocked plate components (6,) bool.
+
+    Parameters
+    ----------
+    model : Model
+    X : (N, 3) array
+        Undeformed positions of the nodes, mm.
+    loads : Loads
+    blocked : (6,) bool, optional
+        Components of the plate that are held; none by default.
+    """
     return Configuration(
         model, np.asarray(X, dtype=float), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
     )
@@ -130,6 +140,19 @@ def build_loads(
     They are given for the whole body. A part gets its share; they must be symmetric (see `part.part_of`).
     `moves` are the displacements (3,) in mm of obstacles by their names, or their poses (6,) with a rotation vector in
     rad; the others are in their places. `laid` are the changes (R, 2) of what lies on surfaces.
+
+    Parameters
+    ----------
+    model : Model
+    pressures : {chamber: MPa}
+    acceleration : (3,) array, optional
+        mm/s².
+    spring, wrench : (6,) array, optional
+        Of the plate, N/mm and N·mm/rad; N and N·mm.
+    moves : {obstacle: (3,) or (6,)}
+        Displacements in mm, or poses with a rotation vector in rad.
+    laid : (R, 2) array, optional
+        See `Loads.laid`.
     """
     obstacles = () if model.contact is None else model.contact.obstacles
     zero = np.zeros(6)
@@ -166,6 +189,23 @@ def solve(
     same steps. A state has converged when its residual is `tolerance` times the norm of the applied forces. The search
     ends after `most` factorisations, and does not begin where the start's own residual is more than `roughest` κ/μ
     times the applied forces: from so far away it would hardly lead anywhere.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    start : State or Guess, optional
+        Where the search begins.
+    tolerance : float
+        Residual over the applied force at which it ends.
+    since : (Configuration, State), optional
+        An equilibrium from which the load may be raised.
+    most : float
+        Most factorisations.
+    roughest : float
+        Largest residual of the start, over κ/μ times the applied force.
     """
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most
@@ -323,7 +363,21 @@ def _where(at: Configuration, fraction: float) -> str:
 
 
 def read_off(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:
-    """Evaluate a converged state; the tangent is factorised there or nearby, for stability and for the adjoint."""
+    """Evaluate a converged state; the tangent is factorised there or nearby, for stability and for the adjoint.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    state : State
+        Converged.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    residual : float
+        Relative to the applied force.
+    before : (int, int)
+        Factorisations and solutions before the search.
+    """
     model = at.model
     negative = tangent.pivots_at(at, state)
     u = kernels.displacement(model.tip, at.X, state)

@@ -60,6 +60,17 @@ def find_stable(at: Configuration, tangent: Tangent, start: Guess, tolerance: fl
 
     Where Newton's method ends in an unstable state, the search goes on downhill from there. If that finds nothing, the
     unstable state is returned, with its negative pivots.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    start : State
+        Where the search begins.
+    tolerance : float
+        Residual over the applied force at which it ends.
     """
     try:
         found = newton(at, tangent, start, tolerance)
@@ -88,7 +99,19 @@ class Iterate:
 
 
 def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) -> tuple[State, float] | str:
-    """The equilibrium near `start`, stable or not, with its relative residual, or the reason why none was found."""
+    """The equilibrium near `start`, stable or not, with its relative residual, or the reason why none was found.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    start : Guess
+        Where the search begins.
+    tolerance : float
+        Residual over the applied force at which it ends.
+    """
     model = at.model
     vector = supported(at, model.vector(start.state))
     if not apart(at, vector):
