@@ -67,7 +67,7 @@ def find_stable(at: Configuration, tangent: Tangent, start: Guess, tolerance: fl
         The model with its nodes and loads.
     tangent : Tangent
         With the last factorisation, if there is one.
-    start : State
+    start : Guess
         Where the search begins.
     tolerance : float
         Residual over the applied force at which it ends.
