@@ -15,6 +15,8 @@ from pneumorph.output.figures import save
 from pneumorph.output.pictures import pictures_folder, run_pictures
 from pneumorph.output.report import write_report
 from pneumorph.problem import loads
+from pneumorph.run import create
+from pneumorph.study.members import finished
 
 PROBLEM = loads(tiny())
 WRITES = {
@@ -37,6 +39,14 @@ def test_files(tmp_path, name):
     WRITES[name](path)
     assert outside.read_bytes() == b"precious"
     assert not path.is_symlink() and path.stat().st_size > 3
+
+
+def test_members_of_studies(tmp_path):
+    create(tmp_path / "elsewhere", PROBLEM)
+    assert not finished(tmp_path / "elsewhere", PROBLEM)
+    (tmp_path / "member").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(ProblemError, match="member: is a link"):
+        finished(tmp_path / "member", PROBLEM)
 
 
 def test_folders(tmp_path):

@@ -133,6 +133,15 @@ def many(value, where=0):
     return put
 
 
+def test_elements_that_are_inverted_while_straight_are_no_damage(state):
+    """They may be sound with the curved edges that the body has, and that decides."""
+    straight = state["mesh_straight"]
+    mirrored = straight * [-1.0, 1.0, 1.0]
+    checkpoint.check(PROBLEM, state | {"mesh_straight": mirrored, "mesh_fresh": straight})
+    with pytest.raises(ValueError, match="without volume"):
+        checkpoint.check(PROBLEM, state | {"mesh_fresh": mirrored})
+
+
 STATES = {
     "mesh_tets": [(many(-1), "out of range"), (many(10**9), "out of range"), (many(0, slice(None)), "no element uses"),
                   (lambda a: a.astype(float), "whole numbers"), (lambda a: a[:, :9], "shape")],

@@ -35,8 +35,10 @@ def finished(directory: Path, problem: Problem) -> bool:
     Raises
     ------
     ProblemError
-        If the directory contains a run of another problem.
+        If the directory contains a run of another problem, or is a link.
     """
+    if directory.is_symlink():
+        raise ProblemError(f"{directory}: is a link, which is not followed; put a folder there, or name another --out")
     if not (directory / "problem.toml").exists():
         return False
     run = open_run(directory)
