@@ -151,7 +151,7 @@ def test_diagrams_are_saved_for_papers(problem, tmp_path):
     root = xml.etree.ElementTree.fromstring(svg)
     assert root.get("width") == f"{72 * COLUMN:g}pt"
     assert "<text" not in svg and "font-family" not in svg, "outlines need no font"
-    for words in ("motion of the tip", "limits, at the worst place of the body", "time of each design", "curvature"):
+    for words in ("motion of the tip", "limits, worst value of the body", "time of each design", "curvature"):
         assert f"<!-- {words} -->" in svg
 
 

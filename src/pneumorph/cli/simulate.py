@@ -152,7 +152,7 @@ def _row(step: SweepStep, task: Task) -> Text:
     beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""
     parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
     if not step.stable:
-        parts.append("not stable: the body buckles out of this state")
+        parts.append("not stable: the body would buckle")
     if step.self_intersecting:
         parts.append(SELF_INTERSECTS)
     doubtful = beyond or not step.stable or step.self_intersecting

@@ -40,7 +40,7 @@ def warnings_of(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) ->
     """Sentences, without a full stop, that say why a result cannot be trusted."""
     return [
         *_beyond_validity(rubbers, found),
-        *([] if found.stable else ["the state is not stable: the body buckles out of it"]),
+        *([] if found.stable else ["the state is not stable: the body would buckle"]),
         *([SELF_INTERSECTS] if found.self_intersecting else []),
     ]
 

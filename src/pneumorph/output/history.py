@@ -124,8 +124,8 @@ def draw_limits(axes: Axes, limits: Limits, history: History) -> None:
     axes.axhline(1.0, color="#444444", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
     axes.axhspan(1.0, OVER, color="#d55e00", alpha=0.08, linewidth=0)
     axes.set_ylim(0.0, OVER)
-    axes.set_ylabel("fraction used", fontsize=TEXT, labelpad=2)
-    axes.set_title("limits, at the worst place of the body", fontsize=TEXT, pad=12)
+    axes.set_ylabel("share used", fontsize=TEXT, labelpad=2)
+    axes.set_title("limits, worst value of the body", fontsize=TEXT, pad=12)
     _legend(axes, axes.get_legend_handles_labels()[0], 3)
 
 
