@@ -77,7 +77,6 @@ def test_what_is_violated_is_said_in_a_sentence(make_body, table):
     wall, envelope = found.violated()
     assert str(wall).startswith("wall is 3 mm, must be at least 3.5 mm (on A, q = ")
     assert str(envelope).startswith("envelope is 8.02 mm, must be at most 7 mm (on exterior, q = ")
-    assert found.satisfied(slack=40.0)
     assert wall.excess() == pytest.approx(1 / 7, rel=1e-6)
 
 
@@ -135,7 +134,7 @@ def test_places_are_all_that_is_beyond(make_body, table, waved):
     for name, limit in BY_NAME.items():
         if isinstance(places := found.places.get(name), Points):
             worst = limit.excess(np.asarray(places.certified), limit.read(table()))
-            assert np.all(worst > limit.tolerance)
+            assert np.all(worst > 0.0)
             assert np.all(limit.excess(places.seen, limit.read(table())) <= worst + 1e-12)
     wall = found.places["wall"]
     assert len(wall.seen)
@@ -145,8 +144,7 @@ def test_places_are_all_that_is_beyond(make_body, table, waved):
             surface = body.surfaces[number]
             ends.append(cap_points(surface, r > 0.5, [q], [s])[0] if s < 1.0 else surface.points([q], [r])[0])
         assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(wall.seen[k], abs=1e-9)
-        assert wall.certified[k] <= min(wall.seen[k], 2.0 * 0.995)
-    assert not count(certify(body, table(), slack=1e9).places)
+        assert wall.certified[k] <= min(wall.seen[k], 2.0)
 
 
 def test_worst_place_between_samples_is_found(make_body, table):

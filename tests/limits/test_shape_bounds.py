@@ -24,7 +24,9 @@ BOUNDS = {"curvature": 0.3, "skew": 0.2, "stretch": 0.1, "area": -0.1}
 
 
 def bounded(surface, form="per_mm", bounds=BOUNDS):
-    accuracies = [Accuracy(bound, 1.01 * bound, 0.003 * abs(bound), 0.01) for bound in bounds.values()]
+    accuracies = [
+        Accuracy(bound, 1.01 * bound, 0.003 * abs(bound), 0.003 * abs(bound), 0.01) for bound in bounds.values()
+    ]
     return dict(zip(BOUNDS, enclosed(surface, knot_spans(surface), form, accuracies, [-np.inf] * 4), strict=True))
 
 
@@ -160,7 +162,7 @@ def test_polynomials_are_the_surface():
 @pytest.mark.parametrize("seed", range(4))
 def test_extents_contain_every_sample(seed):
     surface = moved("flat", seed, 0.3, 0.1)
-    part, accuracy = knot_spans(surface), Accuracy(1.0, 1.02, 0.003, 0.01)
+    part, accuracy = knot_spans(surface), Accuracy(1.0, 1.02, 0.003, 0.003, 0.01)
     q, r = np.linspace(0, 1, 400), np.linspace(0, 1, 1001)
     x = surface.sample(q, r)
     widest = np.hypot(x[..., 0], x[..., 1]).max()
@@ -175,14 +177,14 @@ def test_extents_contain_every_sample(seed):
     assert widest <= found.upper.max() <= found.seen.max() + 0.02
 
     passed = np.maximum(4.0 - x[..., 2] - 4.0, x[..., 2] - 26.0).max()
-    found = beyond(box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, 26.0)), Accuracy(1.0, 1.0, 0.003, 0.01))
+    found = beyond(box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, 26.0)), Accuracy(1.0, 1.0, 0.003, 0.003, 0.01))
     assert passed <= found.upper.max() + 1e-9
     assert found.upper.max() <= passed + 0.02
 
     share = np.minimum(r * surface.size[1] / 2.0, 1.0)[1:-1, None]
     heights = (x[1:-1, :, 2] - x[0, 0, 2]) / share, (x[-1, 0, 2] - x[1:-1, :, 2]) / share[::-1]
     for found, height in zip(
-        rim.bounds(surface, part, 2.0, Accuracy(-1.0, -0.995, 0.003, 0.01), -np.inf), heights, strict=True
+        rim.bounds(surface, part, 2.0, Accuracy(-1.0, -0.995, 0.003, 0.003, 0.01), -np.inf), heights, strict=True
     ):
         assert found.upper.max() >= -height.min() - 1e-9
         assert found.upper.max() <= -height.min() + 0.03
@@ -212,7 +214,7 @@ def test_halves_of_cells_cover_them():
         vary = np.tile([1.0, 0.1], (n, 1)) if len(seen) == 1 else np.ones((n, 2))
         return Bounds(np.full((n, 1), 2.0), np.full((n, 1), -1.0 - len(seen)), np.zeros((n, 1, 2)), vary)
 
-    upper, least, _ = refine(evaluate, whole(2), [Accuracy(1.0, 1.0, 0.1, 0.1)], [-np.inf], 2)
+    upper, least, _ = refine(evaluate, whole(2), [Accuracy(1.0, 1.0, 0.1, 0.1, 0.1)], [-np.inf], 2)
     assert np.all(upper == 2.0) and np.all(least == -2.0)
     assert [len(cells.span) for cells in seen[:3]] == [2, 4, 16]
     for cells in seen:

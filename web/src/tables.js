@@ -45,19 +45,22 @@ export function exploredTable(step, words) {
   ];
 }
 
+// What rounding errors may do to a value at its bound.
+const ROUNDING = 1e-9;
+
 export function limitsTable(facts, entry) {
-  const rows = facts.limits.map(({ key, word, unit, bound, at_least: atLeast, tolerance }) => {
+  const rows = facts.limits.map(({ key, word, unit, bound, at_least: atLeast }) => {
     const value = entry.limits[key];
     const used = value === null ? null : atLeast ? bound / Math.max(value, 1e-12) : value / bound;
-    const excess = value === null ? 0 : ((atLeast ? bound - value : value - bound) / bound);
-    const held = excess <= tolerance;
-    const bar = element("span", { class: held ? "used" : "used broken" }, element("i"));
+    const excess = value === null ? 0 : (atLeast ? bound - value : value - bound) / bound;
+    const satisfied = excess <= ROUNDING;
+    const bar = element("span", { class: satisfied ? "used" : "used broken" }, element("i"));
     bar.firstChild.style.width = `${100 * Math.min(used ?? 0, 1)}%`;
     const sign = atLeast ? "≥" : "≤";
-    const verdict = element("span", { class: held ? "ok" : "broken" }, value === null ? "–" : held ? "satisfied" : "violated");
-    return [word, `${sign} ${short(bound)} ${unit}`, `${short(value, 5)} ${unit}`, bar, `${short(100 * tolerance)} %`, verdict];
+    const verdict = element("span", { class: satisfied ? "ok" : "broken" }, value === null ? "–" : satisfied ? "satisfied" : "violated");
+    return [word, `${sign} ${short(bound)} ${unit}`, `${short(value, 5)} ${unit}`, bar, verdict];
   });
-  return [["limit", "bound", "worst value", "used", "tolerance", ""], ...rows];
+  return [["limit", "bound", "worst value", "used", ""], ...rows];
 }
 
 export function designRows(entry) {

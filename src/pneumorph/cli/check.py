@@ -50,14 +50,16 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     for reading in limits.readings:
         # The certified bound holds for all points; the value seen is that of the worst sample.
         seen = without_rounding(reading.seen)
-        say(f"limit     {reading}, attained {seen:.3g}", "red" if reading in limits.violated() else "")
+        at_bound = not reading.satisfied() and reading.touched()
+        said = "; it is at its bound, and a design run begins just within it" if at_bound else ""
+        say(f"limit     {reading}, attained {seen:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
     states = linear_states(asked, at.space, at.disc, at.analysis)
     for name, value in states.values().items():
         if value is None:
             continue
         limit = BY_NAME[name]
         bound = limit.read(asked.limits) or 0.0
-        kept = limit.excess(value, bound) <= limit.tolerance
+        kept = limit.satisfied(value, bound)
         kind = "at least" if limit.at_least else "at most"
         say(f"limit     {name} is {value:.3g}, must be {kind} {bound:g}", "" if kept else "red")
     if quick:

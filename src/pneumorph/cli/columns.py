@@ -96,17 +96,17 @@ def _values(problem: Problem, entry: HistoryEntry) -> list[tuple[Limit, float | 
 
 
 def _is_beyond(limit: Limit, value: float | None, bound: float) -> bool:
-    """Whether a value is beyond its bound and its tolerance; one that is not known counts as beyond."""
-    return value is None or limit.excess(value, bound) > limit.tolerance
+    """Whether a value is beyond its bound; one that is not known counts as beyond."""
+    return value is None or not limit.satisfied(value, bound)
 
 
 def _shown(limit: Limit, value: float | None, bound: float) -> Text:
-    """A limit's worst value: red and marked beyond the bound and its tolerance, yellow within the tolerance."""
+    """A limit's worst value: red and marked beyond its bound."""
     number = "–" if value is None else f"{value:.2f}" if limit.unit == "mm" else f"{value:.3f}"
     if _is_beyond(limit, value, bound):
         return Text(number + MARK, style="red")
     assert value is not None
-    return Text(number + " ", style="yellow" if limit.excess(value, bound) > 0 else "green")
+    return Text(number + " ", style="green")
 
 
 def _most_used(problem: Problem, entry: HistoryEntry) -> Text:

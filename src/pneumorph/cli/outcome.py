@@ -89,10 +89,10 @@ def limits_table(
     table = _table("limit", "worst", "must be", "position at rest (mm)")
     for reading in readings:
         limit = BY_NAME[reading.limit]
-        if limit.key is None and reading.excess() <= limit.tolerance:
+        if limit.key is None and reading.satisfied():
             continue
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
-        kept = reading.excess() <= limit.tolerance
+        kept = reading.satisfied()
         worst = Text(
             f"{without_rounding(reading.value):.3g}{unit}{'' if kept else ' ' + MARK}",
             style="" if kept else "red",
@@ -100,7 +100,7 @@ def limits_table(
         bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
         table.add_row(limit.name, worst, bound, str(place_of(body, reading)))
     for limit, value, bound in of_states:
-        kept = value is not None and limit.excess(value, bound) <= limit.tolerance
+        kept = value is not None and limit.satisfied(value, bound)
         shown = "–" if value is None else f"{value:.3g}"
         worst = Text(shown if kept else f"{shown} {MARK}", style="" if kept else "red")
         table.add_row(limit.name, worst, f"{'≥' if limit.at_least else '≤'} {bound:g}", "in the states of the tasks")

@@ -73,8 +73,8 @@ class Screen:
                 self._started(event)
             case BroughtWithin():
                 self.say(
-                    f"the start violates limits: {'; '.join(event.broken)}; it was repaired by moving its "
-                    f"surfaces by up to {event.moved_mm:.2g} mm"
+                    f"the start is not certified to satisfy limits: {'; '.join(event.broken)}; its surfaces were "
+                    f"moved by up to {event.moved_mm:.2g} mm, after which it is"
                 )
             case DesignAccepted():
                 self._rejected = 0

@@ -14,8 +14,11 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-ROUNDING = 1e-6
-"""Part of a tolerance that is left for rounding: a value certified to be just within it must count as held."""
+ROUNDING = 1e-9
+"""What rounding errors may do to a value that is at its bound, relative to it (in mm if the bound is zero)."""
+
+DECIDED = 0.25
+"""Accuracy of certificates where they decide whether a limit is satisfied, in units of `Limit.aim`."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +34,9 @@ class Limit:
     unit : "mm", "/mm²" or ""
     at_least : bool
         Whether the quantity must be at least its bound; otherwise at most.
-    tolerance : float
-        Allowed violation relative to the bound (in mm if the bound is zero).
+    aim : float
+        How far within the bound the optimiser aims, relative to `scale`. How nearly it meets limits at samples, and the
+        accuracy of certificates between them, fit in there, so that no certified value is beyond its bound.
     key : str or None
         Key in the history's ``limits``; None if the history does not have the limit separately.
     read : function of `problem.Limits`
@@ -47,7 +51,7 @@ class Limit:
     word: str
     unit: str
     at_least: bool
-    tolerance: float
+    aim: float
     key: str | None
     read: Callable[[Limits], float | None]
     per: Literal["wall", "fold"] | None = None
@@ -69,13 +73,12 @@ class Limit:
         return {"wall": limits.wall, "fold": limits.fold.distance}[self.per] if self.per else self.bound(limits)
 
     def excess(self, value: float, bound: float) -> float:
-        """Violation relative to the bound (in mm if the bound is zero); negative if the limit is held."""
+        """Violation relative to the bound (in mm if the bound is zero); negative within it."""
         return self.sign * (value - bound) / (bound or 1.0)
 
-    def needed(self, bound: float, slack: float = 1.0) -> float:
-        """The value at which a limit is still held within `slack` tolerances, whatever rounding does."""
-        allowed = slack * self.tolerance * (1.0 - ROUNDING) * (bound or 1.0)
-        return bound - allowed if self.at_least else bound + allowed
+    def satisfied(self, value: float, bound: float) -> bool:
+        """Whether a value is not beyond the bound."""
+        return self.excess(value, bound) <= ROUNDING
 
     @overload
     def used(self, value: float, bound: float) -> float: ...

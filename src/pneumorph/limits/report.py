@@ -49,6 +49,8 @@ class LimitReading:
         Parameters of that point; on an end disc those of the nearest point of its rim.
     seen : float
         The value attained there.
+    scale : float
+        What distances from the bound are divided by in rows, see `Limit.scale`.
     """
 
     limit: str
@@ -58,6 +60,11 @@ class LimitReading:
     q: float
     r: float
     seen: float
+    scale: float = 1.0
+
+    def satisfied(self) -> bool:
+        """Whether no point of the surfaces is beyond the bound."""
+        return BY_NAME[self.limit].satisfied(self.value, self.bound)
 
     def excess(self) -> float:
         """Distance beyond the bound, relative to it (in mm for the ends, whose bound is zero); positive if violated."""
@@ -67,12 +74,22 @@ class LimitReading:
         """The same for the worst point found."""
         return BY_NAME[self.limit].excess(self.seen, self.bound)
 
+    def touched(self) -> bool:
+        """Whether the worst point found is at the bound, as near as the optimiser keeps designs within it."""
+        return self.bound != 0.0 and abs(self.seen - self.bound) <= BY_NAME[self.limit].aim * self.scale
+
+    def shown(self) -> str:
+        """The value, with as many digits as tell it from its bound where it is beyond."""
+        value = without_rounding(self.value)
+        digits = next((n for n in range(3, 9) if self.satisfied() or f"{value:.{n}g}" != f"{self.bound:.{n}g}"), 9)
+        return f"{value:.{digits}g}"
+
     def __str__(self) -> str:
         limit = BY_NAME[self.limit]
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
         kind = "at least" if limit.at_least else "at most"
         return (
-            f"{self.limit} is {without_rounding(self.value):.3g}{unit}, must be {kind} {self.bound:g}{unit}"
+            f"{self.limit} is {self.shown()}{unit}, must be {kind} {self.bound:g}{unit}"
             f" (on {self.surface}, q = {self.q:.3f}, r = {self.r:.3f})"
         )
 
@@ -98,32 +115,28 @@ class LimitReport:
         found = {reading.limit: reading.value for reading in self.readings}
         return {limit.key: found.get(limit.name) for limit in OF_SHAPE if limit.key is not None}
 
-    def violated(self, slack: float = 1.0) -> tuple[LimitReading, ...]:
-        """Limits that are not certified to hold within `slack` times their tolerances."""
-        return tuple(
-            reading for reading in self.readings if not reading.excess() <= slack * BY_NAME[reading.limit].tolerance
-        )
+    def violated(self) -> tuple[LimitReading, ...]:
+        """Limits that are not certified to be satisfied."""
+        return tuple(reading for reading in self.readings if not reading.satisfied())
 
-    def satisfied(self, slack: float = 1.0) -> bool:
-        """Whether every limit is held; see `violated`."""
-        return not self.violated(slack)
+    def satisfied(self) -> bool:
+        """Whether every limit is certified to be satisfied."""
+        return not self.violated()
 
 
-def certify(body: Body, spec: Limits, slack: float = 1.0, own: Sequence[Mask] | None = None) -> LimitReport:
+def certify(body: Body, spec: Limits, own: Sequence[Mask] | None = None) -> LimitReport:
     """Certify a body against a problem's limits.
 
     Parameters
     ----------
     body : Body
     spec : problem.Limits
-    slack : float
-        The report's `places` are those where a limit is not certified within `slack` times its tolerance.
     own : sequence of (n,) bool
         For a symmetric body the knot spans of each surface that are not images of others; the report is that of all,
         with places in these alone. See `LimitSamples`.
     """
     whole = spanned_body(body, spec, own)
-    tallies = {limit.name: Tally(limit, spec, slack) for limit in OF_SHAPE if limit.read(spec) is not None}
+    tallies = {limit.name: Tally(limit, spec) for limit in OF_SHAPE if limit.read(spec) is not None}
     # Distances come last: they take longest, and need not be finer than what is known of end planes and rims.
     for kind in reversed(KINDS):
         kind.certify(whole, tallies)
@@ -144,5 +157,6 @@ def _readings(tallies: Mapping[str, Tally], names: list[str]) -> list[LimitReadi
         surface, q, r = max(alike, key=lambda tally: tally.worst).place
         # Nothing is attained if all patches are farther apart than the largest distance that is measured.
         worst = min(worst, upper)
-        readings.append(LimitReading(limit.name, limit.sign * upper, bound, names[surface], q, r, limit.sign * worst))
+        at = names[surface], q, r
+        readings.append(LimitReading(limit.name, limit.sign * upper, bound, *at, limit.sign * worst, alike[0].scale))
     return readings

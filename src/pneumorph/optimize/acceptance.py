@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from pneumorph.analysis import Analysis, design_slopes
+from pneumorph.limits.limit import ROUNDING
 from pneumorph.optimize.buckling import buckles, lateral_excess
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.iterate import AnalysedDesign, Iterate, with_lateral_stiffness
 from pneumorph.optimize.proposal import Proposal
 from pneumorph.optimize.radius import TrustRegion
 from pneumorph.optimize.setup import Setup
-from pneumorph.optimize.states import TOLERANCE
 from pneumorph.optimize.stopping import scale, worthwhile
 from pneumorph.optimize.trial import Trial
 from pneumorph.optimize.within import Within
@@ -161,7 +161,7 @@ def _has_equilibria(tried: Tried) -> Verdict:
 def _satisfies_state_limits(tried: Tried) -> Verdict:
     """Rejects a design whose states violate a limit, unless those of the current one do; the next expects it."""
     trial, current = tried.trial, tried.current
-    if trial.state_excess <= TOLERANCE or current.states.broken:
+    if trial.state_excess <= ROUNDING or current.states.broken:
         return None
     curvature = current.states.curvature(trial.state_excess, tried.proposal.change)
     reason = f"it would be {100 * trial.state_excess:.1f} % beyond limits.{trial.state_limit}"

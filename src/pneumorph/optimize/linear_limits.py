@@ -14,11 +14,9 @@ from pneumorph.limits.linearised import Rows
 from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.limits.table import BY_NAME, ROWS
 
-TOLERANCES = np.array([BY_NAME[name].tolerance for name in ROWS])
-
-MARGIN = 0.4 * TOLERANCES
-"""How far within their bounds limits are brought, by kind; the rest of the tolerance is for the gap of the certificate.
-Programs keep the same margin: repairing one that they had left out would cost half of their gain."""
+MARGIN = np.array([BY_NAME[name].aim for name in ROWS])
+"""How far within their bounds limits are brought, by kind. Programs keep the same margin: repairing one that they had
+left out would cost half of their gain."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, margin_slopes, margins, strain_shares, strain_slopes
 from pneumorph.geometry import DesignSpace
-from pneumorph.limits.limit import Limit
+from pneumorph.limits.limit import ROUNDING, Limit
 from pneumorph.limits.table import OF_STATES
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
 
-TOLERANCE = min(limit.tolerance for limit in OF_STATES)
-"""Allowed violation of such a limit relative to its bound."""
+AIM = min(limit.aim for limit in OF_STATES)
+"""How far within its bound a step is to bring such a limit, relative to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,8 @@ class StateLimits:
 
     @property
     def broken(self) -> bool:
-        """Whether one is beyond its bound and tolerance."""
-        return self.worst() > TOLERANCE
+        """Whether one is beyond its bound."""
+        return self.worst() > ROUNDING
 
     def values(self) -> dict[str, float | None]:
         """The worst value of every limit by its key in the history; None for those that the problem does not have."""
@@ -55,8 +55,9 @@ class StateLimits:
 
     @property
     def excess(self) -> np.ndarray:
-        """c (k,) for the next step: what a design has of its tolerance it may keep, for giving it back would cost."""
-        return self.value if self.broken else self.value - np.clip(self.value, 0.0, TOLERANCE) + self.curved
+        """c (k,) for the next step, with what it is to leave: a design that is nearer to its bound may stay there."""
+        aimed = self.value + AIM
+        return aimed if self.broken else np.minimum(aimed, np.maximum(self.value, 0.0)) + self.curved
 
     def bent(self, curvature: float, length: float) -> StateLimits:
         """The same for steps of a length (mm), at the end of which c is larger by the curvature (1/mm²) times ½ℓ²."""

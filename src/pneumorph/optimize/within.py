@@ -19,11 +19,11 @@ from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.limits.report import LimitReport
 from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.optimize.accelerated import minimise, tightened
-from pneumorph.optimize.linear_limits import MARGIN, TOLERANCES, linear_limits
+from pneumorph.optimize.linear_limits import MARGIN, linear_limits
 from pneumorph.optimize.smoothing import Smoothing
 
-ACCURACY = 0.3
-"""Fraction of the tolerances to which limits are met on samples."""
+ACCURACY = 0.5
+"""Fraction of the margins to which limits are met at samples; the rest is for the accuracy of the certificate."""
 
 PROJECTIONS, CERTIFICATES, MOST_ITERATIONS = 16, 7, 200
 """Most linearisations between two certificates, most certificates, and most iterations for each motion."""
@@ -32,12 +32,16 @@ LOST, STUCK, NEARER = 5, 2, 0.98
 """It ends after this many motions in a row, and this many certificates, none of which leaves less than the last part of
 the least excess before. Limits may come back after more, but a shorter step costs less."""
 
+SLIGHT = 0.01
+"""A certificate that finds limits exceeded by less than this part of their bounds does not count for that: such places
+are few, between samples, and others each time."""
+
 HOPELESS = 100.0
 """Motions end where a limit is exceeded by this multiple of its bound. A motion may well exceed one by ten times: what
 is quadratic in the control points, such as stretch, then comes down by three quarters with each of the next."""
 
-MET = 0.1
-"""Fraction of the tolerances to which a motion meets the linearised limits; they are linearised again after it."""
+MET = 0.25
+"""Fraction of the margins to which a motion meets the linearised limits; they are linearised again after it."""
 
 ELASTIC = 1e-4
 """Compliance of the rows, relative to their own scale: rows that contradict each other are then met half way instead of
@@ -76,7 +80,7 @@ def within(
         if report.satisfied():
             break
         worst = max(reading.excess() for reading in report.violated())
-        least, stuck = (worst, 0) if worst < NEARER * least else (least, stuck + 1)
+        least, stuck = (worst, 0) if worst < NEARER * least or worst < SLIGHT else (least, stuck + 1)
         if worst > HOPELESS or stuck == STUCK:
             break
         # New places come first: of places close together the first is kept.
@@ -85,11 +89,12 @@ def within(
         }
         broken = report.places if broken is None else together(broken, report.places)
         for reading in report.violated():
-            # Only by what is certified beyond every point seen: added points repair the rest, and where every limit is
-            # near, a wider margin would push others beyond theirs, again and again.
-            short = reading.excess() - reading.seen_excess()
-            beyond = np.array([BY_NAME[name].word == BY_NAME[reading.limit].word for name in ROWS])
-            margins[beyond] += min(max(short, 0.0), WIDEST)
+            # Only where no point that was seen is beyond the bound: added points repair the rest, and where every limit
+            # is near, a wider margin would push others beyond theirs, again and again.
+            limit = BY_NAME[reading.limit]
+            if limit.satisfied(reading.seen, reading.bound):
+                short = abs(reading.value - reading.seen) / reading.scale
+                margins[[BY_NAME[name].word == limit.word for name in ROWS]] += min(short, WIDEST)
         phi, places = _projected(space, smooth, limits, phi, lower, upper, margins, places, broken)
         report = limits.certify(space.body(phi))
     return Within(phi, report) if report.satisfied() else report
@@ -112,13 +117,13 @@ def _projected(
     for _ in range(PROJECTIONS):
         linear = linear_limits(space, limits, phi, REACH, LEAST, places, broken)
         places, excess = linear.rows.places, linear.excess(margins)
-        worst = float((excess - ACCURACY * TOLERANCES[linear.rows.kind]).max(initial=0.0))
+        worst = float((excess - ACCURACY * MARGIN[linear.rows.kind]).max(initial=0.0))
         lost = 0 if worst < NEARER * least else lost + 1
         if worst < least:
             best, least, resisting = phi, worst, places
         if worst == 0.0 or worst > HOPELESS or lost == LOST:
             break
-        accuracy = MET * TOLERANCES[linear.rows.kind]
+        accuracy = MET * MARGIN[linear.rows.kind]
         motion = least_motion(smooth, linear.jacobian, excess, np.zeros(space.n), accuracy)
         phi = np.clip(phi + motion.smooth, lower, upper)
     return best, resisting

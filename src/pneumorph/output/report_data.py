@@ -47,7 +47,6 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
         "tasks": [_task(problem, task) for task in problem.task],
         "limits": [
             {"key": key, "word": limit.word, "unit": limit.unit, "bound": bound, "at_least": limit.at_least}
-            | {"tolerance": limit.tolerance}
             for limit, key, bound in in_history(problem.limits)
         ],
         "history": [_entry(problem, entry) for entry in history],

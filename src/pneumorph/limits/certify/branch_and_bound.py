@@ -89,8 +89,7 @@ def least_distances(
     size: Floats,
     neighbourhood: float,
     asked: float,
-    gap: float,
-    bound: float,
+    accuracy: tuple[float, float, float, float],
     most: int,
 ) -> tuple[Floats, Floats, Floats]:
     """Bound the smallest distance of every pair of patches.
@@ -108,8 +107,9 @@ def least_distances(
         Only points at least this far apart on the starting tube count; all points if it is zero.
     asked : float
         Pairs that are certainly farther apart than this are not refined.
-    gap, bound : float
-        For nearer pairs, the largest difference of both bounds; it grows in proportion beyond the distance `bound`.
+    accuracy : (gap, decided, bound, needed)
+        For nearer pairs, the largest difference of both bounds is `gap`, which grows in proportion beyond the distance
+        `bound`, and `decided` where they are on both sides of the distance that is `needed`.
     most : int
         Largest number of subdivisions of one pair; the remaining ones then contribute their present lower bounds.
 
@@ -126,15 +126,16 @@ def least_distances(
 
     def work(some: slice) -> None:
         sides = nets, others, boxes, other_boxes, size
-        _bound(pairs[some], *sides, neighbourhood, asked, gap, bound, most, lower[some], seen[some], at[some])
+        _bound(pairs[some], *sides, neighbourhood, asked, accuracy, most, lower[some], seen[some], at[some])
 
     each(work, [slice(first, first + _SHARE) for first in range(0, len(pairs), _SHARE)])
     return lower, seen, at
 
 
 @numba.njit(cache=True, nogil=True)
-def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, gap, bound, most, lower, seen, at):
+def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, accuracy, most, lower, seen, at):
     """The bounds of some pairs, see `least_distances`; fills `lower`, `seen` and `at`."""
+    gap, decided, bound, needed = accuracy
     way, here, whole = np.empty(3), np.empty(4), np.empty(8)
     for c in range(8):
         whole[c] = c % 2
@@ -191,7 +192,10 @@ def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, 
             height -= 1
             enough = asked
             if best < np.inf:
-                enough = min(asked, best - gap * max(1.0, best / bound))
+                enough = best - gap * max(1.0, best / bound)
+                if best >= needed - decided:
+                    enough = max(enough, min(needed, best - decided))
+                enough = min(asked, enough)
             looked += 1
             if bounds[height] >= enough or depths[height] >= _DEPTH or looked > most:
                 certified = min(certified, bounds[height])

@@ -95,9 +95,11 @@ class Accuracy:
     bound : float
         Bound of the limit.
     needed : float
-        Bound plus tolerance; for every point it is decided whether it is kept.
+        The bound and what rounding may do; it is decided for every point whether this is exceeded.
     gap : float
         Allowed difference of certified and attained values near the limit.
+    decided : float
+        The same where attained values are within it, or beyond by no more than this.
     relative_gap : float
         The same far from the limit, relative to the distance from it.
     """
@@ -105,6 +107,7 @@ class Accuracy:
     bound: float
     needed: float
     gap: float
+    decided: float
     relative_gap: float
 
     def enough(self, seen: float, elsewhere: float) -> float:
@@ -114,7 +117,9 @@ class Accuracy:
 
     def close(self, seen: Floats) -> Floats:
         """The same for single knot spans with the worst attained values `seen` (n,)."""
-        return seen + self.gap * np.clip(np.abs(seen) / max(abs(self.bound), 1e-9), 1.0, 1e12)
+        near = seen + self.gap * np.clip(np.abs(seen) / max(abs(self.bound), 1e-9), 1.0, 1e12)
+        decided = np.minimum(near, np.maximum(self.needed, seen + self.decided))
+        return np.where(seen > self.needed + self.decided, near, decided)
 
 
 def power(basis: Basis) -> Floats:

@@ -196,7 +196,7 @@ def _bounded(
         asked = _asked(np.append(known, seen), accuracy, worst)
         sufficient = min(asked, -accuracy.needed) if modest else asked
         nearest = np.minimum(seen, 1e9)
-        some = np.flatnonzero(lower < np.minimum(sufficient, nearest - accuracy.gap * np.maximum(1.0, nearest / bound)))
+        some = np.flatnonzero(lower < np.minimum(sufficient, -accuracy.close(-nearest)))
         if not len(some) or seen.min() < _BROKEN * bound:
             break
         found, near, where = least_distances(
@@ -208,8 +208,7 @@ def _bounded(
             first.size,
             neighbourhood,
             sufficient,
-            accuracy.gap,
-            bound,
+            (accuracy.gap, accuracy.decided, bound, -accuracy.needed),
             int(min(most, max(work / len(some), 4))),
         )
         lower[some] = np.maximum(lower[some], found)

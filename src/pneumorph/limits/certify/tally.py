@@ -22,7 +22,7 @@ from pneumorph.limits.certify.patch_distances import (
     without_discs,
 )
 from pneumorph.limits.certify.places import NO_POINTS, Pairs, Points
-from pneumorph.limits.limit import Limit
+from pneumorph.limits.limit import DECIDED, ROUNDING, Limit
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
@@ -72,12 +72,13 @@ def spanned_body(body: Body, spec: Limits, own: Sequence[Mask] | None) -> Spanne
 class Tally:
     """Collects the values of one limit over all surfaces, with a sign such that larger is worse."""
 
-    def __init__(self, limit: Limit, spec: Limits, slack: float) -> None:
-        self.limit, self.bound = limit, limit.bound(spec)
+    def __init__(self, limit: Limit, spec: Limits) -> None:
+        self.limit, self.bound, self.scale = limit, limit.bound(spec), limit.scale(spec)
         self.accuracy = Accuracy(
             bound=limit.sign * self.bound,
-            needed=limit.needed(self.bound, slack) * limit.sign,
-            gap=FINE * (self.bound or limit.tolerance),
+            needed=limit.sign * self.bound + ROUNDING * (self.bound or 1.0),
+            gap=FINE * (self.bound or self.scale),
+            decided=DECIDED * limit.aim * self.scale,
             relative_gap=limit.far,
         )
         self.worst, self.upper = -np.inf, -np.inf

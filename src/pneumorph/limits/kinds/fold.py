@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 # Far from its limit a fold's nearest points are mostly on the edge of the neighbourhood, where accuracy has no use.
-FOLD = Limit("fold", "fold", "mm", True, 0.005, "fold_mm", lambda limits: limits.fold.distance, "fold", far=0.8)
+FOLD = Limit("fold", "fold", "mm", True, 0.002, "fold_mm", lambda limits: limits.fold.distance, "fold", far=0.8)
 
 
 @dataclass(frozen=True)

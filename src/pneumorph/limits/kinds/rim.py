@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-RIM = Limit("rim", "fold", "mm", True, 0.005, None, lambda limits: limits.fold.distance, "fold")
+RIM = Limit("rim", "fold", "mm", True, 0.002, None, lambda limits: limits.fold.distance, "fold")
 
-EDGE = 1e-3
+EDGE = 1e-4
 """Distance from the rim, relative to a knot span, at which the slope of a wall on its rim is evaluated."""
 
 

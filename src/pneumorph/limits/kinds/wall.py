@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-WALL = Limit("wall", "wall", "mm", True, 0.005, "wall_mm", lambda limits: limits.wall, "wall")
+WALL = Limit("wall", "wall", "mm", True, 0.002, "wall_mm", lambda limits: limits.wall, "wall")
 
 NEARBY = (-0.5, -0.25, 0.0, 0.25, 0.5)
 """Points between samples, in units of the sample distance, that are tried around samples close to their bounds."""
