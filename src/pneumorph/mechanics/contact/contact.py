@@ -10,9 +10,10 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.mechanics.contact.free import Free, gaps, share_above
-from pneumorph.mechanics.contact.obstacle import Obstacle, Touch
-from pneumorph.mechanics.contact.pairs import Pairs
+from pneumorph.mechanics.contact.obstacle import Obstacle
+from pneumorph.mechanics.contact.pairs import Pairs, PairsTouch
 from pneumorph.mechanics.contact.pose import STILL, View
+from pneumorph.mechanics.contact.triangulated import TriangulatedTouch
 from pneumorph.mechanics.elements.terms import Connectivity
 
 MOST_TURN = 0.1
@@ -25,7 +26,7 @@ STILL_VIEW = View(np.zeros(3), STILL)
 class SeenTouch:
     """A touch with its derivatives by the places of the nodes and by the pose of the obstacle that sees it."""
 
-    def __init__(self, touch: Touch, view: View, x: np.ndarray):
+    def __init__(self, touch: PairsTouch | TriangulatedTouch, view: View, x: np.ndarray):
         self._touch, self._view, self._x = touch, view, x
 
     @property

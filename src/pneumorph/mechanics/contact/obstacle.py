@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
-from scipy import sparse
 
 from pneumorph.mechanics.contact.shapes import RigidMesh, Support
 from pneumorph.mechanics.elements.energy import ElementEnergy
@@ -18,34 +17,6 @@ FORCE, NORMAL, AREA = slice(0, 3), 3, 4
 
 FULL = 0.95
 """Surface nearer than this share of the activation distance counts in full as area: there it presses by 0.8 % of κ."""
-
-
-class Touch(Protocol):
-    """The energy of contact at one state with its derivatives by the places of all nodes."""
-
-    @property
-    def nothing(self) -> bool:
-        """Whether no surfaces are near each other."""
-        ...
-
-    @property
-    def energy(self) -> float:
-        """N·mm; not a number where surfaces have met."""
-        ...
-
-    @property
-    def slope(self) -> np.ndarray:
-        """Derivatives (N, 3) of the energy, N: what the nodes press with."""
-        ...
-
-    @property
-    def hessian(self) -> sparse.csr_array:
-        """Second derivatives (3N, 3N), N/mm."""
-        ...
-
-    def product(self, motion: np.ndarray) -> np.ndarray:
-        """The change (N, 3) of `slope` along a motion (N, 3) of the nodes."""
-        ...
 
 
 class Floor(Protocol):
@@ -75,14 +46,14 @@ class Obstacle(ABC):
     activation : float
         The activation distance d̂, mm.
     touch : function of places, or None
-        Its contact with nodes at x (N, 3); None if that is a term.
+        Its contact with nodes at x (N, 3), as `TriangulatedTouch` has it; None if that is a term.
     floor : Floor or None
         Its barrier, if free obstacles may rest on it.
     """
 
     center: Values
     activation: float
-    touch: Callable[[np.ndarray], Touch] | None = None
+    touch: Callable[[np.ndarray], Any] | None = None
     floor: Floor | None = None
 
     def energies(self, number: int, row: int | None) -> Iterable[ElementEnergy]:

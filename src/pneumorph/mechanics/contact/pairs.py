@@ -127,7 +127,7 @@ class Pairs:
 
 
 class PairsTouch:
-    """The energy of contact in pairs at one state, see `Touch`; what has not been asked for is not computed."""
+    """The energy of contact in pairs at one state with its derivatives; what has not been asked for is not computed."""
 
     def __init__(self, pairs: Pairs, count: int, places: np.ndarray):
         self._pairs, self._count, self._at = pairs, count, places

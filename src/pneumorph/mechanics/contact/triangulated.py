@@ -117,7 +117,7 @@ class Triangulated(Obstacle):
 
 
 class TriangulatedTouch:
-    """The energy of contact with an obstacle of triangles at one state with its derivatives; see `Touch`."""
+    """The energy of contact with an obstacle of triangles at one state with its derivatives; see `PairsTouch`."""
 
     def __init__(self, obstacle: Triangulated, x: np.ndarray):
         self._obstacle, self._x = obstacle, x
