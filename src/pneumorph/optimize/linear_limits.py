@@ -40,7 +40,19 @@ def linear_limits(
     places: Mapping[str, Points] | None = None,
     broken: Places | None = None,
 ) -> LinearLimits:
-    """The limits linearised at the variables Φ (n,); see `limits.linearised` for the other parameters."""
+    """The limits linearised at the variables Φ (n,); see `limits.linearised` for the other parameters.
+
+    Parameters
+    ----------
+    space : DesignSpace
+    limits : ShapeLimits
+    phi : (n,) array
+        mm.
+    reach : float
+        Distances within their bounds by up to this much get rows, mm.
+    least, places, broken
+        See `limits.linearised`.
+    """
     rows = limits.rows(space.body(phi), reach, least, places, broken)
     by_shape = sparse.csr_array(rows.jacobian @ space.L)
     # Products with a matrix take a fifth less time with short indices.

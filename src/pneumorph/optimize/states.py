@@ -85,6 +85,16 @@ def linear_states(
     """The limits on the states of an analysed design, linearised by one adjoint for each task.
 
     And what keeps it from buckling laterally, where that is known.
+
+    Parameters
+    ----------
+    problem : Problem
+    space : DesignSpace
+    disc : Discretisation
+        Of the design.
+    analysis : Analysis
+    lateral : LateralStability, optional
+        How it stands lateral motions.
     """
     states = no_states(space.n)
     for limit in OF_STATES:

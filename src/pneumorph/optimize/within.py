@@ -70,6 +70,17 @@ def within(
 
     No variable moves farther than `reach`. Places between samples where the certificate finds a limit broken become
     samples; where that is not enough, margins grow.
+
+    Parameters
+    ----------
+    space : DesignSpace
+    smooth : Smoothing
+        Of steps.
+    limits : ShapeLimits
+    phi : (n,) array
+        Φ, mm.
+    reach : float
+        mm.
     """
     margins, broken = MARGIN.copy(), None
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
@@ -144,6 +155,18 @@ def least_motion(
 
     By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ + ½ λᵀελ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ); ε lets rows give way.
     Multipliers are changed until every row is met to its `accuracy` (m,), or as far as some iterations bring them.
+
+    Parameters
+    ----------
+    smooth : Smoothing
+    jacobian : csr (m, n)
+        J, 1/mm.
+    excess : (m,) array
+        c.
+    slope : (n,) array
+        Per mm.
+    accuracy : float or (m,) array
+        To which rows are met.
     """
     transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 

@@ -34,7 +34,19 @@ def spheres(nets: Floats) -> tuple[Floats, Floats]:
 
 @numba.njit(cache=True)
 def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
-    """The nearest centre of a patch a neighbourhood away from each: its index (n,) and distance, or infinity."""
+    """The nearest centre of a patch a neighbourhood away from each: its index (n,) and distance, or infinity.
+
+    Parameters
+    ----------
+    centres, others : (n, 3) and (m, 3) arrays
+        Centres of patches, mm.
+    boxes, other_boxes : (n, 8) and (m, 8) arrays
+        Where they are on the starting tube, see `Patches`.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    """
     nearest, least = np.zeros(len(centres), dtype=np.int64), np.full(len(centres), np.inf)
     for i in range(len(centres)):
         for j in range(len(others)):
@@ -50,7 +62,21 @@ def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
 
 @numba.njit(cache=True)
 def approach(pairs, nets, others, boxes, other_boxes, size, neighbourhood):
-    """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`."""
+    """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`.
+
+    Parameters
+    ----------
+    pairs : (m, 2) array
+        Indices of patches on either side.
+    nets, others : (n, 4, 4, 3) arrays
+        Their control nets, mm.
+    boxes, other_boxes : (n, 8) arrays
+        Where they are on the starting tube, see `Patches`.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    """
     seen, at = np.empty(len(pairs)), np.full((len(pairs), 4), 0.5)
     for k in range(len(pairs)):
         i, j = pairs[k]
@@ -60,7 +86,19 @@ def approach(pairs, nets, others, boxes, other_boxes, size, neighbourhood):
 
 @numba.njit(cache=True)
 def candidates(centres, radii, others, other_radii, reach, same):
-    """Pairs (m, 2) of patches whose balls are within reach, and the distances (m,) of these balls."""
+    """Pairs (m, 2) of patches whose balls are within reach, and the distances (m,) of these balls.
+
+    Parameters
+    ----------
+    centres, others : (n, 3) arrays
+        Centres of the balls on either side, mm.
+    radii, other_radii : (n,) arrays
+        mm.
+    reach : float
+        mm.
+    same : bool
+        Whether both sides are one surface, of which each pair is taken once.
+    """
     count, found, away = 0, np.empty((0, 2), dtype=np.int64), np.empty(0)
     for fill in range(2):
         if fill:

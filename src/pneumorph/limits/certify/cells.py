@@ -161,7 +161,17 @@ def _recentre_each(coefficients, centre, half, local):
 
 @numba.njit(cache=True)
 def recentre(coefficients, centre, half, local):
-    """The same for the polynomials (f, 4, 4) on one cell, into `local` (f, 4, 4)."""
+    """The same for the polynomials (f, 4, 4) on one cell, into `local` (f, 4, 4).
+
+    Parameters
+    ----------
+    coefficients : (f, 4, 4) array
+        Of v^i u^j.
+    centre, half : (2,) arrays
+        Centre of the cell and half its width, in u and v.
+    local : (f, 4, 4) array
+        Overwritten by the coefficients in s and t.
+    """
     along, around = np.zeros((4, 4)), np.zeros((4, 4))
     for matrix, k in ((along, 1), (around, 0)):
         for i in range(4):
@@ -243,7 +253,16 @@ def whole(count: int) -> Cells:
 
 
 def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) -> SpanBounds:
-    """The bounds of one quantity on the knot spans to bound, of those (n,) on all, with places (n, 2) in u and v."""
+    """The bounds of one quantity on the knot spans to bound, of those (n,) on all, with places (n, 2) in u and v.
+
+    Parameters
+    ----------
+    spans : KnotSpans
+    upper, seen : (n,) arrays
+        Certified and attained values on all knot spans.
+    place : (n, 2) array
+        Where the latter are, in u and v.
+    """
     q = (spans.q[:, 0] + place[:, 0] * spans.q[:, 1]) % 1.0
     found = SpanBounds(upper, seen, q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
     return SpanBounds(*(part[spans.own] for part in found))

@@ -8,7 +8,17 @@ import numpy as np
 
 @numba.njit(cache=True)
 def apart(box_a, box_b, u_a, v_a, u_b, v_b, size):
-    """Distance in mm between two points on the starting tube, see `measures/distances.py`."""
+    """Distance in mm between two points on the starting tube, see `measures/distances.py`.
+
+    Parameters
+    ----------
+    box_a, box_b : (8,) arrays
+        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    u_a, v_a, u_b, v_b : float
+        The points on both patches, from 0 to 1.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    """
     turn = abs(box_a[0] + u_a * box_a[1] - box_b[0] - u_b * box_b[1])
     aside = abs(np.sin(np.pi * turn)) / np.pi * min(cubic(box_a[4:], v_a), cubic(box_b[4:], v_b))
     up = box_a[2] + v_a * box_a[3] - box_b[2] - v_b * box_b[3]
@@ -23,7 +33,19 @@ def cubic(c, v):
 
 @numba.njit(cache=True)
 def counts(box_a, box_b, here, size, neighbourhood):
-    """Whether two points are not within each other's neighbourhood."""
+    """Whether two points are not within each other's neighbourhood.
+
+    Parameters
+    ----------
+    box_a, box_b : (8,) arrays
+        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    here : (4,) array
+        u and v on the first and on the second patch, from 0 to 1.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    """
     if neighbourhood == 0.0:
         return True
     return apart(box_a, box_b, here[0], here[1], here[2], here[3], size) >= neighbourhood
@@ -31,7 +53,21 @@ def counts(box_a, box_b, here, size, neighbourhood):
 
 @numba.njit(cache=True)
 def distance(a, b, here, box_a, box_b, size, neighbourhood):
-    """Distance in mm between two points; infinite if they are within each other's neighbourhood."""
+    """Distance in mm between two points; infinite if they are within each other's neighbourhood.
+
+    Parameters
+    ----------
+    a, b : (4, 4, 3) arrays
+        Control nets of both patches, mm.
+    here : (4,) array
+        u and v on the first and on the second patch, from 0 to 1.
+    box_a, box_b : (8,) arrays
+        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    """
     if not counts(box_a, box_b, here, size, neighbourhood):
         return np.inf
     way = np.empty(3)
@@ -41,7 +77,21 @@ def distance(a, b, here, box_a, box_b, size, neighbourhood):
 
 @numba.njit(cache=True)
 def descend(a, b, here, box_a, box_b, size, neighbourhood):
-    """Move two points within their patches to a local minimum of their distance, by damped Newton steps; returns it."""
+    """Move two points within their patches to a local minimum of their distance, by damped Newton steps; returns it.
+
+    Parameters
+    ----------
+    a, b : (4, 4, 3) arrays
+        Control nets of both patches, mm.
+    here : (4,) array
+        u and v on the first and on the second patch, from 0 to 1. Overwritten.
+    box_a, box_b : (8,) arrays
+        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    """
     best = distance(a, b, here, box_a, box_b, size, neighbourhood)
     x, y = np.empty((6, 3)), np.empty((6, 3))
     slope, H, trial = np.empty(4), np.empty((4, 4)), np.empty(4)
@@ -99,7 +149,17 @@ def descend(a, b, here, box_a, box_b, size, neighbourhood):
 
 @numba.njit(cache=True)
 def between(a, b, here, way):
-    """Vector between the points at u, v of both patches (4,), from the first to the second."""
+    """Vector between the points at u, v of both patches (4,), from the first to the second.
+
+    Parameters
+    ----------
+    a, b : (4, 4, 3) arrays
+        Control nets of both patches, mm.
+    here : (4,) array
+        u and v on the first and on the second patch, from 0 to 1.
+    way : (3,) array
+        Overwritten by the vector, mm.
+    """
     x, y = np.empty(3), np.empty(3)
     _point(a, here[0], here[1], x)
     _point(b, here[2], here[3], y)

@@ -66,6 +66,19 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
     corner or where a side meets the circle. Steps around the tube are arcs, shortened to their chords, by which the
     neighbourhood is defined. The difference of the slopes enters with its absolute value; it is small where the
     distance is smallest.
+
+    Parameters
+    ----------
+    a, b : (4, 4, 3) arrays
+        Control nets of both patches, mm.
+    box_a, box_b : (8,) arrays
+        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    span : (8,) array
+        Ranges of u and v on both patches.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
     """
     known, between, half_a, half_b = steps(box_a, box_b, span, size, neighbourhood)
     if not known:
@@ -113,6 +126,17 @@ def steps(box_a, box_b, span, size, neighbourhood):
     """Steps (q, r) on the starting tube between the middles of two ranges, and half of either range, in mm, as tuples.
 
     Points that count are a neighbourhood apart by these, see `linked`. The first value is whether there are such steps.
+
+    Parameters
+    ----------
+    box_a, box_b : (8,) arrays
+        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    span : (8,) array
+        Ranges of u and v on both patches.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
     """
     shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
     if shrink <= 0.0:
@@ -155,7 +179,17 @@ def _linear(net, direction):
 
 @numba.njit(cache=True)
 def farthest(box_a, box_b, span, size):
-    """Upper bound of the distance on the starting tube for u, v in ranges (8,), first patch first."""
+    """Upper bound of the distance on the starting tube for u, v in ranges (8,), first patch first.
+
+    Parameters
+    ----------
+    box_a, box_b : (8,) arrays
+        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    span : (8,) array
+        Ranges of u and v on both patches.
+    size : (2,) array
+        Circumference and length of the starting tube, mm.
+    """
     reach = np.empty(2)
     for k in range(2):
         middle_a = box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]

@@ -93,7 +93,16 @@ class Tally:
         self._places.append(Points(*at, sign * found.seen[some], sign * found.upper[some]))
 
     def pairs(self, first: int, second: int, found: Gaps, beyond: float) -> None:
-        """Add the distances between two surfaces, and the lower bound `beyond` of all other pairs of patches."""
+        """Add the distances between two surfaces, and the lower bound `beyond` of all other pairs of patches.
+
+        Parameters
+        ----------
+        first, second : int
+            Indices of the surfaces.
+        found : Gaps
+        beyond : float
+            Lower bound of all other pairs, mm.
+        """
         self._worst(-found.lower, -found.seen, first, found.a[:, 0], found.a[:, 1])
         self.upper = max(self.upper, -beyond)
         some = nearest_uncertified(found, -self.accuracy.needed)

@@ -150,6 +150,17 @@ def bounds(
     """Smallest heights (mm) of a tube over the planes of its flat ends, relative to the part to be kept; signs changed.
 
     Height and part both vanish on the rim, so the common factor v is divided out there.
+
+    Parameters
+    ----------
+    surface : TubeSurface
+    spans : KnotSpans
+    neighbourhood : float
+        Distance from the rim beyond which the whole fold distance is kept, mm.
+    accuracy : Accuracy
+        Of heights with their sign changed.
+    worst : float
+        Worst of these attained elsewhere, mm.
     """
     rows = surface.basis_r.spans
     z = spans.x[:, 2].reshape(rows, -1, 4, 4)

@@ -35,6 +35,20 @@ def differentiate(kind, tangents, S, S_r, aspect, per_mm, slopes):
 
     kind is 0 to 3 for curvature, skew, stretch and area. A name with `d_` is the derivative of the measure with respect
     to what follows.
+
+    Parameters
+    ----------
+    kind : int
+    tangents : (5, 3) array
+        U, r_r, U_q, U_r and r_rr.
+    S, S_r : float
+        See `Frame`; 1/mm for the latter.
+    aspect : float
+        Length over circumference of the starting tube.
+    per_mm : bool
+        The form of the stretch, see `measures`.
+    slopes : (5, 3) array
+        Overwritten.
     """
     f = forms_of(tangents, S, S_r)
     over_area2, over_E, over_G = 1.0 / max(f.area2, FLOOR**2), 1.0 / max(f.E, FLOOR**2), 1.0 / max(f.G, FLOOR**2)

@@ -189,7 +189,19 @@ def closest_within(points: Floats, surface: SampledSurface, bound: float) -> tup
 
 
 def wall_closest(points: Floats, surface: SampledSurface, bound: float, first: int) -> ClosestPoints:
-    """Partners of points on another surface, whose samples are numbered from `first`; active within `bound` mm."""
+    """Partners of points on another surface, whose samples are numbered from `first`; active within `bound` mm.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        mm.
+    surface : SampledSurface
+        The other surface.
+    bound : float
+        mm.
+    first : int
+        Number of its first sample.
+    """
     # The nearest sample is farther away than the closest point, but by less than the diagonal of a cell.
     within, near = nearest(points, surface, bound + 1.0)
     some = np.flatnonzero(within)
@@ -200,7 +212,19 @@ def wall_closest(points: Floats, surface: SampledSurface, bound: float, first: i
 
 
 def fold_closest(tube: SampledSurface, neighbourhood: float, bound: float, first: int) -> ClosestPoints:
-    """Partners of every second sample of a tube on itself, outside the neighbourhood; active within `bound` mm."""
+    """Partners of every second sample of a tube on itself, outside the neighbourhood; active within `bound` mm.
+
+    Parameters
+    ----------
+    tube : SampledSurface
+        Without discs.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm.
+    bound : float
+        mm.
+    first : int
+        Number of its first sample.
+    """
     source = every_second(tube.grid)
     fold = nearest_fold(tube, neighbourhood, bound + 0.5, source)
     some = np.flatnonzero(np.isfinite(fold.distance))

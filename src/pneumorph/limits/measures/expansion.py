@@ -56,7 +56,22 @@ def _nearest(px, py, pz, fields, sample, across, ahead, behind):
 
 @numba.njit(cache=True, nogil=True)
 def closest(points, near, fields, columns, steps, distance, offset):
-    """Fill distance (n,) and offset (n, 2) of the points closest to `points` (n, 3), near the samples `near` (n,)."""
+    """Fill distance (n,) and offset (n, 2) of the points closest to `points` (n, 3), near the samples `near` (n,).
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        mm.
+    near : (n,) array
+        A sample near each.
+    fields : six (m, 3) arrays
+    columns : int
+        Samples in each row.
+    steps : (float, (rows,) array, (rows,) array)
+        mm.
+    distance, offset : (n,) and (n, 2) arrays
+        Overwritten; mm.
+    """
     across, ahead, behind = steps
     for k in range(len(points)):
         row = near[k] // columns
@@ -67,7 +82,17 @@ def closest(points, near, fields, columns, steps, distance, offset):
 
 @numba.njit(cache=True, nogil=True)
 def positions(sample, offset, fields, x):
-    """Fill the positions (n, 3) at offsets (n, 2) from samples (n,)."""
+    """Fill the positions (n, 3) at offsets (n, 2) from samples (n,).
+
+    Parameters
+    ----------
+    sample : (n,) array
+    offset : (n, 2) array
+        mm.
+    fields : six (m, 3) arrays
+    x : (n, 3) array
+        Overwritten; mm.
+    """
     for k in range(len(sample)):
         for c in range(3):
             x[k, c] = _place(fields, sample[k], offset[k, 0], offset[k, 1], c)

@@ -63,6 +63,13 @@ def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S
 
     Since r_qr = S' U + S U_r and U is a tangent, the second fundamental form has L = U_q·n / S, M = U_r·n and
     N = r_rr·n in the frame of U and r_r; n = U × r_r is not a unit vector, which the powers of area2 compensate.
+
+    Parameters
+    ----------
+    across, along, across_q, across_r, along_r : three numbers each
+        U, r_r, U_q, U_r and r_rr; derivatives are per mm of the starting tube.
+    S, S_r : numbers
+        Circumference of the starting dome relative to τ_q, and its derivative, 1/mm.
     """
     (ux, uy, V), (rx, ry, W), (uqx, uqy, V_q) = across, along, across_q
     mx, my, nz = uy * W - V * ry, V * rx - ux * W, ux * ry - uy * rx
@@ -90,7 +97,18 @@ def forms(across: Any, along: Any, across_q: Any, across_r: Any, along_r: Any, S
 def quantities(
     f: Forms, aspect: float, per_mm: bool, over_area2: Any, over_E: Any, over_G: Any
 ) -> tuple[Any, Any, Any]:
-    """Curvature, skew and stretch for any kind of numbers, from the forms and the inverses of their denominators."""
+    """Curvature, skew and stretch for any kind of numbers, from the forms and the inverses of their denominators.
+
+    Parameters
+    ----------
+    f : Forms
+    aspect : float
+        Length over circumference of the starting tube.
+    per_mm : bool
+        The form of the stretch, see `measures`.
+    over_area2, over_E, over_G : numbers
+        Inverses of the denominators.
+    """
     curvature = over_area2 * over_area2 * (f.twice_H * f.twice_H * over_area2 * 0.5 - f.gauss)
     skew = f.F * f.F * (over_E * over_G)
     E_q, E_r, G_q, G_r = f.E_q * over_E, f.E_r * over_E, f.G_q * over_G, f.G_r * over_G
@@ -137,7 +155,18 @@ def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
 
 @partial(jax.jit, static_argnames="form")
 def pointwise(fields: tuple[Array, ...], shrink: Array, slope: Array, aspect: float, form: Form) -> Measures:
-    """Evaluate the measures from U, r_r, U_q, U_r, r_rr, each (3, rows, columns), see `forms`."""
+    """Evaluate the measures from U, r_r, U_q, U_r, r_rr, each (3, rows, columns), see `forms`.
+
+    Parameters
+    ----------
+    fields : five (3, rows, columns) arrays
+    shrink, slope : (rows, 1) arrays
+        S, and dS/dr in 1/mm.
+    aspect : float
+        Length over circumference of the starting tube.
+    form : "per_mm" or "printed"
+        Of the stretch, see `measures`.
+    """
     across, along, across_q, across_r, along_r = fields
     f = forms(tuple(across), tuple(along), tuple(across_q), tuple(across_r), tuple(along_r), shrink, slope)
     over_area2, over_E, over_G = (1.0 / jnp.maximum(part, FLOOR**2) for part in (f.area2, f.E, f.G))

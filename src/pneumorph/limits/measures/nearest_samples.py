@@ -64,7 +64,17 @@ def nearest_samples(points: Floats, x: Floats, reach: float) -> tuple[Floats, In
 
 
 def facing_samples(points: Floats, ways: Floats, x: Floats, normals: Floats, reach: float) -> tuple[Floats, Ints]:
-    """The same in the metric |x − y|² + |n − m|² of places and scaled normals, (n, 3) each."""
+    """The same in the metric |x − y|² + |n − m|² of places and scaled normals, (n, 3) each.
+
+    Parameters
+    ----------
+    points, ways : (n, 3) arrays
+        Places in mm, and normals scaled by a length in mm.
+    x, normals : (m, 3) arrays
+        The same of the samples.
+    reach : float
+        mm.
+    """
     return _searched(points, ways, x, normals, reach, 1.0)
 
 

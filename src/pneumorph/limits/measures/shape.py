@@ -57,7 +57,17 @@ def measured_samples(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
 
 
 def measured(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form: Form) -> Floats:
-    """One measure (m,) at each of the points."""
+    """One measure (m,) at each of the points.
+
+    Parameters
+    ----------
+    surface : TubeSurface
+    kind : (m,) int array
+        0 to 3 for curvature, skew, stretch and area.
+    q, r : (m,) arrays
+    form : "per_mm" or "printed"
+        Of the stretch, see `measures`.
+    """
     tube, value = _tube(surface, form), np.empty(len(kind))
 
     def work(some: slice) -> None:
@@ -71,6 +81,15 @@ def differentiated(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form:
     """One measure (m,) at each point, and its derivatives (m, 48) with respect to coordinates of the net.
 
     The third result is the numbers (m, 48) of these coordinates.
+
+    Parameters
+    ----------
+    surface : TubeSurface
+    kind : (m,) int array
+        0 to 3 for curvature, skew, stretch and area.
+    q, r : (m,) arrays
+    form : "per_mm" or "printed"
+        Of the stretch, see `measures`.
     """
     tube, value = _tube(surface, form), np.empty(len(kind))
     entry, number = np.empty((len(kind), 4, 4, 3)), np.empty((len(kind), 4, 4, 3), dtype=np.int64)

@@ -73,7 +73,17 @@ def asking_samples(limits: LimitSamples, number: int, surface: SampledSurface) -
 
 
 def cell_of_samples(limits: LimitSamples, number: int, surface: SampledSurface, sample: Ints) -> Ints:
-    """Knot-span cells of samples; samples on an end disc belong to the cells at its rim."""
+    """Knot-span cells of samples; samples on an end disc belong to the cells at its rim.
+
+    Parameters
+    ----------
+    limits : LimitSamples
+    number : int
+        Index of the surface.
+    surface : SampledSurface
+        It, with or without end discs.
+    sample : (m,) int array
+    """
     row, column = np.divmod(sample, surface.columns)
     row = np.clip(row - surface.rings, 0, len(surface.grid.r) - 1)
     around, along = limits.spans[number]

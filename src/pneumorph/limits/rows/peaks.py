@@ -27,6 +27,12 @@ def peaks_at(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Fl
     """Estimated peaks (m,) near some of the samples, and their offsets along q and r.
 
     Offsets are in sample distances, at most half of one.
+
+    Parameters
+    ----------
+    c : (kinds, rows, columns) array
+    kind, row, column : (m,) int arrays
+        The samples.
     """
     value, aside, up = np.empty((3, len(kind)))
     _locate(c, kind, row, column, value, aside, up)

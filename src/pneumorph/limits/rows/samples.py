@@ -182,7 +182,14 @@ def _own(body: Body, samples: Sequence[tuple[Floats, ...]], group: Sequence[Floa
 
 
 def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
-    """Knot-span cells (n,) of points (q, r) on the surface with index `number`."""
+    """Knot-span cells (n,) of points (q, r) on the surface with index `number`.
+
+    Parameters
+    ----------
+    limits : LimitSamples
+    number : int
+    q, r : (n,) arrays
+    """
     around, along = limits.spans[number]
     return np.minimum((r * along).astype(np.int64), along - 1) * around + (q % 1.0 * around).astype(np.int64)
 
@@ -197,7 +204,17 @@ def by_surface(limits: LimitSamples, places: Points) -> Iterator[PointsOn]:
 def worst_samples(
     c: Floats, own: Mask, per_span: tuple[int, int], spans: tuple[int, int], least: float
 ) -> tuple[Ints, Ints, Ints]:
-    """Row, column and cell of the worst `own` samples of each cell, for values c (rows, columns) above `least`."""
+    """Row, column and cell of the worst `own` samples of each cell, for values c (rows, columns) above `least`.
+
+    Parameters
+    ----------
+    c : (rows, columns) array
+    own : (rows, columns) bool array
+        Samples that may have rows.
+    per_span, spans : (int, int)
+        Samples per knot span, and knot spans, in q and in r.
+    least : float
+    """
     # One of each half along r: if only one were kept, repairing it would alternately violate the other.
     found = np.full(2 * spans[0] * spans[1], -1)
     _pick(np.ascontiguousarray(c, dtype=float), own, per_span, spans, float(least), found)
