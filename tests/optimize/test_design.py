@@ -11,7 +11,7 @@ import pytest
 from texts import EXTEND, problem_text
 from tiny import tiny
 
-from pneumorph.errors import ComputationError, MeshError
+from pneumorph.errors import MeshError, ProblemError
 from pneumorph.limits.report import certify
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Skin
@@ -137,7 +137,7 @@ def test_a_run_of_an_earlier_version_goes_on(three):
     state = dict(accepted(events)[2].state)
     old = {name: value for name, value in state.items() if name != "multipliers" and not name.startswith("curvature_")}
     assert isinstance(next(design(problem, old)), Started)
-    with pytest.raises(ComputationError, match="start the run again in another directory"):
+    with pytest.raises(ProblemError, match="start the run again in another directory"):
         next(design(problem, old | {"phi": old["phi"][:-1]}))
 
 

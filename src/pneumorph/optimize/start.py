@@ -79,7 +79,7 @@ def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
 
     Raises
     ------
-    ComputationError
+    ProblemError
         If the checkpoint does not fit the problem, or its equilibria are not found again.
     """
     disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state), setup.mesher.heights)
