@@ -5,7 +5,7 @@ import pytest
 from texts import problem_text
 from tiny import REST
 
-from pneumorph.errors import ComputationError
+from pneumorph.errors import ProblemError
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, acceptance, design
 from pneumorph.problem import loads
 
@@ -61,5 +61,5 @@ def test_a_stopped_run_goes_on_in_the_same_way(events):
 @pytest.mark.parametrize("at_rest", [[1.0], [1.0, -1.0, 1.0]])
 def test_a_checkpoint_that_does_not_fit_is_named(events, at_rest):
     state = accepted(events)[0].state | {"at rest extend": np.array(at_rest)}
-    with pytest.raises(ComputationError, match="stiffnesses at rest"):
+    with pytest.raises(ProblemError, match="stiffnesses at rest"):
         next(design(loads(COLUMN), state))
