@@ -95,7 +95,7 @@ class Accuracy:
     bound : float
         Bound of the limit.
     needed : float
-        The bound and what rounding may do; it is decided for every point whether this is exceeded.
+        The bound, with what rounding may do where that is zero; it is decided for every point whether this is exceeded.
     gap : float
         Allowed difference of certified and attained values near the limit.
     decided : float

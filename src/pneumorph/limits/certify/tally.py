@@ -76,7 +76,7 @@ class Tally:
         self.limit, self.bound, self.scale = limit, limit.bound(spec), limit.scale(spec)
         self.accuracy = Accuracy(
             bound=limit.sign * self.bound,
-            needed=limit.sign * self.bound + ROUNDING * (self.bound or 1.0),
+            needed=limit.sign * self.bound if self.bound else ROUNDING,
             gap=FINE * (self.bound or self.scale),
             decided=DECIDED * limit.aim * self.scale,
             relative_gap=limit.far,
