@@ -6,15 +6,20 @@ import sys
 import numpy as np
 import pytest
 import pyvista as pv
+from runs import line
 from tiny import tiny
 
 import pneumorph as pm
 from pneumorph.analysis import analyse, collect_fields, discretise
 from pneumorph.errors import ProblemError
+from pneumorph.geometry.tube import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.interface import design as module
 from pneumorph.interface import sweep as sweeps
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import loads
+from pneumorph.results import Fields
+from pneumorph.run import StoredDesign, create
 
 HALF = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz"] }\n[[body.chamber]]')
 
@@ -137,3 +142,21 @@ def test_an_interrupted_design_is_kept(tmp_path):
     run = pm.open_run(tmp_path / "run")
     assert run.latest == 1 and run.best.entry.iteration == 1 and run.result is None
     assert pm.design(problem, out=tmp_path / "run", resume=True).latest == 2
+
+
+@pytest.mark.parametrize("changes", [{"symmetry": {"mirror": ["xz"]}}, {}], ids=["a mirror plane", "an end"])
+def test_control_points_that_are_no_design_of_the_problem(tmp_path, changes):
+    problem = loads(tiny()).with_changes({f"body.{key}": value for key, value in changes.items()})
+    stored = StoredDesign.of(starting_body(problem.body), {"extend": {"A": 0.06}})
+    run = create(tmp_path / "run", problem)
+    mesh = mesh_body(starting_body(problem.body), 8.0).mesh
+    fields = Fields(mesh, {"extend": 0.0 * mesh.points}, {"extend": np.ones(len(mesh.points))})
+    run.record(line(problem, 0, stored.pressures), stored, fields, {})
+    assert pm.open_run(run.path).best.iteration == 0
+
+    place = tmp_path / "run" / "designs" / "0000.npz"
+    arrays = dict(np.load(place))
+    arrays["exterior"][0, 1] += [0.0, 0.02, 0.01]
+    np.savez(place, **arrays)
+    with pytest.raises(ProblemError, match=r"0\.0\d+ mm"):
+        _ = pm.open_run(run.path).best

@@ -111,6 +111,12 @@ class DesignSpace:
         """The body that Φ describes."""
         return self.reference.with_control_points(self.control_points(phi))
 
+    def departure(self, body: Body) -> float:
+        """Largest distance in mm of a body's control points from where its nearest body in this space has them."""
+        away = body.control_points().ravel() - self.offset
+        nearest = self.L @ ((self.L.T @ away) / column_squares(self.L))
+        return float(np.linalg.norm((away - nearest).reshape(-1, 3), axis=1).max())
+
     def pressures(self, phi: Array) -> dict[str, dict[str, float]]:
         """Pressure in MPa of every chamber in every task, fixed and free."""
         result = {task: dict(chambers) for task, chambers in self.fixed_pressures.items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -96,8 +97,8 @@ def draw(directory: RunDirectory, design: Design, asked: RequestedPicture, file:
     asked : the picture.
     file : where to.
     """
-    if file.parent == directory.path / "pictures":
-        pictures_folder(directory)
+    if file.parent == directory.path / "pictures" and os.path.lexists(file.parent):
+        pictures_folder(directory)  # refuses a link
     cut, problem = cast(Cut | None, asked.cut), directory.problem
     if asked.picture == "body":
         design.plot(file, cut, asked.at, asked.task)

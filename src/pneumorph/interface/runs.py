@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from pneumorph import run
 from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import space_of
 from pneumorph.interface.design import Design
 from pneumorph.objective import build_objectives
 from pneumorph.optimize import DesignAccepted, Event
@@ -17,6 +18,9 @@ from pneumorph.problem import Problem, Trust, admit, codes_of, load
 from pneumorph.problem.designed import starting_from
 from pneumorph.results import HistoryEntry, RunResult
 from pneumorph.run.complete import Outcome, complete
+
+ROUNDING = 1e-6
+"""Largest distance in mm of a stored design from the shapes of its problem; designs as they are stored have 1e-12."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,7 @@ class Run:
         Raises
         ------
         ProblemError
-            If there is no design with this number.
+            If there is no design with this number, or it is not one of the run's problem.
         """
         latest = self.latest
         if latest is None:
@@ -95,6 +99,11 @@ class Run:
         if entry is None:
             raise ProblemError(f"design {number}: is not in {self.path / 'history.jsonl'}; use another one")
         body = stored.body(self.problem)
+        if (departure := space_of(self.problem).departure(body)) > ROUNDING:
+            raise ProblemError(
+                f"design {number} of {self.path}: its control points are up to {departure:.2g} mm from where the "
+                "symmetry, ends and regions of the problem have them; run the design again"
+            )
         problem = starting_from(self.problem, entry.reinforcements)
         return Design(problem, body, stored.pressures, number, entry, self.directory.fields(number))
 
