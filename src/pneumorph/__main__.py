@@ -31,7 +31,7 @@ def main() -> None:
             raise
     except OSError as error:
         # A file has a name; what has none is the output.
-        if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EPIPE):
+        if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EPIPE) or sys.stdout is None:
             raise
         # Else Python tries again as it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

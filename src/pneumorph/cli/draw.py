@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import cast
 
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import Run, open_run
+from pneumorph.output.cuts import Cut
 from pneumorph.output.pictures import picture_names, run_pictures
 
 
@@ -15,7 +16,7 @@ def draw(
     source: Path,
     picture: str,
     design: int | None,
-    cut: Literal["yz", "xz", "xy", "none"] | None,
+    cut: str | None,
     at: str | None,
     task: str | None,
     format: str | None,
@@ -25,7 +26,7 @@ def draw(
     """Draw a picture of a run, or all of them."""
     run = open_run(source, asking(trust))
     if picture != "all":
-        print(f"written to {run.draw(picture, out, design, cut, at, task, format)}")
+        print(f"written to {run.draw(picture, out, design, cast(Cut | None, cut), at, task, format)}")
         return
     options = {"--design": design, "--cut": cut, "--at": at, "--task": task, "--format": format, "--out": out}
     for option, value in options.items():

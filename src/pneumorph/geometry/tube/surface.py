@@ -84,7 +84,8 @@ class TubeSurface:
 
     def average(self, strength: float) -> NetAverage:
         """The average along and around the net, see `Surface.average`."""
-        return net_average(*self.net.shape[:2], strength)
+        rows, columns = self.net.shape[:2]
+        return net_average(rows, columns, strength)
 
     @cached_property
     def basis_q(self) -> Basis:

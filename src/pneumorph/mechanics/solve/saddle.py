@@ -128,6 +128,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
         here = _reduced(at, tangent, here)
         # The factorisation may belong to other blocked components of the plate.
         direction, fresh = supported(at, tangent.precondition(-here.reduced)), False
+    size = np.inf
     for _ in range(MOST_NEWTON_STEPS):
         size, rough = (float(np.linalg.norm(each)) / scale for each in (here.residual, here.reduced))
         if size <= tolerance:

@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -16,6 +17,9 @@ from functools import lru_cache
 from pathlib import Path
 
 from pneumorph.processes import end_with_input, program, python, temporary_folder, wait
+
+if sys.platform != "win32":
+    import resource
 
 FILE = "<objective>"
 
@@ -83,12 +87,7 @@ def _ended(status: int) -> Fault:
 
 
 _LATE = 75
-_ALARMS: tuple[int, ...] = ()
-with contextlib.suppress(ImportError, AttributeError):
-    import resource
-    import signal
-
-    _ALARMS = (signal.SIGXCPU, signal.SIGALRM)
+_ALARMS: tuple[int, ...] = () if sys.platform == "win32" else (signal.SIGXCPU, signal.SIGALRM)
 
 
 def main(shape_of: Callable[[Asked], tuple[str, str] | None]) -> None:
@@ -125,7 +124,7 @@ def words_of(error: BaseException) -> str:
 def _limit() -> None:
     """Limit time and memory from here on, also of code that is not Python's own."""
     threading.Thread(target=_end_after, args=(WALL,), daemon=True).start()
-    if not _ALARMS:
+    if sys.platform == "win32":
         return
     signal.setitimer(signal.ITIMER_REAL, WALL)
     used = resource.getrusage(resource.RUSAGE_SELF)
@@ -136,6 +135,8 @@ def _limit() -> None:
 
 
 def _lower(kind: int, limit: int) -> None:
+    if sys.platform == "win32":
+        return
     soft, hard = resource.getrlimit(kind)
     known = [each for each in (soft, hard, limit) if each != resource.RLIM_INFINITY]
     with contextlib.suppress(OSError, ValueError):

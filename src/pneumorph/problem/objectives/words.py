@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.problem.components import MOTIONS
 
-MOTION_WORDS = dict(
+MOTION_WORDS: Mapping[str, str] = dict(
     zip(
         MOTIONS,
         ("shift along x", "shift along y", "extension", "bending about x", "bending about y", "twist"),
