@@ -71,7 +71,7 @@ class Run:
 
     @property
     def best(self) -> Design:
-        """The best design, which is the last: each is better than the one before.
+        """The best design, which is the last: each is better than its predecessor.
 
         Raises
         ------

@@ -148,7 +148,7 @@ class TetMesh:
 
     @property
     def part(self) -> Part:
-        """What of the whole body the mesh is."""
+        """The part of the whole body that is meshed."""
         return self.mirrors or tuple(
             name for name in self.faces if name.startswith("sector ") and not name.endswith(" image")
         )

@@ -139,7 +139,7 @@ class ModelTraits(NamedTuple):
     chambers : tuple of str
         Names.
     part : Part
-        What of the whole body the model is.
+        The part of the whole body that is modelled.
     plate : bool
         Whether the tip carries a plate.
     obstacles : tuple of str

@@ -92,7 +92,7 @@ class DesignAccepted:
 class Finished:
     """The loop has ended; `reason` is a sentence.
 
-    The last design is the best: each is better than the one before, compared on one mesh. `held` says whether it
+    The last design is the best: each is better than its predecessor, compared on one mesh. `held` says whether it
     satisfies every limit; `stable`, by task, whether its state is stable, also where a part was analysed. `fields`
     are those of the last design, with its sag under weight alone and its inflation.
     """

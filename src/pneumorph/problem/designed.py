@@ -1,4 +1,4 @@
-"""Sheets and fibres of a problem, and what of them is designed."""
+"""Sheets and fibres of a problem, and which of their data are designed."""
 
 from __future__ import annotations
 

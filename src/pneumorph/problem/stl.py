@@ -1,7 +1,7 @@
 """Closed surfaces of triangles from STL files, and as the text by which problems keep them.
 
 The format is read here, in a page. The reader of VTK (pyvista) takes paths instead of bytes, answers every fault of a
-file with an empty mesh, and writes the reason to its own log, so that no message could say what to mend; and problem
+file with an empty mesh, and writes the reason to its own log, so that no message could say what to repair; and problem
 files are read without loading VTK. Readers of the extra `cad` check less. Coordinates are kept as 32-bit floats, which
 is what binary STL has.
 """
@@ -43,7 +43,7 @@ def read_stl(data: bytes) -> Surface:
     Raises
     ------
     ValueError
-        If it is none, too large or not closed; says why and how to mend it.
+        If it is none, too large or not closed; says why and how to repair it.
     """
     return _closed(_merged(_binary(data) if _is_binary(data) else _text(data)))
 

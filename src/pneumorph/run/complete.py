@@ -95,7 +95,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
         completed=outcome.completed,
         reason=outcome.reason,
         iterations=last.iteration,
-        # Every design is better than the one before.
+        # Every design is better than its predecessor.
         best=last.iteration,
         objective=last.objective,
         optimality=last.optimality,

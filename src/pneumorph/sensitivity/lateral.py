@@ -1,4 +1,4 @@
-"""Derivatives of the stiffness of a body against motions to a side, see `mechanics.solve.lateral`.
+"""Derivatives of the stiffness of a body against lateral motions, see `mechanics.solve.lateral`.
 
 λ = wᵀK w / wᵀM w is stationary in w, so its derivatives are those with w held; the masses M are held too, for λ does
 not depend on them where it is 0. wᵀK w is the second derivative of Π along w: what it changes by is found from exact
@@ -31,7 +31,7 @@ def lateral_slope(
     at, tangent, state : Configuration, Tangent and State
         The equilibrium of the part, with its symmetric motions.
     found : Softest
-        Its softest motion to a side.
+        Its softest lateral motion.
     accuracy : float
         Of the adjoint, see `Tangent.solve_at`.
     """

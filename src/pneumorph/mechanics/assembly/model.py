@@ -29,7 +29,7 @@ from pneumorph.symmetry.part import Part, even_of, images_of, odd_of, onwards, t
 
 @dataclass(frozen=True)
 class Model:
-    """What of the mechanics stays fixed while nodes move: terms, supports, sparsity.
+    """The parts of the mechanics that do not change as nodes move: terms, supports, sparsity.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Model:
         All tetrahedra; the chambers' triangles, whose data are their shares (C,) in the chambers' volumes; and the
         triangles of the tip.
     part : Part
-        What of the whole body the mesh is; elsewhere, states are images of this one's.
+        The part of the whole body that is meshed; elsewhere, states are images of this one's.
     supports : (nodes, 3) bool
         Displacement components fixed at zero.
     terms : tuple of Term

@@ -1,8 +1,8 @@
 """The tangent as a linear solver: a factorisation serves for its own state and, with a few corrections, nearby.
 
 One factorisation costs as much as some twenty back-solves. Searches make many steps with one (`solve/descent.py`);
-solutions near a factorised state are corrected by conjugate gradients on the exact product, and its stability there is
-told by Lanczos' method.
+solutions near a factorised state are corrected by conjugate gradients on the exact product, and stability there is
+decided by Lanczos' method.
 """
 
 from __future__ import annotations

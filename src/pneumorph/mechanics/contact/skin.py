@@ -1,4 +1,4 @@
-"""The surface of a deformed body, and whether it goes through itself."""
+"""The surface of a deformed body, and whether it self-intersects."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Skin:
         self._divided: dict[int, _Divided] = {}
 
     def intersects_itself(self, x: np.ndarray) -> bool:
-        """Whether it goes through itself with the nodes of the mesh at x (N, 3): if an edge goes through a triangle."""
+        """Whether it self-intersects with the nodes of the mesh at x (N, 3): if an edge goes through a triangle."""
         places = self._image.vectors(x)
         fine_enough = [parts for parts in PARTS if parts == PARTS[0] or len(self._faces) * parts**2 <= MOST]
         return all(self._flat(parts).intersect(places) for parts in fine_enough)

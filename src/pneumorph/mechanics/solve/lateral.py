@@ -1,13 +1,14 @@
-"""How stiff a body is against motions to a side, found on the part that is solved.
+"""How stiff a body is against lateral motions, found on the part that is solved.
 
-The model of a part has symmetric motions only, while a body may buckle to a side. A motion that is odd about a mirror
-plane enters the second variation of the whole body's potential as often as the body has copies of the part, and no
-two kinds of motion are coupled. So the tangent of the part, with other supports on its mirror planes, tells of one kind
-after another whether the body is stable against it. Each costs a factorisation of the part.
+The model of a part has symmetric motions only, while a body may buckle laterally. The second variation of the whole
+body's potential for a motion that is odd about a mirror plane is that of the part times the number of its copies, and
+the kinds of motion are not coupled. So the tangent of the part, with other supports on its mirror planes, shows for one
+kind after another whether the body is stable against it. Each kind costs a factorisation of the part.
 
-How far it is from buckling is told by λ, the least wᵀK w / wᵀM w over all motions w, with the masses M of a body of
+The distance to buckling is measured by λ, the least wᵀK w / wᵀM w over all motions w, with the masses M of a body of
 density 1: the square of the lowest natural frequency, which falls in proportion to a load and is 0 where the body
-buckles. (Stiffnesses at rest in place of masses would not do: where a body has turned, they see strains in its turns.)
+buckles. (Stiffnesses at rest would not do in place of the masses: where a body has turned, they take rotations for
+strains.)
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""End discs triangulated anew where triangles between rings of vertices would be poor.
+"""End discs triangulated again where triangles between rings of vertices would be poor.
 
 The rings are copies of the rim, nearer to its centre. Where a line to the centre runs nearly along the rim, triangles
 between them are flat, and so are tetrahedra on them; where the disc does not even contain its centre, they overlap. The
@@ -20,14 +20,14 @@ from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.mesh.tube.patch import Patch
 
 _POOR = 0.1
-"""Quality of a disc's worst triangle (see `quality_of`) below which the disc is triangulated anew."""
+"""Quality of a disc's worst triangle (see `quality_of`) below which the disc is triangulated again."""
 
 _STRAIGHT = 1e-3
 """Distance of vertices from a line, relative to its length, up to which they are on it."""
 
 
 def with_sound_discs(patch: Patch, surface: TubeSurface, size: float) -> Patch:
-    """The patch with its poor end discs triangulated anew with edges of this size, mm, but those of several regions."""
+    """The patch with its poor end discs triangulated again with edges of this size, mm, but those of several regions."""
     if surface.ends == "flat":
         for part in (0, 2):
             patch = _sound(patch, patch.part == part, patch.B @ surface.net.reshape(-1, 3), size)
