@@ -27,7 +27,7 @@ _STRAIGHT = 1e-3
 
 
 def with_sound_discs(patch: Patch, surface: TubeSurface, size: float) -> Patch:
-    """The patch with its poor end discs triangulated again with edges of this size, mm, but those of several regions."""
+    """The patch, its poor end discs triangulated again with edges of this size, mm, but those of several regions."""
     if surface.ends == "flat":
         for part in (0, 2):
             patch = _sound(patch, patch.part == part, patch.B @ surface.net.reshape(-1, 3), size)
