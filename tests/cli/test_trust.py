@@ -10,6 +10,7 @@ from tiny import tiny
 
 from pneumorph.cli import trust
 from pneumorph.errors import ProblemError
+from pneumorph.objective.kinds.trial import fault_of
 from pneumorph.problem import load, loads
 from pneumorph.run import create
 
@@ -56,6 +57,7 @@ def test_without_an_answer_nothing_runs(run, foreign, arguments, monkeypatch):
 def test_with_the_option_it_runs_and_is_trusted_from_then_on(run, foreign):
     # The function gives no real number: that is told once it has run.
     for options in (("--trust",), ()):
+        fault_of.cache_clear()
         result = run("design", foreign / "arm.toml", "--out", foreign / "new", *options)
         assert result.exit_code == 2 and "make it return one real number" in result.stderr
         assert (foreign / "mark").exists()

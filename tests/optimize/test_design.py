@@ -105,7 +105,7 @@ def test_a_mesh_that_cannot_be_made_anew_goes_on_and_is_told(three, monkeypatch)
         raise MeshError("surfaces may touch")
 
     monkeypatch.setattr("pneumorph.optimize.trial.needs_remesh", lambda *_: "it is worn")
-    monkeypatch.setattr("pneumorph.optimize.setup.discretise", fails)
+    monkeypatch.setattr("pneumorph.optimize.setup.Setup.discretise", fails)
     before = accepted(three[1])[1]
     _, events = run(2, state=before.state)
     assert [type(event) for event in events] == [Started, MeshKept, DesignAccepted, Finished]
@@ -123,7 +123,7 @@ def test_a_mesh_that_serves_is_not_replaced_by_a_much_finer_one(three, monkeypat
         raise MeshError("surfaces may touch")
 
     monkeypatch.setattr("pneumorph.optimize.trial.needs_remesh", lambda *_: "it is worn")
-    monkeypatch.setattr("pneumorph.mesh.tube.build.fill", fails)
+    monkeypatch.setattr("pneumorph.mesh.build.fill", fails)
     run(2, state=accepted(events)[1].state)
     coarse, tried[:] = min(tried), []
     assert coarse >= 0.8 * problem.mesh.size

@@ -78,7 +78,7 @@ def test_a_run_appears_and_grows_without_a_reload(tmp_path, opened):
     run = create(tmp_path / "run", problem)
     with serving(run.path) as address:
         page = opened(address)
-        assert "there is no finished design yet" in words(page, "live") and not page.locator("main").is_visible()
+        assert "no design is finished yet" in words(page, "live") and not page.locator("main").is_visible()
         page.evaluate("window.before = 1")
         accept(run, 0, pressures, fields)
         until(page, "design-shown", "0 of 0")

@@ -98,10 +98,10 @@ export class Comparison {
     return { design, task: stop ? task : "", entry: facts.history[design], shape: stop ? shapes.moved(design, stop) : shapes.atRest(design) };
   }
 
-  // Show only these runs' bodies, in this order.
+  // Show only these runs' bodies, in this order; a single run has none beside the large picture.
   arrange(kept) {
     for (const [number, body] of this.bodies.entries()) if (body) body.figure.hidden = !kept.includes(number);
-    byId("bodies").append(...kept.map((number) => this.bodies[number].figure));
+    byId("bodies").append(...kept.flatMap((number) => this.bodies[number]?.figure ?? []));
   }
 
   // Look from where the large picture is seen.
