@@ -22,6 +22,8 @@ _ENOUGH = 0.25
 _SWEEPS = 10
 _LONGEST, _SHORTEST = 0.2, 0.005
 """First and last length of trial steps, relative to the element's edges."""
+_GAIN = 1e-6
+"""Least gain in quality of a step that is taken, above rounding errors."""
 
 _WAYS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if sum(map(abs, way)) in (1.0, 3.0)])
 _WAYS /= np.linalg.norm(_WAYS, axis=1)[:, None]
@@ -73,29 +75,33 @@ def _sweep(points, tets, free, start, visits, quality):
             if not free[node]:
                 continue
             around = visits[start[node] : start[node + 1]]
-            best, step = _worst(points, tets, around, nodes), _LONGEST * length
+            # The worst first, which decide about most steps.
+            around = around[np.argsort(quality[around])]
+            best, step = _worst(points, tets, around, nodes, -np.inf), _LONGEST * length
             while step > _SHORTEST * length:
                 better, place = False, points[node].copy()
                 for way in _WAYS:
                     points[node] = place + step * way
-                    worst = _worst(points, tets, around, nodes)
-                    if worst > best + 1e-6:
+                    worst = _worst(points, tets, around, nodes, best + _GAIN)
+                    if worst > best + _GAIN:
                         best, better, place = worst, True, points[node].copy()
                 points[node] = place
                 any_moved |= better
                 if not better:
                     step /= 2.0
             for k in range(len(around)):
-                quality[around[k]] = _worst(points, tets, around[k : k + 1], nodes)
+                quality[around[k]] = _worst(points, tets, around[k : k + 1], nodes, -np.inf)
     return any_moved
 
 
 @numba.njit(cache=True, nogil=True)
-def _worst(points, tets, elements, nodes):
-    """The worst quality of some elements."""
+def _worst(points, tets, elements, nodes, least):
+    """The worst quality of some elements, or that of the first found which is no better than `least`."""
     worst = np.inf
     for e in elements:
         for a in range(10):
             nodes[a] = points[tets[e, a]]
         worst = min(worst, of_element(nodes))
+        if worst <= least:
+            break
     return worst
