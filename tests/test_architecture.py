@@ -43,7 +43,7 @@ ROOMS = {
     "geometry": ["bspline", "regions", "surface", "body", "design_space", "__init__", "tube", "starting"],
     "mechanics": ["material", "elements", "contact", "assembly", "solve", "setup", "__init__"],
     "limits": [
-        *("__init__", "limit", "measures", "certify", "rows", "kinds"),
+        *("__init__", "limit", "certify", "tube", "kinds"),
         *("table", "report", "linearised", "functions", "of_shape", "shares"),
     ],
 }

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.limits.measures.formulas import Form, measures
-from pneumorph.limits.measures.grid import grid
+from pneumorph.limits.tube.measures.formulas import Form, measures
+from pneumorph.limits.tube.measures.grid import grid
 
 
 def measured(surface, form: Form = "per_mm", per_span=(4, 4)):

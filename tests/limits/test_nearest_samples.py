@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
-from pneumorph.limits.measures.nearest_samples import facing_samples, nearest_samples
+from pneumorph.limits.tube.measures.nearest_samples import facing_samples, nearest_samples
 
 
 @settings(max_examples=30)

@@ -6,10 +6,10 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import cap_points
-from pneumorph.limits.certify.cells import Accuracy, knot_spans
-from pneumorph.limits.certify.patch_distances import gaps, nearest, patches, without_discs
-from pneumorph.limits.certify.quadratic_bounds import clears, workspace
-from pneumorph.limits.certify.slabs import slab
+from pneumorph.limits.tube.certify.cells import Accuracy, knot_spans
+from pneumorph.limits.tube.certify.patch_distances import gaps, nearest, patches, without_discs
+from pneumorph.limits.tube.certify.quadratic_bounds import clears, workspace
+from pneumorph.limits.tube.certify.slabs import slab
 from pneumorph.problem import BodySpec
 
 # Start and width in q and r of a part of a tube, and its circumference relative to that at the start: 1 mm of 40.

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pneumorph.limits.linearised import linearised
-from pneumorph.limits.measures.shape import measured
 from pneumorph.limits.report import certify
-from pneumorph.limits.rows.samples import sample_limits
 from pneumorph.limits.table import BY_NAME, ROWS
+from pneumorph.limits.tube.measures.shape import measured
+from pneumorph.limits.tube.rows.samples import sample_limits
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),

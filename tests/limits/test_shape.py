@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.limits.measures.derivatives import differentiate
-from pneumorph.limits.measures.formulas import measures, pointwise
-from pneumorph.limits.measures.grid import grid
-from pneumorph.limits.measures.pole_frame import frame
-from pneumorph.limits.measures.shape import differentiated, measured, measured_samples
+from pneumorph.limits.tube.measures.derivatives import differentiate
+from pneumorph.limits.tube.measures.formulas import measures, pointwise
+from pneumorph.limits.tube.measures.grid import grid
+from pneumorph.limits.tube.measures.pole_frame import frame
+from pneumorph.limits.tube.measures.shape import differentiated, measured, measured_samples
 
 
 @pytest.fixture

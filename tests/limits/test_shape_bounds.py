@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from pneumorph.geometry.regions import Cylinder, box
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.limits.certify.cells import Accuracy, Bounds, Cells, knot_spans, recentred, refine, whole
-from pneumorph.limits.certify.hull_bounds import hull_bounds
-from pneumorph.limits.certify.shape_bounds import enclosed, polynomials
-from pneumorph.limits.certify.taylor import attained, bottom, inverse, modelled, taylor, top
-from pneumorph.limits.kinds import rim
-from pneumorph.limits.measures.formulas import measures
-from pneumorph.limits.measures.grid import grid
-from pneumorph.limits.measures.pole_frame import frame
+from pneumorph.limits.tube import rim
+from pneumorph.limits.tube.certify.cells import Accuracy, Bounds, Cells, knot_spans, recentred, refine, whole
+from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
+from pneumorph.limits.tube.certify.shape_bounds import enclosed, polynomials
+from pneumorph.limits.tube.certify.taylor import attained, bottom, inverse, modelled, taylor, top
+from pneumorph.limits.tube.measures.formulas import measures
+from pneumorph.limits.tube.measures.grid import grid
+from pneumorph.limits.tube.measures.pole_frame import frame
 from pneumorph.problem import BodySpec
 
 BOUNDS = {"curvature": 0.3, "skew": 0.2, "stretch": 0.1, "area": -0.1}

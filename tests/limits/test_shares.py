@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from pneumorph.limits.report import certify
-from pneumorph.limits.rows.pairs import LEAST_SHARE
-from pneumorph.limits.rows.samples import sample_limits
 from pneumorph.limits.shares import NAMES, PER_SPAN, usage
 from pneumorph.limits.table import BY_NAME
+from pneumorph.limits.tube.rows.pairs import LEAST_SHARE
+from pneumorph.limits.tube.rows.samples import sample_limits
 
 
 def of(body, spec):

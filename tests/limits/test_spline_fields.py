@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumorph.limits.measures.grid import SampledFields, grid
+from pneumorph.limits.tube.measures.grid import SampledFields, grid
 
 
 @pytest.mark.parametrize("ends", ["flat", "pole"])

@@ -8,8 +8,8 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.linearised import linearised
 from pneumorph.limits.report import certify
-from pneumorph.limits.rows.samples import sample_limits
 from pneumorph.limits.table import BY_NAME, ROWS
+from pneumorph.limits.tube.rows.samples import sample_limits
 from pneumorph.problem import loads
 from pneumorph.symmetry.operations import operations
 

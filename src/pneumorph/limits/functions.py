@@ -14,9 +14,9 @@ from jax import Array
 from numpy.typing import ArrayLike
 
 from pneumorph.geometry import Body
-from pneumorph.limits.measures.grid import grid
-from pneumorph.limits.rows.smooth import Partners, SmoothBody, SmoothSamples
 from pneumorph.limits.table import KINDS, OF_SHAPE
+from pneumorph.limits.tube.measures.grid import grid
+from pneumorph.limits.tube.rows.smooth import Partners, SmoothBody, SmoothSamples
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits

@@ -17,8 +17,8 @@ from scipy import sparse
 
 from pneumorph.geometry import Body
 from pneumorph.limits.certify.places import Places, Points, joined
-from pneumorph.limits.rows.samples import LimitSamples, Near, RowBlock, SampledBody
 from pneumorph.limits.table import KINDS, ROWS
+from pneumorph.limits.tube.rows.samples import LimitSamples, Near, RowBlock, SampledBody
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]

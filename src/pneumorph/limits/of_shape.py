@@ -13,7 +13,7 @@ from pneumorph.geometry import Body
 from pneumorph.limits.certify.places import Places, Points
 from pneumorph.limits.linearised import Rows, linearised
 from pneumorph.limits.report import LimitReport, certify
-from pneumorph.limits.rows.samples import LimitSamples, sample_limits
+from pneumorph.limits.tube.rows.samples import LimitSamples, sample_limits
 from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:

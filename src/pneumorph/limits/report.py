@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
 from pneumorph.limits.certify.places import Places
-from pneumorph.limits.certify.tally import Tally, spanned_body
 from pneumorph.limits.table import BY_NAME, KINDS, OF_SHAPE
+from pneumorph.limits.tube.certify.tally import Tally, spanned_body
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits

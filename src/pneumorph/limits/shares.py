@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from pneumorph.geometry import Body
-from pneumorph.limits.rows.samples import COARSE, FINE, LimitSamples, SampledBody
 from pneumorph.limits.table import KINDS, OF_SHAPE
+from pneumorph.limits.tube.rows.samples import COARSE, FINE, LimitSamples, SampledBody
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]

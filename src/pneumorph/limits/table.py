@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 from pneumorph.limits.kinds.fold import Folds
 from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.kinds.region import ENDS, ENVELOPE, PLANES, Inside, between_ends, within_envelope
-from pneumorph.limits.kinds.rim import Rims
-from pneumorph.limits.kinds.shape import Shapes
 from pneumorph.limits.kinds.states import MARGIN, STRAIN
 from pneumorph.limits.kinds.wall import Walls
 from pneumorph.limits.limit import Limit
+from pneumorph.limits.tube.rim import Rims
+from pneumorph.limits.tube.shape import Shapes
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits

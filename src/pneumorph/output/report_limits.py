@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from pneumorph.geometry.starting import body_of
-from pneumorph.limits.rows.samples import sample_limits
 from pneumorph.limits.shares import NAMES, Usage, usage
 from pneumorph.limits.table import BY_NAME
+from pneumorph.limits.tube.rows.samples import sample_limits
 from pneumorph.output.packed import Steps, in_steps
 from pneumorph.output.report_shapes import array_key
 from pneumorph.problem import Problem

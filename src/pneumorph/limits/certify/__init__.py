@@ -1,1 +1,1 @@
-"""How limits are certified: enclosures on whole surfaces, by Taylor models, control nets, and branch and bound."""
+"""Places where limits are not certified to be satisfied."""

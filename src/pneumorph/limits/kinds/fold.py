@@ -10,16 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.limits.certify.places import Pairs, Points
-from pneumorph.limits.certify.tally import SpannedBody, Tally, certify_pairs
 from pneumorph.limits.limit import Limit
-from pneumorph.limits.measures.distances import nearest_fold
-from pneumorph.limits.rows.pairs import LEAST_SHARE, Place, asking_samples, cell_of_samples, rows_at_pairs, rows_between
-from pneumorph.limits.rows.samples import Near, RowBlock, SampledBody, worst_of_cells
+from pneumorph.limits.tube.certify.tally import SpannedBody, Tally, certify_pairs
+from pneumorph.limits.tube.measures.distances import nearest_fold
+from pneumorph.limits.tube.rows.pairs import (
+    LEAST_SHARE,
+    Place,
+    asking_samples,
+    cell_of_samples,
+    rows_at_pairs,
+    rows_between,
+)
+from pneumorph.limits.tube.rows.samples import Near, RowBlock, SampledBody, worst_of_cells
 
 if TYPE_CHECKING:
     from jax import Array
 
-    from pneumorph.limits.rows.smooth import SmoothBody
+    from pneumorph.limits.tube.rows.smooth import SmoothBody
 
 Floats = NDArray[np.float64]
 

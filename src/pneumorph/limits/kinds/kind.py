@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.limits.certify.places import Pairs, Points
-from pneumorph.limits.certify.tally import SpannedBody, Tally
 from pneumorph.limits.limit import Limit
-from pneumorph.limits.rows.samples import Near, RowBlock, SampledBody
-from pneumorph.limits.rows.smooth import SmoothBody
+from pneumorph.limits.tube.certify.tally import SpannedBody, Tally
+from pneumorph.limits.tube.rows.samples import Near, RowBlock, SampledBody
+from pneumorph.limits.tube.rows.smooth import SmoothBody
 
 
 class Kind(Protocol):

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.regions import Cylinder, Region, box
 from pneumorph.geometry.tube.local import point_weights
-from pneumorph.limits.certify.hull_bounds import hull_bounds
 from pneumorph.limits.certify.places import Pairs, Points
-from pneumorph.limits.certify.tally import SpannedBody, Tally
 from pneumorph.limits.limit import Limit
-from pneumorph.limits.rows.samples import COARSE, Near, PointsOn, RowBlock, SampledBody, by_surface, worst_samples
+from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
+from pneumorph.limits.tube.certify.tally import SpannedBody, Tally
+from pneumorph.limits.tube.rows.samples import COARSE, Near, PointsOn, RowBlock, SampledBody, by_surface, worst_samples
 
 if TYPE_CHECKING:
     from jax import Array
 
-    from pneumorph.limits.rows.smooth import SmoothBody
+    from pneumorph.limits.tube.rows.smooth import SmoothBody
     from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.local import point_weights
 from pneumorph.limits.certify.places import Pairs
-from pneumorph.limits.measures.distances import SampledSurface
-from pneumorph.limits.rows.samples import COARSE, LimitSamples, RowBlock, SampledBody, cell_of
+from pneumorph.limits.tube.measures.distances import SampledSurface
+from pneumorph.limits.tube.rows.samples import COARSE, LimitSamples, RowBlock, SampledBody, cell_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]

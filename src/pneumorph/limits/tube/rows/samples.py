@@ -16,8 +16,8 @@ from scipy.spatial import KDTree
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.local import point_weights
 from pneumorph.limits.certify.places import Points
-from pneumorph.limits.measures.distances import SampledSurface, sampled_surface
-from pneumorph.limits.measures.grid import Grid, SampledFields, grid, sampled_fields
+from pneumorph.limits.tube.measures.distances import SampledSurface, sampled_surface
+from pneumorph.limits.tube.measures.grid import Grid, SampledFields, grid, sampled_fields
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.local import nonzero_functions, point_weights
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.limits.certify.cells import BACKWARDS, Accuracy, Cells, KnotSpans, SpanBounds
-from pneumorph.limits.certify.hull_bounds import hull_bounds
 from pneumorph.limits.certify.places import Pairs, Points
-from pneumorph.limits.certify.tally import SpannedBody, Tally
 from pneumorph.limits.limit import Limit
-from pneumorph.limits.measures.grid import Grid
-from pneumorph.limits.measures.spline_fields import combined
-from pneumorph.limits.rows.samples import (
+from pneumorph.limits.tube.certify.cells import BACKWARDS, Accuracy, Cells, KnotSpans, SpanBounds
+from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
+from pneumorph.limits.tube.certify.tally import SpannedBody, Tally
+from pneumorph.limits.tube.measures.grid import Grid
+from pneumorph.limits.tube.measures.spline_fields import combined
+from pneumorph.limits.tube.rows.samples import (
     FINE,
     LimitSamples,
     Near,
@@ -37,7 +37,7 @@ from pneumorph.limits.rows.samples import (
 if TYPE_CHECKING:
     from jax import Array
 
-    from pneumorph.limits.rows.smooth import SmoothBody
+    from pneumorph.limits.tube.rows.smooth import SmoothBody
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]

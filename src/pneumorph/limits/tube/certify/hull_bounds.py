@@ -13,7 +13,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.limits.certify.cells import (
+from pneumorph.limits.tube.certify.cells import (
     Accuracy,
     Bounds,
     Cells,

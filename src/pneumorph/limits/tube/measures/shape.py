@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.local import pieces
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.limits.measures.derivatives import FLAGS, differentiate, forms_of, measures_of
-from pneumorph.limits.measures.formulas import Form
-from pneumorph.limits.measures.grid import Grid
-from pneumorph.limits.measures.pole_frame import Meridian, local_frame, meridian
+from pneumorph.limits.tube.measures.derivatives import FLAGS, differentiate, forms_of, measures_of
+from pneumorph.limits.tube.measures.formulas import Form
+from pneumorph.limits.tube.measures.grid import Grid
+from pneumorph.limits.tube.measures.pole_frame import Meridian, local_frame, meridian
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.certify.places import Pairs, Points
-from pneumorph.limits.certify.shape_bounds import enclosed
-from pneumorph.limits.certify.tally import SpannedBody, Tally
 from pneumorph.limits.limit import Limit
-from pneumorph.limits.measures.formulas import MIN_AREA
-from pneumorph.limits.measures.grid import Grid
-from pneumorph.limits.measures.shape import differentiated, measured, measured_samples
-from pneumorph.limits.rows.peaks import expected_peaks, peaks_at
-from pneumorph.limits.rows.samples import (
+from pneumorph.limits.tube.certify.shape_bounds import enclosed
+from pneumorph.limits.tube.certify.tally import SpannedBody, Tally
+from pneumorph.limits.tube.measures.formulas import MIN_AREA
+from pneumorph.limits.tube.measures.grid import Grid
+from pneumorph.limits.tube.measures.shape import differentiated, measured, measured_samples
+from pneumorph.limits.tube.rows.peaks import expected_peaks, peaks_at
+from pneumorph.limits.tube.rows.samples import (
     CLOSE,
     DIGITS,
     FINE,
@@ -37,7 +37,7 @@ from pneumorph.threads import each
 if TYPE_CHECKING:
     from jax import Array
 
-    from pneumorph.limits.rows.smooth import SmoothBody
+    from pneumorph.limits.tube.rows.smooth import SmoothBody
     from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]

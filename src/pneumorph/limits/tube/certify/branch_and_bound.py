@@ -12,9 +12,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.limits.certify.closest_pair import apart, between, counts, descend
-from pneumorph.limits.certify.quadratic_bounds import clears, workspace
-from pneumorph.limits.certify.slabs import farthest, linked, slab
+from pneumorph.limits.tube.certify.closest_pair import apart, between, counts, descend
+from pneumorph.limits.tube.certify.quadratic_bounds import clears, workspace
+from pneumorph.limits.tube.certify.slabs import farthest, linked, slab
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from pneumorph.limits.certify.closest_pair import cubic
+from pneumorph.limits.tube.certify.closest_pair import cubic
 
 _DIRECTIONS = 4
 

@@ -13,7 +13,7 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
-from pneumorph.limits.measures.distances import (
+from pneumorph.limits.tube.measures.distances import (
     ClosestPoints,
     distances,
     fold_closest,
@@ -21,8 +21,8 @@ from pneumorph.limits.measures.distances import (
     sampled_surface,
     wall_closest,
 )
-from pneumorph.limits.measures.formulas import measures
-from pneumorph.limits.measures.grid import Grid, SampledFields, closed_positions, every_second
+from pneumorph.limits.tube.measures.formulas import measures
+from pneumorph.limits.tube.measures.grid import Grid, SampledFields, closed_positions, every_second
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits

@@ -9,9 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.limits.certify.branch_and_bound import approach, candidates, least_distances, nearest_centres, spheres
-from pneumorph.limits.certify.cells import Accuracy, KnotSpans, power
-from pneumorph.limits.certify.hull_bounds import FROM_POWERS
+from pneumorph.limits.tube.certify.branch_and_bound import (
+    approach,
+    candidates,
+    least_distances,
+    nearest_centres,
+    spheres,
+)
+from pneumorph.limits.tube.certify.cells import Accuracy, KnotSpans, power
+from pneumorph.limits.tube.certify.hull_bounds import FROM_POWERS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.limits.certify.cells import FINE, Accuracy, KnotSpans, SpanBounds, knot_spans
-from pneumorph.limits.certify.patch_distances import (
+from pneumorph.limits.certify.places import NO_POINTS, Pairs, Points
+from pneumorph.limits.limit import DECIDED, ROUNDING, Limit
+from pneumorph.limits.tube.certify.cells import FINE, Accuracy, KnotSpans, SpanBounds, knot_spans
+from pneumorph.limits.tube.certify.patch_distances import (
     Gaps,
     Patches,
     gaps,
@@ -21,8 +23,6 @@ from pneumorph.limits.certify.patch_distances import (
     patches,
     without_discs,
 )
-from pneumorph.limits.certify.places import NO_POINTS, Pairs, Points
-from pneumorph.limits.limit import DECIDED, ROUNDING, Limit
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.limits.certify.cells import (
+from pneumorph.limits.tube.certify.cells import (
     BACKWARDS,
     Accuracy,
     Bounds,
@@ -28,8 +28,8 @@ from pneumorph.limits.certify.cells import (
     span_bounds,
     whole,
 )
-from pneumorph.limits.certify.taylor import attained, bottom, inverse, largest, modelled, top
-from pneumorph.limits.measures.formulas import FLOOR, SMOOTHING, Form, Forms, forms, quantities
+from pneumorph.limits.tube.certify.taylor import attained, bottom, inverse, largest, modelled, top
+from pneumorph.limits.tube.measures.formulas import FLOOR, SMOOTHING, Form, Forms, forms, quantities
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]

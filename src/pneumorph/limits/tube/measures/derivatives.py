@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from pneumorph.limits.measures.formulas import FLOOR, SMOOTHING, forms, quantities
+from pneumorph.limits.tube.measures.formulas import FLOOR, SMOOTHING, forms, quantities
 
 FLAGS = {"contract", "reassoc"}
 """Fast arithmetic, but with NaN and infinity."""

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.local import nonzero_functions
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.limits.measures.pole_frame import Frame, frame
-from pneumorph.limits.measures.spline_fields import combined
+from pneumorph.limits.tube.measures.pole_frame import Frame, frame
+from pneumorph.limits.tube.measures.spline_fields import combined
 
 Orders = tuple[tuple[int, int], ...]
 

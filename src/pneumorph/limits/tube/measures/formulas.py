@@ -15,7 +15,7 @@ import numpy as np
 from jax import Array
 from numba.extending import register_jitable
 
-from pneumorph.limits.measures.grid import Grid
+from pneumorph.limits.tube.measures.grid import Grid
 
 Form = Literal["per_mm", "printed"]
 

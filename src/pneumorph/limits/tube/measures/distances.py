@@ -21,9 +21,9 @@ import numpy as np
 from jax import Array
 from numpy.typing import NDArray
 
-from pneumorph.limits.measures import expansion
-from pneumorph.limits.measures.grid import Grid, SampledFields, every_second, with_discs
-from pneumorph.limits.measures.nearest_samples import facing_samples, nearest_samples
+from pneumorph.limits.tube.measures import expansion
+from pneumorph.limits.tube.measures.grid import Grid, SampledFields, every_second, with_discs
+from pneumorph.limits.tube.measures.nearest_samples import facing_samples, nearest_samples
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]

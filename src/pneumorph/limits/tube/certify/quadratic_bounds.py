@@ -11,7 +11,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from pneumorph.limits.certify.slabs import steps
+from pneumorph.limits.tube.certify.slabs import steps
 
 
 @numba.njit(cache=True)

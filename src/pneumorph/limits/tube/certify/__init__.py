@@ -1,0 +1,1 @@
+"""How limits on tubes are certified: enclosures on knot spans, by Taylor models, control nets, and branch and bound."""
