@@ -17,6 +17,7 @@ PACKAGES = [
     "numerics",
     "threads",
     "symmetry",
+    "cad",
     "problem",
     "geometry",
     "make",
@@ -50,6 +51,7 @@ ROOMS = {
 # What a package must not know although it stands above.
 KEPT_APART = {
     "symmetry": {"numerics"},
+    "cad": {"numerics", "symmetry"},
     "problem": {"numerics"},
     "geometry": {"numerics"},
     "mesh": {"numerics"},

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.problem import stl
+from pneumorph.cad import stl
 from pneumorph.verify.solids import tube
 
 SCRIPT = Path(__file__).parents[1] / "benchmarks" / "interpenetration.py"

@@ -36,7 +36,7 @@ STARTS = {
     """,
     "meshes": """
         from pneumorph.errors import MeshError
-        from pneumorph.mesh.netgen_process import call
+        from pneumorph.cad.netgen_process import call
         try:
             call("fill", [], [], 1.0)
         except MeshError:
@@ -71,7 +71,7 @@ ENDLESS = {
     # Of a cube, 200 times as fine as it is wide: Netgen works for longer than any test.
     "meshes": """
         import numpy as np
-        from pneumorph.mesh import netgen_process
+        from pneumorph.cad import netgen_process
         points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
         faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
         triangles = np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))])

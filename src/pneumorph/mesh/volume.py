@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from pneumorph.cad.netgen_process import call
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.netgen_process import call
 from pneumorph.mesh.repair import repair
 from pneumorph.mesh.split import split_long_edges
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TetMesh

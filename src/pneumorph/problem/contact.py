@@ -19,8 +19,8 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.cad import stl
 from pneumorph.errors import short
-from pneumorph.problem import stl
 from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.models import Length, PositiveLength, RotationalStiffness, Stiffness
 from pneumorph.problem.names import Name

@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
 from pneumorph.problem.contact import PlaneSpec, TriangulatedSpec
@@ -15,7 +16,6 @@ from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
 from pneumorph.problem.regions import REST
-from pneumorph.problem.stl import MOST_TRIANGLES
 from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.images import WITHIN, image, place, placed
 from pneumorph.symmetry.operations import operations

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from signals import LINUX, ends, heard, interrupted, start
 
+from pneumorph.cad import netgen_process
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.mesh import netgen_process, scaled_jacobian
+from pneumorph.mesh import scaled_jacobian
 from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import load
 
@@ -119,8 +120,8 @@ def test_an_interrupted_call_leaves_no_answer_to_the_next(monkeypatch):
 def test_it_ends_with_the_program_and_prints_nothing():
     code = """
 import numpy as np
-from pneumorph.mesh import netgen_process
-from tests.mesh.test_netgen_process import filled
+from pneumorph.cad import netgen_process
+from tests.cad.test_netgen_process import filled
 filled()
 print(netgen_process._process().pid)
 """
@@ -136,8 +137,8 @@ print(netgen_process._process().pid)
 def test_it_ends_at_once_with_a_command_that_is_interrupted():
     code = """
 from pneumorph.interrupts import install
-from pneumorph.mesh import netgen_process
-from tests.mesh.test_netgen_process import FACES, filled
+from pneumorph.cad import netgen_process
+from tests.cad.test_netgen_process import FACES, filled
 install()
 points, tets = filled()
 print("process", netgen_process._process().pid, flush=True)
