@@ -63,7 +63,7 @@ def test_the_triangles_of_a_file_are_kept(written, tmp_path):
     problem = with_part(tmp_path, written(TETRAHEDRON[:, ::-1]), placed)
     again = loads(problem.to_toml())
     assert again == problem and "part.stl" not in problem.to_toml()
-    mesh = setup.placed(again.obstacle[0])
+    mesh = setup.rigid_body_of(again.obstacle[0]).mesh(1.0)
     (drawn,) = obstacles_of(again, np.zeros((1, 3)))
     assert np.array_equal(drawn.points, mesh.points)
     a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)

@@ -19,7 +19,7 @@ from pneumorph.mechanics.contact.obstacle import Obstacle
 from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.pose import STILL
 from pneumorph.mechanics.contact.samples import surface_of
-from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Shape, Sphere
+from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Shape, Sphere, Triangles
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mechanics.elements.plate import COMPONENTS, rotation
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane, Reinforcement
@@ -167,9 +167,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
         around = surface if image is None else surface_of(image.mesh)
         itself = Pairs(around, mesh.points, True, [], activation, stiffness, image)
     free = {
-        spec.name: free_of(spec.free, obstacles[spec.name], guard)
-        for spec in problem.obstacle
-        if not isinstance(spec, PlaneSpec) and spec.free is not None
+        spec.name: free_of(spec.free, obstacles[spec.name], guard) for spec in problem.obstacle if spec.free is not None
     }
     contact = Contact(surface, obstacles, guards, itself, free)
     for name, _, _, under, _ in resting(obstacles, free):
@@ -207,20 +205,15 @@ def obstacle_of(spec: ObstacleSpec, surface: Connectivity, activation: float, st
     activation, stiffness : float
         d̂ in mm, κ in MPa.
     """
-    if isinstance(spec, TriangulatedSpec):
-        return Triangulated(surface, placed(spec), activation, stiffness, center_of(spec))
-    return Implicit(surface, shape_of(spec), activation, stiffness)
+    match rigid_body_of(spec):
+        case Shape() as shape:
+            return Implicit(surface, shape, activation, stiffness)
+        case Triangles(mesh, center):
+            return Triangulated(surface, mesh, activation, stiffness, center)
 
 
-def placed(spec: TriangulatedSpec) -> RigidMesh:
-    """The triangles of an obstacle from a file, where it is."""
-    points, triangles = spec.surface
-    turn = np.asarray(rotation(jnp.asarray(spec.rotation)))
-    return RigidMesh(spec.scale * points @ turn.T + np.array(spec.position), triangles)
-
-
-def shape_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec) -> Shape:
-    """The shape of an obstacle whose distance has a formula."""
+def rigid_body_of(spec: ObstacleSpec) -> Shape | Triangles:
+    """The body of an obstacle in its place: a shape where its distance has a formula."""
     match spec:
         case PlaneSpec():
             return Plane(np.array(spec.point), np.array(spec.normal))
@@ -230,11 +223,10 @@ def shape_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec) -> Shape:
             return Cylinder(np.array(spec.center), np.array(spec.axis), spec.radius, spec.length / 2)
         case BoxSpec():
             return Box(np.array(spec.center), np.array(spec.size) / 2)
-
-
-def center_of(spec: PlaneSpec | SphereSpec | CylinderSpec | BoxSpec | TriangulatedSpec) -> np.ndarray:
-    """The point (3,) of an obstacle in its place about which it turns."""
-    return np.array(spec.position) if isinstance(spec, TriangulatedSpec) else np.asarray(shape_of(spec).center)
+        case TriangulatedSpec():
+            points, triangles = spec.surface
+            position, turn = np.array(spec.position), np.asarray(rotation(jnp.asarray(spec.rotation)))
+            return Triangles(RigidMesh(spec.scale * points @ turn.T + position, triangles), position)
 
 
 def asks_for_mixed(rubber: Rubber) -> bool:

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from pneumorph.mechanics.contact.pose import View, pose_of
-from pneumorph.mechanics.setup import center_of, placed, shape_of
+from pneumorph.mechanics.setup import rigid_body_of
 from pneumorph.output.view import Shell
-from pneumorph.problem import PlaneSpec, Problem, Task, TriangulatedSpec
+from pneumorph.problem import Problem, Task
 from pneumorph.results import SweepStep, TaskResult
 
 SAG = 0.02
@@ -40,7 +40,7 @@ def views_of(
         pose = part * pose_of((task.poses if task else {}).get(spec.name, ()))
         if found is not None and spec.name in found.pose_translations:
             pose = np.array([*found.pose_translations[spec.name], *found.pose_rotations[spec.name]])
-        views[spec.name] = View(center_of(spec), pose)
+        views[spec.name] = View(rigid_body_of(spec).center, pose)
     return views
 
 
@@ -49,22 +49,9 @@ def shells_of(problem: Problem, points: Mapping[str, np.ndarray]) -> dict[str, S
 
     Of planes there is the part beside a body with points (N, 3) mm, as each obstacle sees them.
     """
-    found = dict[str, Shell]()
+    shells = {}
     for spec in problem.obstacle:
-        if isinstance(spec, PlaneSpec):
-            found[spec.name] = _part(spec, points[spec.name], MARGIN * problem.body.length)
-            continue
-        mesh = placed(spec) if isinstance(spec, TriangulatedSpec) else shape_of(spec).mesh(SAG * problem.body.radius)
-        if mesh is not None:
-            found[spec.name] = Shell(mesh.points, mesh.triangles)
-    return found
-
-
-def _part(plane: PlaneSpec, points: np.ndarray, margin: float) -> Shell:
-    """A rectangle of a plane beside a body."""
-    normal = np.asarray(plane.normal)
-    across = np.linalg.svd(normal[None])[2][1:]
-    along = (points - plane.point) @ across.T
-    low, high = along.min(axis=0) - margin, along.max(axis=0) + margin
-    corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
-    return Shell(np.asarray(plane.point) + corners @ across, np.array([[0, 1, 2], [0, 2, 3]]))
+        margin, sag = MARGIN * problem.body.length, SAG * problem.body.radius
+        mesh = rigid_body_of(spec).beside(points[spec.name], margin, sag)
+        shells[spec.name] = Shell(mesh.points, mesh.triangles)
+    return shells

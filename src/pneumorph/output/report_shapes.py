@@ -13,7 +13,7 @@ from pneumorph.geometry.starting import body_of
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
-from pneumorph.problem import PlaneSpec, Problem
+from pneumorph.problem import Problem
 from pneumorph.results import Fields, HistoryEntry, SweepStep, TaskResult, nodal_stretch
 from pneumorph.run import RunDirectory, StoredDesign
 
@@ -156,7 +156,7 @@ def _moved(
 
 def _free(problem: Problem) -> list[str]:
     """The names of the free obstacles."""
-    return [spec.name for spec in problem.obstacle if not isinstance(spec, PlaneSpec) and spec.free is not None]
+    return [spec.name for spec in problem.obstacle if spec.free is not None]
 
 
 def packed_state(

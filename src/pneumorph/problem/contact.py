@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -92,6 +92,9 @@ class _Body(_Obstacle):
 
 class PlaneSpec(_Obstacle):
     """A half-space, such as a table or a wall."""
+
+    free: ClassVar[None] = None
+    """Planes are never free."""
 
     kind: Literal["plane"]
     """The kind of obstacle."""

@@ -45,6 +45,8 @@ class Model:
         Whether the tip face is bonded to a rigid plate.
     mixed : bool
         Whether elements have hydrostatic unknowns π of their own.
+    weight : bool
+        Whether accelerations act on it.
     nodes : int
         Number of nodes.
     tets, cavities, face : Connectivity
@@ -76,6 +78,7 @@ class Model:
     chambers: tuple[str, ...]
     plate: bool
     mixed: bool
+    weight: bool
     nodes: int
     tets: Connectivity
     cavities: Connectivity
@@ -264,6 +267,7 @@ def build_model(
         chambers=chambers,
         plate=plate,
         mixed=mixed,
+        weight=weight,
         nodes=count,
         tets=tets,
         cavities=cavities,

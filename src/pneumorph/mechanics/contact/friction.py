@@ -73,6 +73,10 @@ class Friction(ElementEnergy):
     object: Values = 0
     free: bool = False
 
+    @property
+    def drags(self) -> int:
+        return int(self.number)
+
     def energies(self, local: Local, loads: Loads) -> Array:
         held = jnp.asarray(local.data).reshape(local.X.shape[0], -1, 7)
         force, anchor, normal = held[..., 0], held[..., 1:4], held[..., 4:]

@@ -49,20 +49,41 @@ class Support(NamedTuple):
     radius: float
 
 
-class Shape:
-    """A rigid body by its distance; registered with JAX. It turns about its centre (3,)."""
+class RigidBody:
+    """A rigid body, which turns about its centre (3,)."""
+
+    center: Values
+
+    def mesh(self, sag: float) -> RigidMesh | None:
+        """Triangles around it, nowhere farther away than about `sag` in mm; None if it has no end."""
+        raise NotImplementedError
+
+    def beside(self, points: np.ndarray, margin: float, sag: float) -> RigidMesh:
+        """Its triangles; of one without end those up to a margin in mm beyond points (N, 3)."""
+        mesh = self.mesh(sag)
+        assert mesh is not None
+        return mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles(RigidBody):
+    """A body by the triangles of its surface."""
+
+    surface: RigidMesh
+    center: np.ndarray
+
+    def mesh(self, sag: float) -> RigidMesh:
+        return self.surface
+
+
+class Shape(RigidBody):
+    """A rigid body by its distance; registered with JAX."""
 
     endless: ClassVar[bool] = False
     """Whether it has no end: free obstacles may rest on it."""
 
-    center: Values
-
     def distance(self, x: Values) -> Array:
         """Distances (...) of places x (..., 3) from its surface in mm, negative inside."""
-        raise NotImplementedError
-
-    def mesh(self, sag: float) -> RigidMesh | None:
-        """Triangles around it, nowhere farther away than about `sag` in mm; None if it has no end."""
         raise NotImplementedError
 
     def spin(self, stiffness: float) -> np.ndarray:
@@ -95,6 +116,14 @@ class Plane(Shape):
 
     def mesh(self, sag: float) -> None:
         return None
+
+    def beside(self, points: np.ndarray, margin: float, sag: float) -> RigidMesh:
+        """A rectangle of it."""
+        across = np.linalg.svd(np.asarray(self.normal)[None])[2][1:]
+        along = (points - self.point) @ across.T
+        low, high = along.min(axis=0) - margin, along.max(axis=0) + margin
+        corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+        return RigidMesh(np.asarray(self.point) + corners @ across, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 @partial(register_dataclass, data_fields=["center", "radius"], meta_fields=[])

@@ -52,6 +52,11 @@ class ElementEnergy:
     of_rubber: ClassVar[bool] = False
     """Whether it is the energy of a region's rubber, which no load enters."""
 
+    @property
+    def drags(self) -> int | None:
+        """The number of the obstacle along which it drags the body by friction, if it does that."""
+        return None
+
     def energies(self, local: Local, loads: Loads) -> Array:
         """The energies (E,) of the elements, N·mm, twice differentiable in all of `local`.
 

@@ -23,7 +23,7 @@ from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces, P
 from pneumorph.mechanics.elements.kinematics import volume_ratio
 from pneumorph.mechanics.elements.stiffness import coupling_blocks, element_blocks, invariant_blocks
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
-from pneumorph.mechanics.material.energies import Energy, Invariants, OfInvariants, invariants
+from pneumorph.mechanics.material.energies import Energy, Invariants, invariants
 from pneumorph.threads import each
 
 
@@ -180,7 +180,7 @@ class Solid(ElementEnergy):
         def work(chunk: slice) -> None:
             here = strained(seen, at, chunk)
             excess = None if ratios is None else float(self.parameters[-1]) * (ratios[:, chunk] - volume_ratio(here.F))
-            if isinstance(self.energy_density, OfInvariants):
+            if self.energy_density.of_invariants is not None:
                 # Nine derivatives instead of eighty-one: half the time of the whole assembly.
                 by_invariants = np.array(_invariant_derivatives(self, here.F, here.hydrostatic)[0])
                 if excess is not None:
@@ -248,7 +248,7 @@ def _along(solid: Solid, here: StrainedPoints, several: bool = False) -> Along:
     """
     # Copies, here as elsewhere: JAX's arrays are read-only, for which Numba would compile its kernels once more.
     F, hydrostatic = here.F, here.hydrostatic
-    if isinstance(solid.energy_density, OfInvariants):
+    if solid.energy_density.of_invariants is not None:
         by_invariants, slope = map(np.array, _invariant_derivatives(solid, F, hydrostatic))
 
         def by_kernel(dF: np.ndarray, dhydrostatic: np.ndarray):
@@ -321,8 +321,8 @@ def _moduli(solid: Solid, F: Values, hydrostatic: Values, measure: Values) -> Ar
 @jax.jit
 def _invariant_derivatives(solid: Solid, F: Values, hydrostatic: Values) -> tuple[Array, Array]:
     """Derivatives (13, 4, C) of ψ by the invariants of F and by π, as `points.stress_along` has them; and ∂ψ/∂π."""
-    assert isinstance(solid.energy_density, OfInvariants)
-    psi = solid.energy_density.function
+    psi = solid.energy_density.of_invariants
+    assert psi is not None
     at = (*invariants(F), hydrostatic)
 
     def slopes(*at):

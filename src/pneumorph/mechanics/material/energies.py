@@ -19,8 +19,34 @@ from jax import Array
 
 from pneumorph.mechanics.material.spectral import Spectrum, spectrum, trace_of_power
 
-Energy = Callable[..., Array]
-"""ψ(F, parameters) in MPa, or for elements ψ(F, π, parameters), where only mixed ones use π."""
+
+@dataclass(frozen=True)
+class Energy:
+    """ψ(F, parameters) in MPa, or for elements ψ(F, π, parameters), where only mixed ones use π.
+
+    Attributes
+    ----------
+    function : callable
+        Takes deformation gradients F (3, 3, …), then the other arguments. Its derivatives are exact also where
+        principal stretches are equal.
+    of_invariants : callable, optional
+        The same energy as a function of the `Invariants` of F in its place, where it depends on them alone: all its
+        second derivatives by F then follow from nine by the invariants.
+    of_stretches : callable, optional
+        The same as a function of the logarithms (3, …) of isochoric principal stretches in place of F.
+    """
+
+    function: Callable[..., Array]
+    of_invariants: Callable[..., Array] | None = None
+    of_stretches: Callable[..., Array] | None = None
+
+    def __call__(self, F: Array, *rest: Any) -> Array:
+        return self.function(F, *rest)
+
+
+def by_invariants(function: Callable[..., Array]) -> Energy:
+    """The energy that is a function of `Invariants` and the arguments that follow F."""
+    return Energy(lambda F, *rest: function(invariants(F), *rest), of_invariants=function)
 
 
 def determinant(F: Array) -> Array:
@@ -64,41 +90,6 @@ def invariants(F: Array) -> Invariants:
     return Invariants(jnp.sum(F * F, axis=(0, 1)), jnp.sum(cofactor * cofactor, axis=(0, 1)), determinant(F))
 
 
-@dataclass(frozen=True)
-class OfInvariants:
-    """A function of the invariants of F: all its second derivatives by F follow from nine by the invariants.
-
-    Attributes
-    ----------
-    function : callable
-        Takes `Invariants`, then the arguments that follow F in the call.
-    """
-
-    function: Callable[..., Array]
-
-    def __call__(self, F: Array, *rest: Any) -> Array:
-        return self.function(invariants(F), *rest)
-
-
-@dataclass(frozen=True)
-class OfStretches:
-    """A function of the principal stretches of F.
-
-    Attributes
-    ----------
-    general : callable
-        Takes F; its derivatives are exact also where stretches are equal.
-    function : callable
-        Takes the logarithms (3, …) of isochoric principal stretches in place of F.
-    """
-
-    general: Callable[..., Array]
-    function: Callable[..., Array]
-
-    def __call__(self, F: Array, *rest: Any) -> Array:
-        return self.general(F, *rest)
-
-
 def first_bar(of: Invariants) -> Array:
     """Ī₁ = J^(−2/3) I₁."""
     # exp and log run as vector instructions where a power does not.
@@ -110,19 +101,19 @@ def second_bar(of: Invariants) -> Array:
     return of.second * jnp.exp(-4.0 / 3.0 * log_ratio(of.ratio))
 
 
-@OfInvariants
+@by_invariants
 def neo_hookean(of: Invariants, parameters: Array) -> Array:
     """Isochoric part of the paper's (41): μ/2 (Ī₁ − 3). Parameters: μ, κ in MPa."""
     return 0.5 * parameters[0] * (first_bar(of) - 3.0)
 
 
-@OfInvariants
+@by_invariants
 def mooney_rivlin(of: Invariants, parameters: Array) -> Array:
     """c₁₀ (Ī₁ − 3) + c₀₁ (Ī₂ − 3) (Mooney 1940, Rivlin 1948). Parameters: c₁₀, c₀₁, κ in MPa; μ = 2 (c₁₀ + c₀₁)."""
     return parameters[0] * (first_bar(of) - 3.0) + parameters[1] * (second_bar(of) - 3.0)
 
 
-@OfInvariants
+@by_invariants
 def yeoh(of: Invariants, parameters: Array) -> Array:
     """Σ cᵢ (Ī₁ − 3)ⁱ with any number of coefficients (Yeoh 1993). Parameters: c₁, c₂, …, κ in MPa; μ = 2 c₁."""
     excess = first_bar(of) - 3.0
@@ -134,7 +125,7 @@ GENT_END = 0.99
 """Fraction of the limit J_m up to which Gent's logarithm is used."""
 
 
-@OfInvariants
+@by_invariants
 def gent(of: Invariants, parameters: Array) -> Array:
     """−μ J_m/2 ln(1 − x), x = (Ī₁ − 3)/J_m (Gent 1996). Parameters: μ in MPa, the limit J_m, κ in MPa.
 
@@ -153,7 +144,7 @@ ARRUDA_BOYCE = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)
 """Coefficients of the inverse Langevin function's series, integrated (Arruda and Boyce 1993, their (18))."""
 
 
-@OfInvariants
+@by_invariants
 def arruda_boyce(of: Invariants, parameters: Array) -> Array:
     """μ Σ Cᵢ λ_m^(2 − 2i) (Ī₁ⁱ − 3ⁱ), i = 1…5 (Arruda and Boyce 1993). Parameters: μ in MPa, λ_m, κ in MPa.
 
@@ -189,7 +180,7 @@ def _terms(parameters: Array, dimensions: int) -> Array:
     return parameters[:-1].reshape(-1, 2, *[1] * dimensions).swapaxes(0, 1)
 
 
-ogden = OfStretches(_ogden, _ogden_of_stretches)
+ogden = Energy(_ogden, of_stretches=_ogden_of_stretches)
 """Σ 2 μᵢ/αᵢ² (λ̄₁^αᵢ + λ̄₂^αᵢ + λ̄₃^αᵢ − 3), any number of terms (Ogden 1972). Parameters: μ₁, α₁, μ₂, α₂, …, κ.
 
 The moduli (MPa) add up to the initial shear modulus, μ = Σ μᵢ. Ogden's own are 2 μᵢ/αᵢ.

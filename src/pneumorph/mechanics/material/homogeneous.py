@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics.material.energies import Energy, Invariants, OfInvariants, OfStretches
+from pneumorph.mechanics.material.energies import Energy, Invariants
 
 DIRECTIONS = {"uniaxial": (1.0, -0.5), "equibiaxial": (1.0, 1.0), "planar": (1.0, 0.0)}
 """Logarithms of the first two principal stretches over that of the first, of each mode."""
@@ -28,7 +28,7 @@ def nominal_stress(
 
     Parameters
     ----------
-    energy : callable
+    energy : Energy
         One of `energies`.
     parameters : (m,) of the energy, without κ.
     stretch : (n,)
@@ -71,7 +71,7 @@ def stable_up_to(energy: Energy, parameters: np.ndarray, mode: str, reach: float
 
     Parameters
     ----------
-    energy : callable
+    energy : Energy
         One of `energies`.
     parameters : (m,) of the energy, without κ.
     mode : one of `DIRECTIONS`.
@@ -103,11 +103,12 @@ def _principal_energy(energy: Energy, parameters: jax.Array, logs: jax.Array) ->
     """ψ (n,) of isochoric stretches along the axes, from the logarithms of the first two (2, n)."""
     logs = jnp.stack([logs[0], logs[1], -logs[0] - logs[1]])
     # Without F, which takes ten times as long to compile.
-    if isinstance(energy, OfStretches):
-        return energy.function(logs, parameters)
-    if isinstance(energy, OfInvariants):
+    if energy.of_stretches is not None:
+        return energy.of_stretches(logs, parameters)
+    if energy.of_invariants is not None:
         squares = jnp.exp(2.0 * logs)
-        return energy.function(Invariants(squares.sum(0), (1.0 / squares).sum(0), jnp.ones(logs.shape[1:])), parameters)
+        at = Invariants(squares.sum(0), (1.0 / squares).sum(0), jnp.ones(logs.shape[1:]))
+        return energy.of_invariants(at, parameters)
     return energy(jnp.eye(3)[:, :, None] * jnp.exp(logs)[:, None], parameters)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike
 
-from pneumorph.mechanics.material.energies import Energy, OfInvariants, determinant, neo_hookean
+from pneumorph.mechanics.material.energies import Energy, by_invariants, determinant, neo_hookean
 from pneumorph.mechanics.material.homogeneous import shear_modulus
 
 
@@ -69,10 +69,9 @@ def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
 
     It is a function of invariants if ψ_iso is one.
     """
-    if isinstance(isochoric, OfInvariants):
-        shape = isochoric.function
-        return OfInvariants(lambda of, *rest: shape(of, rest[-1]) + volumetric(of.ratio, *rest))
-    return lambda F, *rest: isochoric(F, rest[-1]) + volumetric(determinant(F), *rest)
+    if (shape := isochoric.of_invariants) is not None:
+        return by_invariants(lambda of, *rest: shape(of, rest[-1]) + volumetric(of.ratio, *rest))
+    return Energy(lambda F, *rest: isochoric(F, rest[-1]) + volumetric(determinant(F), *rest))
 
 
 def nominal_stress(energy: Energy, F: np.ndarray, *rest: ArrayLike) -> np.ndarray:

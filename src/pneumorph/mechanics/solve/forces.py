@@ -8,7 +8,6 @@ import numpy as np
 
 from pneumorph.mechanics.assembly.potential import displacement, poses
 from pneumorph.mechanics.assembly.tangent import Configuration
-from pneumorph.mechanics.contact.friction import Friction
 from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
 from pneumorph.mechanics.contact.pressing import pressed
 from pneumorph.mechanics.elements.kinematics import State
@@ -47,10 +46,9 @@ def contact_forces(at: Configuration, state: State) -> ContactForces:
         own = at.model.copies * float(np.linalg.norm(contact.own.touch(x).slope, axis=1).sum()) / 2
     table = pressed(contact, x, poses(at.model.potential, state, at.loads))
     for surface, energy in at.model.terms:
-        if isinstance(energy, Friction):
-            local = surface.local(at.X, x - at.X, state)
-            _, found = energy.forces(surface, local, at.loads)
-            table[int(energy.number), FORCE] += np.asarray(found.u).sum(axis=(0, 1))
+        if (number := energy.drags) is not None:
+            _, forces = energy.forces(surface, surface.local(at.X, x - at.X, state), at.loads)
+            table[number, FORCE] += np.asarray(forces.u).sum(axis=(0, 1))
     rows = dict(zip(contact.obstacles, table, strict=True))
     return ContactForces(
         on={name: row[FORCE] for name, row in rows.items()},

@@ -15,7 +15,6 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.elements.loading import Weight
 from pneumorph.mesh import TetMesh, Unfolded, unfold
 
 
@@ -59,7 +58,6 @@ def whole_of(part: Model, mesh: TetMesh) -> Whole:
     """The whole body of the model of a part and its mesh."""
     image = unfold(mesh)
     rubber = part.rubber if len(part.rubbers) == 1 else part.rubbers
-    weight = any(isinstance(term.energy, Weight) for term in part.terms)
     contact = None
     if part.contact is not None:
         surface = surface_of(image.mesh)
@@ -70,7 +68,7 @@ def whole_of(part: Model, mesh: TetMesh) -> Whole:
         rubber,
         part.plate,
         mixed=part.mixed,
-        weight=weight,
+        weight=part.weight,
         contact=contact,
         reinforcements=part.reinforcements,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
-from pneumorph.problem.contact import PlaneSpec, TriangulatedSpec
+from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
@@ -190,7 +190,7 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
     names = [chamber.name for chamber in problem.body.chamber]
     obstacles = [obstacle.name for obstacle in problem.obstacle]
     known = f"the obstacles are {', '.join(obstacles)}" if obstacles else "add a table [[obstacle]]"
-    masses = {part.name: part.free.mass for part in problem.obstacle if not isinstance(part, PlaneSpec) and part.free}
+    masses = {part.name: part.free.mass for part in problem.obstacle if part.free}
     free = list(masses)
     for number, obstacle in enumerate(problem.obstacle):
         if masses.get(obstacle.name) and problem.gravity is None:
