@@ -20,13 +20,14 @@ from pneumorph.optimize import design
 from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened
 from pneumorph.optimize.dfp import PaperStepper, minimise_dfp, proxy_scale
 from pneumorph.optimize.events import BroughtWithin
+from pneumorph.optimize.least_motion import least_motion
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.model import Proxy, no_curvature, unpack_curvature
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.smoothing import build_smoothing
 from pneumorph.optimize.states import no_states
 from pneumorph.optimize.subproblem import build_sequential_quadratic
-from pneumorph.optimize.within import Within, least_motion, within
+from pneumorph.optimize.within import Within, within
 from pneumorph.problem import load, loads
 
 CROWDED = Path(__file__).parent / "data" / "crowded.npz"

@@ -7,10 +7,10 @@ from scipy import sparse
 
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.of_shape import ShapeLimits
+from pneumorph.optimize.least_motion import least_motion
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.states import StateLimits
-from pneumorph.optimize.within import least_motion
 
 ACTIVE = 0.01
 """Limits this close to their bounds, as fractions of these, count as active."""

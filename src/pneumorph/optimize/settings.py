@@ -54,6 +54,69 @@ class ProposalSettings:
 
 
 @dataclass(frozen=True)
+class MotionSettings:
+    """How the least smooth motion that satisfies linearised limits is computed."""
+
+    compliance: float = 1e-4
+    """Of the rows, relative to their own scale: rows that contradict each other are then met half way instead of by
+    ever longer motions."""
+
+    iterations: int = 200
+    """Most changes of the multipliers. A motion that is stopped early is linearised again like any other."""
+
+
+@dataclass(frozen=True)
+class RepairSettings:
+    """How a design is brought within its limits: by motions, each with limits linearised anew, between certificates.
+
+    Limits may come back within their bounds after more motions and certificates in vain than these; a shorter step
+    costs less than those.
+    """
+
+    motion: MotionSettings = field(default_factory=MotionSettings)
+
+    accuracy: float = 0.5
+    """Fraction of the margins to which limits are met at samples; the rest is for the accuracy of the certificate."""
+
+    met: float = 0.25
+    """Fraction of the margins to which a motion meets the linearised limits: half of `accuracy`, which the limits
+    themselves are to meet after it."""
+
+    motions: int = 16
+    """Most motions between two certificates."""
+
+    motions_in_vain: int = 5
+    """A search for a design ends after so many motions in a row that make no progress."""
+
+    certificates: int = 7
+    """Most certificates; each costs about as much as several motions."""
+
+    certificates_in_vain: int = 2
+    """The repair ends after so many certificates that show no progress."""
+
+    progress: float = 0.98
+    """Less than this fraction of the least excess before is progress."""
+
+    slight: float = 0.01
+    """A certificate that finds limits exceeded by less than this part of their bounds is not in vain: such places are
+    few, between samples, and others each time."""
+
+    hopeless: float = 100.0
+    """Motions end where a limit is exceeded by this multiple of its bound. A motion may well exceed one by ten times:
+    what is quadratic in the control points, such as stretch, then comes down by three quarters with each of the
+    next."""
+
+    widest: float = 0.02
+    """Largest growth of a margin at a time, as a part of the bound: twice `slight`."""
+
+    reach: float = 0.1
+    """Distances up to this far (mm) within their bound are kept as limits during motions: half of a usual step."""
+
+    least: float = -0.05
+    """So are other measures above this value, in parts of their bounds, where 0 is the bound."""
+
+
+@dataclass(frozen=True)
 class AcceptanceSettings:
     """When a trial design is accepted."""
 
@@ -119,6 +182,7 @@ class LoopSettings:
 
     radius: RadiusSettings = field(default_factory=RadiusSettings)
     proposal: ProposalSettings = field(default_factory=ProposalSettings)
+    repair: RepairSettings = field(default_factory=RepairSettings)
     acceptance: AcceptanceSettings = field(default_factory=AcceptanceSettings)
     stopping: StoppingSettings = field(default_factory=StoppingSettings)
     trial: TrialSettings = field(default_factory=TrialSettings)

@@ -66,7 +66,8 @@ class Setup:
     def within(self, phi: np.ndarray, reach: float = np.inf) -> Within | LimitReport:
         """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`."""
         # Steps are smooth, so bounds of the shape may be passed by them.
-        return within(self.space, self.smooth, self.limits, np.clip(phi, self.space.lower, self.space.upper), reach)
+        start = np.clip(phi, self.space.lower, self.space.upper)
+        return within(self.space, self.smooth, self.limits, start, reach, self.settings.repair)
 
     def certify(self, phi: np.ndarray) -> LimitReport:
         """The certified report of the limits on the shape of the design Φ (n,)."""
