@@ -21,6 +21,7 @@ from pneumorph.mechanics import (
     sweep,
 )
 from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.contact.barrier import barrier, barrier_derivatives
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.implicit import Implicit
@@ -253,7 +254,7 @@ def slope(at, there, seed):
     model = at.model
     rhs = np.where(at.constrained, 0.0, model.vector(there.state._replace(u=seed, plate=np.zeros(6))))
     w = model.state(Tangent(model).solve_at(at, there.state, rhs))
-    ((by_nodes, acting),) = kernels.pullback(model.potential, at.X, there.state, at.loads, [w])
+    ((by_nodes, acting),) = products.pullback(model.potential, at.X, there.state, at.loads, [w])
     return -by_nodes, -float(acting.pressure[0])
 
 

@@ -16,7 +16,7 @@ from pneumorph.mechanics import (
     restored,
     solve,
 )
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.hessian import tangent
 from pneumorph.mechanics.assembly.linear import SuperLU
 from pneumorph.mechanics.assembly.tangent import Origin
@@ -124,7 +124,7 @@ def test_tangent_is_the_derivative_of_the_residual(loaded):
     built, at, vector = loaded
     direction = np.where(built.fixed, 0.0, np.random.default_rng(1).standard_normal(built.size))
     by_matrix = full_matrix(built, tangent(built, at.X, built.state(vector), at.loads, at.blocked)) @ direction
-    product = kernels.tangent_product(built.potential, at.X, built.state(vector), at.loads, built.state(direction))
+    product = products.tangent_product(built.potential, at.X, built.state(vector), at.loads, built.state(direction))
     expected = np.where(built.fixed, 0.0, built.vector(product))
     assert np.abs(by_matrix - expected).max() < 1e-10 * np.abs(expected).max()
     assert np.abs(expected[built.hydrostatic_unknowns]).max() > 0

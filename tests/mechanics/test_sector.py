@@ -22,7 +22,7 @@ from pneumorph.mechanics import (
     solve,
     whole_of,
 )
-from pneumorph.mechanics.assembly.potential import tangent_product
+from pneumorph.mechanics.assembly.products import tangent_product
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import surface_of

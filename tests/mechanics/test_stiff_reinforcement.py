@@ -8,8 +8,9 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import NoEquilibrium, Tangent, configure, loads_of, mirrors_of, model_of, solve
 from pneumorph.mechanics.assembly import metrics as held
 from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.hessian import tangent as values
-from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.problem import Problem
 from pneumorph.problem.reinforcement import buckling_of, wrinkling_of
 
@@ -95,7 +96,7 @@ def test_the_residual_with_metrics_eliminated_changes_as_the_tangent_says():
     state = model.state(vector)
     given = [each * (1 + 1e-3) for each in held.metrics_at(model, at.X, state)]
     potential = held.taut(model, given)
-    product = model.vector(kernels.tangent_product(potential, at.X, state, at.loads, model.state(step)))
+    product = model.vector(products.tangent_product(potential, at.X, state, at.loads, model.state(step)))
 
     def residual(fraction):
         there = model.state(vector + fraction * step)

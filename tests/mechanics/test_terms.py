@@ -12,6 +12,7 @@ from scipy import sparse
 
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
 from pneumorph.mechanics.contact.contact import Contact
@@ -261,21 +262,21 @@ def test_the_residual_is_the_slope_of_the_energy(place):
 def test_the_assembled_tangent_is_the_slope_of_the_residual(place):
     slope = place.assembled() @ place.change
     assert falls_with_the_square(lambda h: place.evaluate(h)[1], slope, place.step)
-    product = kernels.tangent_product(*place.arguments(), place.model.state(place.change))
+    product = products.tangent_product(*place.arguments(), place.model.state(place.change))
     assert np.abs(slope - place.model.vector(product)).max() <= 1e-11 * np.abs(slope).max()
 
 
 def test_shape_and_load_derivatives_are_those_of_the_residual(place):
     w = place.adjoint
-    ((by_nodes, by_loads),) = kernels.pullback(*place.arguments(), [place.model.state(w)])
+    ((by_nodes, by_loads),) = products.pullback(*place.arguments(), [place.model.state(w)])
     slope = float(np.sum(np.asarray(by_nodes) * place.dX))
     assert falls_with_the_square(lambda h: w @ place.evaluate(X=h)[1], slope, place.step)
-    pushed = place.model.vector(kernels.shape_product(*place.arguments(), place.dX))
+    pushed = place.model.vector(products.shape_product(*place.arguments(), place.dX))
     assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
 
     slope = sum(float(np.sum(a * b)) for a, b in zip(by_loads, place.dloads, strict=True))
     assert falls_with_the_square(lambda h: w @ place.evaluate(acting=h)[1], slope, place.step)
-    pushed = place.model.vector(kernels.load_product(*place.arguments(), place.dloads))
+    pushed = place.model.vector(products.load_product(*place.arguments(), place.dloads))
     assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
 
 
@@ -309,11 +310,11 @@ def test_more_elements_than_a_chunk_holds(rubber, mixed):
         value, residual = kernels.value_and_residual(*arguments)
         yield value
         yield of.vector(residual)
-        yield of.vector(kernels.tangent_product(*arguments, along))
-        yield of.vector(kernels.shape_product(*arguments, dX))
+        yield of.vector(products.tangent_product(*arguments, along))
+        yield of.vector(products.shape_product(*arguments, dX))
         (alone, _), ((first, _), (second, _)) = (
-            *kernels.pullback(*arguments, [along]),
-            kernels.pullback(*arguments, [along, of.state(2.0 * change)]),
+            *products.pullback(*arguments, [along]),
+            products.pullback(*arguments, [along, of.state(2.0 * change)]),
         )
         yield from (alone, first, second)
 

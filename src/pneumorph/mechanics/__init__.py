@@ -1,8 +1,8 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.model import Model, build_model
-from pneumorph.mechanics.assembly.potential import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.skin import Skin
 from pneumorph.mechanics.elements.kinematics import Guess, State, deformation_gradients, gradients_after

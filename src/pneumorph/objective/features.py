@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from pneumorph.mechanics.assembly.displacement import Displacement, displacement
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.potential import displacement, pulled_to_unknowns
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.contact import pressing
 from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
@@ -234,7 +234,8 @@ def sums_pulled_back(
     shift : (K, 6) array, optional
         Given poses of obstacles, mm and rad.
     """
-    u = displacement(model.tip, X, state)
+    nodes = Displacement(model.tip, X, state)
+    u = nodes.u
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
     parts = [(sums.volumes, model.cavities, cotangents.volume, ())]
@@ -258,9 +259,9 @@ def sums_pulled_back(
     free = [] if model.contact is None else model.contact.rows
     states = []
     for number, plate in enumerate(cotangents.plate):
-        by_state, by_tip = pulled_to_unknowns(model.tip, X, state, by_u[number])
+        by_state = nodes.pulled(by_u[number])
         states.append(by_state._replace(plate=by_state.plate + plate, objects=by_poses[number, free]))
-        by_X[number] += by_tip
+        by_X[number] += nodes.pulled_to_nodes(by_u[number])
     return by_X, states
 
 

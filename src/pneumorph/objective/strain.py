@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
+from pneumorph.mechanics.assembly.displacement import Displacement, displacement
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.potential import displacement, pulled_to_unknowns
 from pneumorph.mechanics.elements.element import TET_DN, TET_WEIGHT
 from pneumorph.mechanics.elements.kinematics import State, largest_stretch
 from pneumorph.mechanics.elements.points import add_rows, nodal_forces, strain
@@ -54,8 +54,8 @@ class StrainShare:
         full_u, full_X = np.zeros(X.shape), np.zeros(X.shape)
         add_rows(by_u, tets, full_u)
         add_rows(by_place, tets, full_X)
-        by_state, by_tip = pulled_to_unknowns(model.tip, X, state, full_u)
-        return value, full_X + by_tip, by_state
+        nodes = Displacement(model.tip, X, state)
+        return value, full_X + nodes.pulled_to_nodes(full_u), nodes.pulled(full_u)
 
 
 def _shares(model: Model, X: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

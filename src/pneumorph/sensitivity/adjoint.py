@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, Tangent
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.mechanics.elements.kinematics import State
@@ -80,7 +80,7 @@ def gradient(
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
     w = model.state(tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed)), accuracy))
-    ((shape, acting),) = kernels.pullback(model.potential, at.X, state, at.loads, [w])
+    ((shape, acting),) = products.pullback(model.potential, at.X, state, at.loads, [w])
     return NodalGradient(
         value=value,
         X=direct - shape,
@@ -101,6 +101,6 @@ def residual_jacobian(
     values, direct, seeds = objective.jacobian(model, at.X, state)
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
     ws = [model.state(w) for w in tangent.solve_at(at, state, rhs.T).T]
-    shapes, acting = zip(*kernels.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
+    shapes, acting = zip(*products.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
     pressures, laid = (-np.array([getattr(loads, name) for loads in acting]) for name in ("pressure", "laid"))
     return NodalJacobian(values, direct - np.array(shapes), pressures, laid)

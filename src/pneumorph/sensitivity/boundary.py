@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium
-from pneumorph.mechanics.assembly.potential import displacement_along
+from pneumorph.mechanics.assembly.displacement import Displacement
 from pneumorph.mechanics.elements.element import mixed
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.material.rubber import nominal_stress
@@ -41,7 +41,7 @@ def boundary_gradient(at: Configuration, mesh: TetMesh, equilibrium: Equilibrium
     """
     model = at.model
     # On the tip, the adjoint field is the plate's first-order motion.
-    w = displacement_along(model.tip, at.X, equilibrium.state, adjoint)
+    w = Displacement(model.tip, at.X, equilibrium.state).along(adjoint)
     pressures = dict(zip(model.chambers, np.asarray(at.loads.pressure), strict=True))
     answer = np.zeros((model.nodes, 3))
     shape = triangle_shape(TRIANGLE_RULE[0])

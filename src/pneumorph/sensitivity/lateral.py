@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from pneumorph.mechanics import Configuration, State, Tangent
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.solve.lateral import Softest
 
 BESIDE = 1e-3
@@ -45,11 +45,11 @@ def lateral_slope(
         )
         return jax.tree.map(lambda one, other: np.subtract(one, other) / (2.0 * BESIDE * found.size), ahead, behind)
 
-    ((direct, acting),) = across(lambda there: kernels.pullback(potential, at.X, there, at.loads, [motion]))
-    by_state = across(lambda there: kernels.tangent_product(potential, at.X, there, at.loads, motion))
+    ((direct, acting),) = across(lambda there: products.pullback(potential, at.X, there, at.loads, [motion]))
+    by_state = across(lambda there: products.tangent_product(potential, at.X, there, at.loads, motion))
     seed = np.where(at.constrained, 0.0, model.vector(by_state))
     w = model.state(tangent.solve_at(at, state, seed, accuracy))
-    ((shape, through),) = kernels.pullback(potential, at.X, state, at.loads, [w])
+    ((shape, through),) = products.pullback(potential, at.X, state, at.loads, [w])
     by_pressure = acting.pressure - np.asarray(through.pressure)
     by_laid = acting.laid - np.asarray(through.laid)
     return direct - shape, dict(zip(model.chambers, map(float, by_pressure), strict=True)), by_laid

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneumorph.mechanics import Configuration, NoEquilibrium, State, Tangent, follow
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 
 BEYOND = 1.25
 """Multiple of the bound up to which a path is followed; a body without a limit point up to there is far from it."""
@@ -59,7 +59,7 @@ def margin_slope(
         vector = np.where(at.constrained, 0.0, tangent.precondition(vector))
         vector /= np.linalg.norm(vector)
     w = model.state(vector)
-    ((shape, acting),) = kernels.pullback(model.potential, at.X, margin.state, there.loads, [w])
+    ((shape, acting),) = products.pullback(model.potential, at.X, margin.state, there.loads, [w])
     by_pressure = np.asarray(acting.pressure)
     rise = float(by_pressure @ working)
     pressures = dict(zip(model.chambers, -margin.load * by_pressure / rise, strict=True))

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Tangent, build_loads, build_model, configure, neo_hookean_rubber
-from pneumorph.mechanics.assembly.potential import displacement
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.elements.kinematics import deformation_gradients
 from pneumorph.mechanics.elements.plate import rotation
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual

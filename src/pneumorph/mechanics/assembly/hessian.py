@@ -8,17 +8,12 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mechanics.assembly.displacement import Displacement, displacement
 from pneumorph.mechanics.assembly.metrics import Metrics, taut
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.potential import (
-    Potential,
-    contact_tangent,
-    displacement,
-    object_columns,
-    plate_columns,
-)
+from pneumorph.mechanics.assembly.potential import Potential
+from pneumorph.mechanics.assembly.products import object_columns, plate_columns
 from pneumorph.mechanics.assembly.sparsity import BlockPlaces
-from pneumorph.mechanics.assembly.tip import Ride
 from pneumorph.mechanics.elements.energy import Blocks
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.stiffness import gather, scatter
@@ -100,7 +95,8 @@ def contact_in_pairs(
     constrained : (n,) bool
         Unknowns that keep their value.
     """
-    found, turned = contact_tangent(model.potential, X, state, loads)
+    nodes = Displacement(model.tip, X, state)
+    by_places, turned = _by_places(model.potential, nodes, loads)
     own, on, first = model.independent, model.tip.nodes, model.size - 6
     axes, tied = np.arange(3), model.tip.tied
     rows, columns = [(3 * own[:, None] + axes).ravel()], [np.arange(3 * len(own))]
@@ -110,13 +106,12 @@ def contact_in_pairs(
         columns.append(np.repeat(3 * model.sparsity.number[tied.nodes], 9) + np.tile(axes, 3 * len(tied.nodes)))
         values.append(np.tile(tied.turn.ravel(), len(tied.nodes)))
     if len(on):
-        ride = Ride(model.tip, X, state.plate)
         rows.append(np.repeat((3 * on[:, None] + axes).ravel(), 6))
         columns.append(np.tile(first + np.arange(6), 3 * len(on)))
-        values.append(np.stack([ride.along(unit) for unit in np.eye(6)], axis=-1).ravel())
+        values.append(np.stack([nodes.ride.along(unit) for unit in np.eye(6)], axis=-1).ravel())
     entries = tuple(map(np.concatenate, (values, rows, columns)))
     by = sparse.csr_array((entries[0], entries[1:]), shape=(X.size, model.size))
-    whole = sparse.coo_array(sparse.triu(by.T @ found @ by))
+    whole = sparse.coo_array(sparse.triu(by.T @ by_places @ by))
     corner = sparse.coo_array(np.triu(turned))
     objects = _objects(model, X, state, loads)
     row = np.concatenate([whole.coords[0], first + corner.coords[0], objects.coords[0]])
@@ -126,6 +121,18 @@ def contact_in_pairs(
     summed = sparse.coo_array((data[free], (row[free], column[free])), shape=(model.size, model.size))
     summed.sum_duplicates()
     return summed
+
+
+def _by_places(potential: Potential, nodes: Displacement, loads: Loads) -> tuple[sparse.csr_array, np.ndarray]:
+    """Of contact in pairs: ∂²E/∂x∂x (3N, 3N) by the places of all nodes, and what the plate's turn adds (6, 6)."""
+    x, tip = nodes.X + nodes.u, nodes.tip.nodes
+    hessian, turned = sparse.csr_array((x.size, x.size)), np.zeros((6, 6))
+    for touch, _, _ in potential.touches(x, nodes.state, loads):
+        hessian = hessian + touch.hessian
+        if len(tip):
+            on_tip = touch.slope[tip]
+            turned += np.stack([nodes.ride.on_plate_changed(on_tip, unit) for unit in np.eye(6)], axis=-1)
+    return hessian, turned
 
 
 def _objects(model: Model, X: np.ndarray, state: State, loads: Loads) -> sparse.coo_array:

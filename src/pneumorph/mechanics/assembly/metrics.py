@@ -6,14 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.displacement import Displacement, displacement
 from pneumorph.mechanics.assembly.model import Model, near_tip
-from pneumorph.mechanics.assembly.potential import (
-    Group,
-    Potential,
-    displacement,
-    displacement_along,
-    value_and_residual,
-)
+from pneumorph.mechanics.assembly.potential import Group, Potential, value_and_residual
 from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.reinforcement import Reinforcement
@@ -63,8 +58,9 @@ def metrics_along_state(model: Model, X: np.ndarray, state: State, change: State
     """Their derivative along a change of state."""
     if not model.reinforcements:
         return ()
-    u, du = displacement(model.tip, X, state), displacement_along(model.tip, X, state, change)
-    return [metrics_along(seen, seen.local(X, u, state), du[seen.nodes]) for seen, _ in laid_on(model.potential)]
+    nodes = Displacement(model.tip, X, state)
+    du = nodes.along(change)
+    return [metrics_along(seen, seen.local(X, nodes.u, state), du[seen.nodes]) for seen, _ in laid_on(model.potential)]
 
 
 def taut(model: Model, given: Metrics) -> Potential:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.linear import TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.metrics import Metrics
@@ -330,7 +330,7 @@ class Tangent:
             Most products with K.
         """
         model, constrained = at.model, at.constrained
-        along = kernels.tangent_map(model.potential, at.X, state, at.loads)
+        along = products.tangent_map(model.potential, at.X, state, at.loads)
         x, r = np.zeros_like(rhs), np.where(constrained, 0.0, rhs)
         z = self.precondition(r)
         p, rho = z, float(r @ z)

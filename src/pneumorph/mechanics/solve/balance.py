@@ -9,6 +9,8 @@ import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration
 from pneumorph.mechanics.elements import kinematics
 from pneumorph.mechanics.elements.kinematics import State
@@ -119,7 +121,7 @@ def pressure_force(at: Configuration, state: State, change: np.ndarray) -> np.nd
     """−(∂R/∂p)·change (n,): the nodal forces of a change of chamber pressures (C,) in MPa, those on supports too."""
     still = jax.tree.map(np.zeros_like, at.loads)
     given = still._replace(pressure=np.asarray(change, dtype=float))
-    return -at.model.vector(kernels.load_product(at.model.potential, at.X, state, at.loads, given))
+    return -at.model.vector(products.load_product(at.model.potential, at.X, state, at.loads, given))
 
 
 def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
@@ -173,12 +175,12 @@ def largest_stretches(at: Configuration, state: State) -> dict[str, float]:
 def _deformation_gradients(at: Configuration, state: State) -> np.ndarray:
     stop_if_asked()
     tets = at.model.tets.nodes[: at.model.elements]
-    return kinematics.deformation_gradients(tets, at.X, kernels.displacement(at.model.tip, at.X, state))
+    return kinematics.deformation_gradients(tets, at.X, displacement(at.model.tip, at.X, state))
 
 
 def places(at: Configuration, vector: np.ndarray) -> np.ndarray:
     """Places x (N, 3) of all nodes in mm at the given unknowns."""
-    return at.X + kernels.displacement(at.model.tip, at.X, at.model.state(vector))
+    return at.X + displacement(at.model.tip, at.X, at.model.state(vector))
 
 
 def poses_at(at: Configuration, vector: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from types import MappingProxyType
 import jax
 import numpy as np
 
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
@@ -380,7 +380,7 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
     """
     model = at.model
     negative = tangent.pivots_at(at, state)
-    u = kernels.displacement(model.tip, at.X, state)
+    u = displacement(model.tip, at.X, state)
     _, forces = evaluate(at, state)
     plate = state.plate if model.plate else np.r_[tip_centre(model.tip, at.X, u), np.zeros(3)]
     volumes = model.copies * summed(chamber_volumes, model.cavities, at.X, u)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.displacement import Displacement
 from pneumorph.mechanics.assembly.tangent import Configuration
 from pneumorph.mechanics.elements.element import TET_DN, TET_WEIGHT
 from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
@@ -29,18 +29,16 @@ def fitted(at: Configuration, state: State, F: np.ndarray) -> State:
     tets = model.tets.nodes[: model.elements]
     slopes, measure = _slopes(at.X[tets])
     laplacian = _laplacian(tets, slopes, measure, model.nodes)
-    u = kernels.displacement(model.tip, at.X, state)
-    missing = F - deformation_gradients(tets, at.X, u)
+    nodes = Displacement(model.tip, at.X, state)
+    missing = F - deformation_gradients(tets, at.X, nodes.u)
     pull = np.einsum("qm,mqaj,ijqm->mai", measure, slopes, missing, optimize=True)
     by_node = np.stack([np.bincount(tets.ravel(), each.ravel(), model.nodes) for each in np.moveaxis(pull, -1, 0)], -1)
 
-    along, pulled = kernels.displacement_maps(model.tip, at.X, state)
-
     def on_unknowns(forces: np.ndarray) -> np.ndarray:
-        return np.where(still, 0.0, model.vector(pulled(forces)))
+        return np.where(still, 0.0, model.vector(nodes.pulled(forces)))
 
     def product(change: np.ndarray) -> np.ndarray:
-        return on_unknowns(laplacian @ along(model.state(change))) + np.where(still, change, 0.0)
+        return on_unknowns(laplacian @ nodes.along(model.state(change))) + np.where(still, change, 0.0)
 
     still = at.constrained.copy()
     still[model.hydrostatic_unknowns] = still[model.object_unknowns] = True

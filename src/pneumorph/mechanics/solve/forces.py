@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.potential import displacement, poses
+from pneumorph.mechanics.assembly.displacement import displacement
+from pneumorph.mechanics.assembly.potential import poses
 from pneumorph.mechanics.assembly.tangent import Configuration
 from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
 from pneumorph.mechanics.contact.pressing import pressed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.tangent import NOTHING, Configuration, Tangent, looseness
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.solve.balance import evaluate, free_share, supported
@@ -105,7 +105,7 @@ def _unknowns(at: Configuration) -> tuple[np.ndarray, np.ndarray]:
 def _stiffness(at: Configuration, state: State) -> np.ndarray:
     """Second derivatives (6J, 6J) of Π by the unknowns of free obstacles, where the body stays as it is."""
     model = at.model
-    columns = kernels.object_columns(model.potential, at.X, state, at.loads)
+    columns = products.object_columns(model.potential, at.X, state, at.loads)
     return np.array([model.vector(each)[model.object_unknowns] for each in columns]).reshape(len(columns), -1)
 
 

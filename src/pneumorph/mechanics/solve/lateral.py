@@ -18,7 +18,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.displacement import Displacement
 from pneumorph.mechanics.assembly.model import Model, with_fixed
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
@@ -133,6 +133,6 @@ def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarra
         if abs(found - known) <= accuracy * abs(found) or len(basis) == STEPS:
             break
     motion = vectors[:, chosen] @ basis
-    largest = np.abs(kernels.displacement_along(model.tip, at.X, state, model.state(motion))).max()
+    largest = np.abs(Displacement(model.tip, at.X, state).along(model.state(motion))).max()
     stiffness = 1.0 / found if stable else min(1.0 / found, 0.0)
     return Softest(at, model.state(motion / largest), stiffness, float(largest) ** -2, stable)

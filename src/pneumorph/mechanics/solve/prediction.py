@@ -7,7 +7,8 @@ from dataclasses import replace
 import jax
 import numpy as np
 
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.metrics import metrics_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import Guess, State, gradients_after
@@ -60,7 +61,7 @@ def guess_after(at: Configuration, state: State, there: Configuration, found: St
         What was predicted there.
     """
     model = at.model
-    u, after = (kernels.displacement(model.tip, each.X, one) for each, one in ((at, state), (there, found)))
+    u, after = (displacement(model.tip, each.X, one) for each, one in ((at, state), (there, found)))
     dX, du = there.X - at.X, after - u
     gradients = gradients_after(model.tets.nodes[: model.elements], at.X, u, dX, du)
     return Guess(found, gradients, metrics_after(model, at.X, state, dX + du))
@@ -83,9 +84,9 @@ def predict_change(at: Configuration, tangent: Tangent, state: State, there: Con
     model, push = at.model, np.zeros(at.model.size)
     change = _difference(there.loads, at.loads)
     if any(map(np.any, change)):
-        push -= model.vector(kernels.load_product(model.potential, at.X, state, at.loads, change))
+        push -= model.vector(products.load_product(model.potential, at.X, state, at.loads, change))
     if there.X is not at.X:
-        push -= model.vector(kernels.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
+        push -= model.vector(products.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
     return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push), ENOUGH))
 
 
