@@ -95,7 +95,19 @@ def simulate(
     from pneumorph.cli.simulate import simulate
 
     files = {"--json": json, "--csv": csv, "--png": png}
-    simulate(source, pressure or [], move or [], friction, one_by_one, block or [], files, design, task, quiet, trust)
+    simulate(
+        source,
+        pressures=pressure or [],
+        moves=move or [],
+        friction=friction,
+        one_by_one=one_by_one,
+        block=block or [],
+        files=files,
+        number=design,
+        task=task,
+        quiet=quiet,
+        trust=trust,
+    )
 
 
 def check(

@@ -29,6 +29,7 @@ from pneumorph.results import SweepStep
 
 def simulate(
     source: Path,
+    *,
     pressures: list[str],
     moves: list[str],
     friction: float | None,

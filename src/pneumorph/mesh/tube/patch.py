@@ -49,18 +49,29 @@ def patch_of(
     linings: Sequence[Lining],
     crossed: Sequence[float],
     wedges: Sequence[Wedge],
-    seam: float,
-    parts: int = 1,
-    turns: int = 1,
+    around: Around,
     slant: Slant = UPRIGHT,
 ) -> Patch:
     """Place rings of vertices from the base's centre (or pole) to the tip's, and triangulate the strips between them.
 
-    q starts at the `seam`. Of 2 or 4 `parts` that are mirror images, each begins and ends with edges in mirror planes.
-    Of a number of `turns`, each is the image of the one before. Lines of the grid have the `slant`, which parameters of
-    the patch leave out. There are edges along the rings r = `crossed`, and along the lines at the edges of wedges.
+    Parameters
+    ----------
+    surface : TubeSurface
+    size : float
+        Length of edges, mm.
+    turn : float
+        Largest angle by which the surface turns along an edge, rad.
+    linings : sequence of Lining
+        Where rubbers meet along the surface.
+    crossed : sequence of float
+        Values of r along which there are edges.
+    wedges : sequence of Wedge
+        Angles at whose sides there are edges.
+    around : Around
+        The lines along which rings are joined, with those at the sides of the wedges.
+    slant : Slant
+        Of lines of the grid; parameters of the patch leave it out.
     """
-    around = Around(seam, parts, edges_of(surface, wedges), turns)
     tube = tube_rings(surface, size, turn, around, linings, crossed)
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]

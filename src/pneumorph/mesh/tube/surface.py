@@ -18,6 +18,7 @@ from pneumorph.geometry.tube.wedge import Wedge
 from pneumorph.mesh.tets import TURNED
 from pneumorph.mesh.tube.disc import with_sound_discs
 from pneumorph.mesh.tube.patch import Patch, edges_of, patch_of
+from pneumorph.mesh.tube.rings import Around
 from pneumorph.mesh.tube.slant import UPRIGHT, slant_of
 from pneumorph.problem.regions import REST
 from pneumorph.symmetry.operations import MIRRORS, NORMALS, turned
@@ -182,13 +183,13 @@ def _kept(
     wedges: Sequence[Wedge],
 ) -> Patch:
     """The part of a surface that is meshed: all of it, what is on the kept side of the cuts, or nothing."""
-    middle, turns = _middle(surface), turns_of(part)
+    middle, turns, edges = _middle(surface), turns_of(part), edges_of(surface, wedges)
     across = {plane: middle[NORMALS[plane]] for plane in part if plane in MIRRORS}
     if turns > 1 and _on_axis(surface):
         # Chambers have q clockwise.
         seam = (-begin - 1.0 / turns) % 1.0 if surface.cavity else begin
         slant = slant_of(surface, exterior, begin, seam + 1.0 / turns) if surface.cavity else UPRIGHT
-        whole = patch_of(surface, size, turn, linings, crossed, wedges, seam, turns=turns, slant=slant)
+        whole = patch_of(surface, size, turn, linings, crossed, wedges, Around(seam, 1, edges, turns), slant)
         patch = _with_seam(_before(whole, seam + 1.0 / turns), surface, seam, turns)
         q, r = patch.param[..., 0], patch.param[..., 1]
         return replace(patch, param=np.stack([q + slant.at(r), r], axis=-1))
@@ -200,10 +201,11 @@ def _kept(
         return Patch(B, np.zeros((0, 3)), 0, nothing, nothing[:, 0], np.zeros((0, 6, 2)), none, none)
     cutting = tuple(plane for plane, place in across.items() if place <= _IN_PLANE)
     if not cutting:
-        edges = edges_of(surface, wedges)
-        return patch_of(surface, size, turn, linings, crossed, wedges, edges[0] if edges else 0.0)
+        around = Around(edges[0] if edges else 0.0, 1, edges, 1)
+        return patch_of(surface, size, turn, linings, crossed, wedges, around)
     seam, parts = _SEAMS[cutting][int(surface.cavity)], 2 ** len(cutting)
-    return _before(patch_of(surface, size, turn, linings, crossed, wedges, seam, parts), seam + 1 / parts)
+    around = Around(seam, parts, edges, 1)
+    return _before(patch_of(surface, size, turn, linings, crossed, wedges, around), seam + 1 / parts)
 
 
 def _before(whole: Patch, q: float) -> Patch:

@@ -8,6 +8,8 @@ method (`closest_pair`). In pairs that may be nearer than required, the larger p
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +24,26 @@ Ints = NDArray[np.integer]
 
 _DEPTH = 40  # largest number of successive halvings, of both patches together
 _SHARE = 64  # pairs that a thread takes at once
+
+
+class Sides(NamedTuple):
+    """The patches of two surfaces, or those of one twice.
+
+    Attributes
+    ----------
+    nets, others : (n, 4, 4, 3) arrays
+        Control nets of the patches on either side, mm.
+    boxes, other_boxes : (n, 8) arrays
+        Start and width in q and in r, and the coefficients of S(v), for distances on the starting tube.
+    size : (2,) array
+        Circumference and length of that tube, mm.
+    """
+
+    nets: Floats
+    others: Floats
+    boxes: Floats
+    other_boxes: Floats
+    size: Floats
 
 
 def spheres(nets: Floats) -> tuple[Floats, Floats]:
@@ -61,22 +83,19 @@ def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
 
 
 @numba.njit(cache=True)
-def approach(pairs, nets, others, boxes, other_boxes, size, neighbourhood):
+def approach(pairs, sides, neighbourhood):
     """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`.
 
     Parameters
     ----------
     pairs : (m, 2) array
         Indices of patches on either side.
-    nets, others : (n, 4, 4, 3) arrays
-        Their control nets, mm.
-    boxes, other_boxes : (n, 8) arrays
-        Where they are on the starting tube, see `Patches`.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
+    sides : tuple
+        As `Sides`.
     neighbourhood : float
         Points nearer than this on the starting tube do not count, mm; all count if it is zero.
     """
+    nets, others, boxes, other_boxes, size = sides
     seen, at = np.empty(len(pairs)), np.full((len(pairs), 4), 0.5)
     for k in range(len(pairs)):
         i, j = pairs[k]
@@ -120,11 +139,7 @@ def candidates(centres, radii, others, other_radii, reach, same):
 
 def least_distances(
     pairs: Ints,
-    nets: Floats,
-    others: Floats,
-    boxes: Floats,
-    other_boxes: Floats,
-    size: Floats,
+    sides: Sides,
     neighbourhood: float,
     asked: float,
     accuracy: tuple[float, float, float, float],
@@ -135,12 +150,8 @@ def least_distances(
     Parameters
     ----------
     pairs : (m, 2) array
-    nets, others : (n, 4, 4, 3) arrays
-        Control nets of the patches on either side.
-    boxes, other_boxes : (n, 8) arrays
-        Start and width in q and in r, and the coefficients of S(v), for distances on the starting tube.
-    size : (2,) array
-        Circumference and length of that tube.
+        Indices of patches on either side.
+    sides : Sides
     neighbourhood : float
         Only points at least this far apart on the starting tube count; all points if it is zero.
     asked : float
@@ -163,16 +174,18 @@ def least_distances(
     lower, seen, at = np.empty(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
 
     def work(some: slice) -> None:
-        sides = nets, others, boxes, other_boxes, size
-        _bound(pairs[some], *sides, neighbourhood, asked, accuracy, most, lower[some], seen[some], at[some])
+        into = lower[some], seen[some], at[some]
+        _bound(pairs[some], tuple(sides), neighbourhood, asked, accuracy, most, into)
 
     each(work, [slice(first, first + _SHARE) for first in range(0, len(pairs), _SHARE)])
     return lower, seen, at
 
 
 @numba.njit(cache=True, nogil=True)
-def _bound(pairs, nets, others, boxes, other_boxes, size, neighbourhood, asked, accuracy, most, lower, seen, at):
-    """The bounds of some pairs, see `least_distances`; fills `lower`, `seen` and `at`."""
+def _bound(pairs, sides, neighbourhood, asked, accuracy, most, into):
+    """The bounds of some pairs, see `least_distances`; fills its results, which are `into`."""
+    nets, others, boxes, other_boxes, size = sides
+    lower, seen, at = into
     gap, decided, bound, needed = accuracy
     way, here, whole = np.empty(3), np.empty(4), np.empty(8)
     for c in range(8):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.tube.certify.branch_and_bound import (
+    Sides,
     approach,
     candidates,
     least_distances,
@@ -122,8 +123,12 @@ def nearest(first: Patches, second: Patches, neighbourhood: float) -> Gaps:
     some = np.argsort(away, kind="stable")[:_STARTS]
     some = some[np.isfinite(away[some])]
     pairs = np.stack([own[some], partner[some]], axis=1)
-    seen, at = approach(pairs, first.nets, second.nets, first.boxes, second.boxes, first.size, neighbourhood)
+    seen, at = approach(pairs, tuple(_sides(first, second)), neighbourhood)
     return _found(first, second, pairs, np.full(len(pairs), np.inf), seen, at)
+
+
+def _sides(first: Patches, second: Patches) -> Sides:
+    return Sides(first.nets, second.nets, first.boxes, second.boxes, first.size)
 
 
 def gaps(
@@ -207,11 +212,7 @@ def _bounded(
             break
         found, near, where = least_distances(
             pairs[some],
-            first.nets,
-            second.nets,
-            first.boxes,
-            second.boxes,
-            first.size,
+            _sides(first, second),
             neighbourhood,
             sufficient,
             (accuracy.gap, accuracy.decided, bound, -accuracy.needed),

@@ -116,8 +116,8 @@ def enclosed(
         found = Bounds(np.empty((n, 4)), np.empty((n, 4)), np.zeros((n, 4, 2)), np.zeros((n, 2)))
 
         def work(some: slice) -> None:
-            into = (part[some] for part in found)
-            _enclose(parts, made.scale, broken, aspect, form == "per_mm", *cells.select(some), *into)
+            into = tuple(part[some] for part in found)
+            _enclose(parts, made.scale, broken, aspect, form == "per_mm", tuple(cells.select(some)), into)
 
         each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
         return found
@@ -127,11 +127,13 @@ def enclosed(
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _enclose(parts, scale, broken, aspect, per_mm, span, centre, half, upper, seen, place, vary):
-    """The bounds of some cells, see `Bounds`, into the last four arguments; `vary` is that of the tangents.
+def _enclose(parts, scale, broken, aspect, per_mm, cells, into):
+    """The bounds of some `Cells`; fills the `Bounds` that are `into`, of which `vary` is that of the tangents.
 
     `broken` is None without poles: then what is for them is not compiled.
     """
+    span, centre, half = cells
+    upper, seen, place, vary = into
     local, slope = np.empty(parts.shape[1:]), np.zeros((4, 4))
     for n in range(len(span)):
         k = span[n]

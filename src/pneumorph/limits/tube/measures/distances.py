@@ -327,18 +327,19 @@ def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Flo
     best, near = np.full(len(source), np.inf), np.zeros(len(source), dtype=np.int64)
     offset = np.zeros((len(source), 2))
     shrink = np.ascontiguousarray(tube.grid.frame.shrink[:, 0])
-    found = ring, whole.astype(np.int64), rest
-    _least_on_ring(tube.x, shrink, source, tube.columns, (step_q, step_r), found, neighbourhood, best, near, offset)
+    places, into = (ring, whole.astype(np.int64), rest), (best, near, offset)
+    _least_on_ring(tube.x, shrink, source, tube.columns, (step_q, step_r), places, neighbourhood, into)
     return best, near, offset
 
 
 @numba.njit(cache=True, nogil=True)
-def _least_on_ring(x, shrink, source, columns, step, places, neighbourhood, best, near, offset):
-    """Fill `best`, `near` and `offset` with the nearest of some places around each source.
+def _least_on_ring(x, shrink, source, columns, step, places, neighbourhood, into):
+    """Fill distances (m,), samples (m,) and offsets (m, 2), `into`, with the nearest of some places around each source.
 
     `places` are chords and lengths along r (m, 2), whole grid steps (m, 2), and what is left beyond these in mm (m, 2).
     """
     ring, whole, rest = places
+    best, near, offset = into
     rows = len(shrink)
     for k in range(len(source)):
         here, row, column = source[k], source[k] // columns, source[k] % columns

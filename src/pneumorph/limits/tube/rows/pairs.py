@@ -102,13 +102,14 @@ def _separation(
     ways = np.zeros((len(cell), 3)) if outward is None else outward
     shape = len(cell), 3 * (one[0].shape[1] + other[0].shape[1])
     value, column, entry = np.empty(len(cell)), np.empty(shape, dtype=np.int64), np.empty(shape)
-    _separate(points, *one, *other, ways, bound, value, column, entry)
+    _separate(points, one, other, ways, bound, (value, column, entry))
     return RowBlock(np.zeros(len(cell), dtype=np.int64), cell, value, column, entry)
 
 
 @numba.njit(cache=True, nogil=True)
-def _separate(points, column_a, weight_a, column_b, weight_b, outward, bound, value, column, entry):
-    """Fill the values (m,), columns and entries (m, k) of `_separation`; without normals `outward` is zero."""
+def _separate(points, one, other, outward, bound, into):
+    """Fill the values (m,), columns and entries (m, k) of `_separation`, `into`; without normals `outward` is zero."""
+    (column_a, weight_a), (column_b, weight_b), (value, column, entry) = one, other, into
     gap, wide = np.empty(3), column_a.shape[1]
     for m in range(len(value)):
         gap[:] = 0.0
