@@ -76,12 +76,23 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     say(f"The problem is sound {exact}.")
 
 
+def _section(tube: dict[str, Any]) -> str:
+    """The cross-section in the table of a tube in words."""
+    section, tapered = tube.get("section"), f" tapering to {tube['taper']:g} of it" if tube["taper"] != 1.0 else ""
+    if section is None:
+        return f"radius {tube['radius']}{tapered}"
+    sizes = (
+        f"{key.replace('_', ' ')} {value}" for key, value in section.items() if key not in ("kind", "turn", "points")
+    )
+    return f"section {section['kind']} ({', '.join(sizes)}){tapered}"
+
+
 def _description(at: AnalysedBody) -> list[str]:
     problem, space = at.problem, at.space
     table, model = problem.model_dump(), at.disc.model
     body, springs = table["body"], table["end_effector"]["spring"]
     chambers = "; ".join(
-        f"{chamber['name']}, radius {chamber['radius']}, z from {chamber['span'][0]} to {chamber['span'][1]}"
+        f"{chamber['name']}, {_section(chamber)}, z from {chamber['span'][0]} to {chamber['span'][1]}"
         for chamber in body["chamber"]
     )
     effector = problem.end_effector
@@ -96,7 +107,7 @@ def _description(at: AnalysedBody) -> list[str]:
     laid = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
     return [
         f"problem   {printable(problem.title) or 'without a title'}",
-        f"body      length {body['length']}, radius {body['radius']}; chambers: {chambers}",
+        f"body      length {body['length']}, {_section(body)}; chambers: {chambers}",
         f"variables {space.n_shape} for the shape, {free} for pressures{laid}",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + part_note(model.part),

@@ -21,7 +21,7 @@ def columns_multiple(symmetry: Symmetry) -> int:
 
 
 def columns(radius: float, density: float, multiple: int = 1) -> int:
-    """Number of control points around a tube: the multiple of `multiple` nearest to the density (1/mm), at least 8."""
+    """Number of control points around a tube of this mean radius: the multiple of `multiple` nearest to the density (1/mm), at least 8."""
     least = -(-8 // multiple)
     return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
 
@@ -29,7 +29,7 @@ def columns(radius: float, density: float, multiple: int = 1) -> int:
 def adjusted_columns(spec: BodySpec) -> list[str]:
     """A sentence for every surface whose number of control points around was changed to suit the symmetry."""
     multiple = columns_multiple(spec.symmetry)
-    tubes = [("the exterior", spec.radius), *((f'chamber "{c.name}"', c.radius) for c in spec.chamber)]
+    tubes = [("the exterior", spec.mean_radius), *((f'chamber "{c.name}"', c.mean_radius) for c in spec.chamber)]
     counts = [
         (name, *(columns(radius, spec.control_density, each) for each in (1, multiple))) for name, radius in tubes
     ]

@@ -5,10 +5,10 @@ Field names are the keys of the file. After reading, every quantity is a float i
 
 import math
 import warnings
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, Strict, model_validator
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, Strict, TypeAdapter, ValidationError, model_validator
 from pydantic_core import CoreSchema
 
 from pneumorph import units
@@ -18,6 +18,8 @@ from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives import ObjectiveSpec
 from pneumorph.problem.objectives.table import RotationVector
+from pneumorph.problem.outline import Outline, arc
+from pneumorph.problem.section import Section
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Variable
 from pneumorph.symmetry.images import WITHIN, snapped
@@ -37,6 +39,7 @@ RotationalStiffness = Annotated[float, Quantity(units.ROTATIONAL_STIFFNESS, "not
 Force = Annotated[float, Quantity(units.FORCE)]
 Moment = Annotated[float, Quantity(units.MOMENT)]
 Whole = Annotated[int, Strict()]
+_SECTION: TypeAdapter[Section] = TypeAdapter(Section)
 
 
 class Ripple(Table):
@@ -71,13 +74,71 @@ class Symmetry(Table):
     """Axis of a half turn about the centre."""
 
 
-class ChamberSpec(Table):
-    """A starting chamber: a cylinder parallel to z, with flat or hemispherical ends."""
+class _Tube(Table):
+    """What the tables of tubes have in common: a cylinder, or a prism of another section, that may be tapered."""
+
+    if TYPE_CHECKING:
+        radius: float
+        section: Section | None
+        taper: float
+
+    @model_validator(mode="before")
+    @classmethod
+    def _radius_of_the_section(cls, data: Any) -> Any:
+        """The radius follows from a section; a file that is written has both."""
+        if not isinstance(data, dict) or data.get("section") is None:
+            return data
+        section = data["section"]
+        try:
+            outline = (section if isinstance(section, Table) else _SECTION.validate_python(section)).outline
+        except ValidationError:
+            return {"radius": "1 mm"} | data  # reported with the key of the section
+        reach = Quantity(units.LENGTH).write(outline.reach)
+        given = data.get("radius", reach)
+        if abs((Quantity(units.LENGTH).read(given) if isinstance(given, str) else given) - outline.reach) > WITHIN:
+            raise InvalidKey(
+                "radius", f"is not {outline.reach:g} mm, that of the circle around the section; leave it out"
+            )
+        return {"radius": reach} | data
+
+    @property
+    def outline(self) -> Outline:
+        """The cross-section at the base's end, about the tube's own axis."""
+        return self.section.outline if self.section else Outline(arc([0.0, 0.0], self.radius, 0.0, 2.0 * math.pi)[:-1])
+
+    @property
+    def round(self) -> bool:
+        """Whether it is a cylinder."""
+        return self.section is None and self.taper == 1.0
+
+    @property
+    def mean_radius(self) -> float:
+        """Radius of the circle as long as its outline, mm."""
+        return self.section.outline.length / (2.0 * math.pi) if self.section else self.radius
+
+    @property
+    def area(self) -> float:
+        """Mean area of its cross-sections, mm²."""
+        area = self.section.outline.area if self.section else math.pi * self.radius**2
+        return area * (1.0 + self.taper + self.taper**2) / 3.0
+
+    @property
+    def least_radius(self) -> float:
+        """Least radius of curvature of its cross-sections, mm."""
+        return min(1.0, self.taper) * (1.0 / self.section.outline.curvature if self.section else self.radius)
+
+
+class ChamberSpec(_Tube):
+    """A starting chamber: a tube parallel to z, with flat or hemispherical ends."""
 
     name: Annotated[Name, Example('e.g. name = "A"')]
     """Name of the chamber in tasks and results."""
     radius: PositiveLength
-    """Radius of the cylinder."""
+    """Radius of the cylinder, or of the circle around its section; leave it out where there is a section."""
+    section: Section | None = None
+    """Cross-section, where it is no circle: ellipse, rectangle, polygon, half-round or points."""
+    taper: Annotated[Number, Field(ge=0.2, le=5)] = 1.0
+    """Size of the cross-section at the tip's end relative to that at the base's; between them it changes linearly."""
     center: Annotated[tuple[Length, Length], Example('e.g. center = ["0 mm", "0 mm"]')]
     """Position of its axis in x and y."""
     span: Annotated[tuple[Length, Length], Example('e.g. span = ["3 mm", "77 mm"]')]
@@ -101,10 +162,19 @@ class ChamberSpec(Table):
             return [self]
         (x, y), angles = self.center, [2.0 * math.pi * number / self.copies for number in range(self.copies)]
         centers = [(x * math.cos(a) - y * math.sin(a), x * math.sin(a) + y * math.cos(a)) for a in angles]
+        sections = [self.section and self.section.turned(a) for a in angles]
         return [
-            self.model_copy(update={"name": f"{self.name}{number}", "center": center, "copies": 1})
-            for number, center in enumerate(centers, 1)
+            self.model_copy(update={"name": f"{self.name}{number}", "center": center, "copies": 1, "section": section})
+            for number, (center, section) in enumerate(zip(centers, sections, strict=True), 1)
         ]
+
+    def is_image_of(self, other: "ChamberSpec", matrix: np.ndarray) -> bool:
+        """Whether its ends and its cross-section are those of another chamber's image, see `symmetry.images.image`."""
+        if self.ends != other.ends or (
+            (self.taper, other.taper) != (1.0, 1.0) and self.taper != other.taper ** matrix[2, 2]
+        ):
+            return False
+        return (self.section is other.section is None) or self.outline.is_image_of(other.outline, matrix)
 
     def at(self, place: np.ndarray) -> "ChamberSpec":
         """The chamber at another centre, span and radius (5,), see `symmetry.images.place`."""
@@ -112,13 +182,17 @@ class ChamberSpec(Table):
         return self.model_copy(update={"center": (x, y), "span": (start, end), "radius": radius})
 
 
-class BodySpec(Table):
-    """The starting body: a cylinder from z = 0 to z = length with chambers in it; control_density in 1/mm."""
+class BodySpec(_Tube):
+    """The starting body: a tube from z = 0 to z = length with chambers in it; control_density in 1/mm."""
 
     length: PositiveLength
     """Length of the body, constant in all designs."""
     radius: PositiveLength
-    """Radius at the start."""
+    """Radius of the cylinder, or of the circle around its section; leave it out where there is a section."""
+    section: Section | None = None
+    """Cross-section, where it is no circle: ellipse, rectangle, polygon, half-round or points."""
+    taper: Annotated[Number, Field(ge=0.2, le=5)] = 1.0
+    """Size of the cross-section at the tip's end relative to that at the base's; between them it changes linearly."""
     control_density: Annotated[float, Quantity(units.PER_LENGTH, "positive")] = 0.6
     """Control points per length, around and along."""
     ripple: Ripple | None = None

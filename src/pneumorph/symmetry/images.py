@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,10 @@ _EXACT = 1e-9  # mm; nearer ones stay as they are
 
 
 class Chamber(Protocol):
-    """A tube along z: the centre of its cross-section, from where to where it reaches, its radius, how it ends."""
+    """A tube along z: the centre of its cross-section, from where to where it reaches, its radius.
+
+    `is_image_of` says whether its shape is that of another one's image under an operation, wherever that is.
+    """
 
     @property
     def center(self) -> tuple[float, float]: ...
@@ -25,8 +28,7 @@ class Chamber(Protocol):
     def span(self) -> tuple[float, float]: ...
     @property
     def radius(self) -> float: ...
-    @property
-    def ends(self) -> str: ...
+    def is_image_of(self, other: Any, matrix: NDArray[np.float64]) -> bool: ...
 
 
 def place(chamber: Chamber) -> NDArray[np.float64]:
@@ -48,7 +50,7 @@ def image(
     wanted = placed(place(chambers[index]), matrix, length)
     places = np.array([(*other.center, *other.span, other.radius) for other in chambers])
     near = np.flatnonzero(np.abs(places - wanted).max(axis=1) <= within)
-    return next((int(number) for number in near if chambers[int(number)].ends == chambers[index].ends), None)
+    return next((int(number) for number in near if chambers[int(number)].is_image_of(chambers[index], matrix)), None)
 
 
 def snapped(chambers: Sequence[Chamber], symmetry: Symmetry, length: float) -> list[NDArray[np.float64]]:

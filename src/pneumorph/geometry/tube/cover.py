@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.geometry.tube.start import starting_body
+from pneumorph.problem.reinforcement import EXTERIOR
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec
@@ -42,6 +43,7 @@ def build_covers(spec: BodySpec, reinforcements: Iterable[Reinforcement]) -> tup
     """The covers of the reinforcements of a problem; one on several surfaces has as many."""
     start, found = starting_body(spec), []
     surfaces = {surface.name: surface for surface in start.surfaces}
+    sections = {EXTERIOR: spec.section} | {chamber.name: chamber.section for chamber in spec.chamber}
     for each in reinforcements:
         for name in each.surfaces:
             surface, r, q = surfaces[name], (0.0, 1.0), None
@@ -52,6 +54,10 @@ def build_covers(spec: BodySpec, reinforcements: Iterable[Reinforcement]) -> tup
                 r = (low, high)
             if each.angles is not None:
                 first, last = (angle / (2.0 * math.pi) for angle in each.angles)
+                section = sections[name]
+                if section is not None:
+                    first, last = map(section.outline.share_at, each.angles)
+                    last += last <= first
                 # q runs the other way around a chamber.
                 first, last = (-last, -first) if surface.cavity else (first, last)
                 q = (first - math.floor(first), last - math.floor(first))

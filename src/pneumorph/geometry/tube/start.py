@@ -14,15 +14,19 @@ from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import clamped, periodic
 from pneumorph.geometry.tube.surface import Ends, TubeSurface, dome_fit
 from pneumorph.problem.columns import columns, columns_multiple
+from pneumorph.problem.outline import directions
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Ripple
+    from pneumorph.problem.models import ChamberSpec
 
 Array = NDArray[np.float64]
 
+_FITTED = 16  # samples per control point at which outlines are fitted
+
 
 def starting_body(spec: BodySpec) -> Body[TubeSurface]:
-    """Build the tubes from which a design starts; the surfaces, not the control nets, have the given radii and lengths.
+    """Build the tubes from which a design starts; the surfaces, not the control nets, have the given sizes.
 
     Parameters
     ----------
@@ -44,63 +48,82 @@ def starting_body(spec: BodySpec) -> Body[TubeSurface]:
 
     multiple, density = columns_multiple(spec.symmetry), spec.control_density
 
-    def tube(name: str, radius: float, center: tuple[float, float], span: tuple[float, float], ends: Ends, ripple):
-        return _tube(name, radius, center, span, ends, density, columns(radius, density, multiple), waves(ripple))
-
-    exterior = tube("exterior", spec.radius, (0.0, 0.0), (0.0, spec.length), "flat", spec.ripple)
+    exterior = _tube("exterior", spec, (0.0, 0.0), (0.0, spec.length), "flat", density, multiple, waves(spec.ripple))
     chambers = [
-        tube(chamber.name, chamber.radius, chamber.center, chamber.span, chamber.ends, spec.ripple_of(chamber))
-        for chamber in spec.chamber
+        _tube(each.name, each, each.center, each.span, each.ends, density, multiple, waves(spec.ripple_of(each)))
+        for each in spec.chamber
     ]
     return Body(exterior, tuple(cavity(chamber) for chamber in chambers))
 
 
 def _tube(
     name: str,
-    radius: float,
+    spec: BodySpec | ChamberSpec,
     center: tuple[float, float],
     span: tuple[float, float],
     ends: Ends,
     density: float,
-    n_q: int,
+    multiple: int,
     ripple: Callable[[Array, Array], Array],
 ) -> TubeSurface:
-    """A round tube about a line parallel to z, q running counter-clockwise."""
+    """A tube about a line parallel to z, q running counter-clockwise."""
+    radius = spec.mean_radius
+    n_q = columns(radius, density, multiple)
     length = span[1] - span[0] if ends == "flat" else _Capsule(radius, *span).arc_length
-    circumference = 2.0 * np.pi * radius
     spans = max(4, round(density * length))
-    profile = _flat_profile if ends == "flat" else _pole_profile
     angle = 2.0 * np.pi * periodic(n_q).greville
-    rho, z = profile(radius, span, spans, lambda z: ripple(z[:, None], angle))
-    # A periodic spline is smaller than the circle of its control points by this factor (its first Fourier eigenvalue).
-    rho = rho / np.sinc(1.0 / n_q) ** 4
+    around, outwards = _outline(spec, n_q)
+    if ends == "flat":
+        widths, waves, z = _flat_profile(span, spans, spec.taper, lambda z: ripple(z[:, None], angle))
+    else:
+        widths, waves, z = _pole_profile(radius, span, spans, spec.taper, lambda z: ripple(z[:, None], angle))
     net = np.empty((len(z), n_q, 3))
-    net[..., 0] = center[0] + rho * np.cos(angle)
-    net[..., 1] = center[1] + rho * np.sin(angle)
+    net[..., :2] = center + widths[..., None] * around + waves[..., None] * outwards
     net[..., 2] = z[:, None]
-    return TubeSurface(name, net, ends, (circumference, length), cavity=False)
+    return TubeSurface(name, net, ends, (2.0 * np.pi * radius, length), cavity=False)
 
 
-def _flat_profile(radius: float, span: tuple[float, float], spans: int, ripple: Callable) -> tuple[Array, Array]:
-    """Control values of radius (n_r, n_q) and z (n_r,) of a straight tube: z linear in r, the radius interpolated."""
+def _outline(spec: BodySpec | ChamberSpec, n_q: int) -> tuple[Array, Array]:
+    """Control points (n_q, 2) of a tube's outline about its axis, and of the unit normals on it."""
+    basis = periodic(n_q)
+    if spec.section is None:
+        # A periodic spline is smaller than the circle of its control points by this factor (its first Fourier
+        # eigenvalue).
+        outwards = directions(2.0 * np.pi * basis.greville) / np.sinc(1.0 / n_q) ** 4
+        return spec.radius * outwards, outwards
+    share = np.arange(_FITTED * n_q) / (_FITTED * n_q)
+    values, points = basis.matrix(share), spec.section.outline.at(share)
+    around = np.linalg.lstsq(values, points, rcond=None)[0]
+    along = basis.matrix(share, 1) @ around
+    normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
+    return around, np.linalg.lstsq(values, normals, rcond=None)[0]
+
+
+def _flat_profile(
+    span: tuple[float, float], spans: int, taper: float, ripple: Callable[[Array], Array]
+) -> tuple[Array, Array, Array]:
+    """Control values (n_r, 1) of the section's size, (n_r, n_q) of the ripple and (n_r,) of z, which is linear in r."""
     basis = clamped(spans)
     z = span[0] + (span[1] - span[0]) * basis.greville
-    rho = np.linalg.solve(basis.matrix(basis.greville), radius + ripple(z))
-    return rho, z
+    widths = 1.0 + (taper - 1.0) * basis.greville
+    return widths[:, None], np.linalg.solve(basis.matrix(basis.greville), ripple(z)), z
 
 
-def _pole_profile(radius: float, span: tuple[float, float], spans: int, ripple: Callable) -> tuple[Array, Array]:
-    """Control values of radius (n_r, n_q) and z (n_r,) of a capsule, by least squares with exact poles and tangents."""
+def _pole_profile(
+    radius: float, span: tuple[float, float], spans: int, taper: float, ripple: Callable[[Array], Array]
+) -> tuple[Array, Array, Array]:
+    """The same of a capsule, whose ripple is in its size: by least squares with exact poles and tangents."""
     basis = clamped(spans)
     t = np.linspace(0.0, 1.0, 16 * spans + 1)
     capsule = _Capsule(radius, *span)
     rho, z = capsule.at(t)
-    rho = rho[:, None] * (1.0 + ripple(z) / radius)
+    widths = (rho / radius * (1.0 + (taper - 1.0) * (z - span[0]) / (span[1] - span[0])))[:, None]
+    widths = widths * (1.0 + ripple(z) / radius)
     values = basis.matrix(t)
     fitted_z = np.repeat(span, [2, basis.count - 2])
     rest = z - values[:, [0, 1]].sum(axis=1) * span[0] - values[:, [-2, -1]].sum(axis=1) * span[1]
     fitted_z[2:-2] = np.linalg.lstsq(values[:, 2:-2], rest, rcond=None)[0]
-    return dome_fit(basis, rho), fitted_z
+    return dome_fit(basis, widths), np.zeros((1, 1)), fitted_z
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,6 @@ def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
     body = problem.body
     for index, chamber in enumerate(body.chamber):
         key, (start, end) = f"body.chamber[{index}]", chamber.span
-        reach = math.hypot(*chamber.center) + chamber.radius
         if start >= end:
             yield f"{key}.span", f"runs from {start:g} mm to {end:g} mm; put the lower end first"
         elif start < 0 or end > body.length:
@@ -63,17 +62,12 @@ def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
                 f"{key}.span",
                 f"runs from {start:g} to {end:g} mm, beyond the body (0 to {body.length:g} mm); make it shorter",
             )
-        elif chamber.ends == "pole" and end - start < 2 * chamber.radius - _EPS:
+        elif chamber.ends == "pole" and end - start < 2 * chamber.mean_radius - _EPS:
             yield (
                 f"{key}.span",
-                f"is shorter than its two hemispherical ends, {2 * chamber.radius:g} mm; make it longer",
+                f"is shorter than its two hemispherical ends, {2 * chamber.mean_radius:g} mm; make it longer",
             )
-        if reach >= body.radius:
-            yield (
-                f"{key}.{_across(chamber)}",
-                f"reaches {reach:g} mm from the axis, outside the body of radius {body.radius:g} mm; "
-                "make the chamber thinner or move it inwards",
-            )
+        yield from _out_of_the_body(body, chamber, key)
     for (i, one), (j, other) in combinations(enumerate(body.chamber), 2):
         across, along = _gaps(one, other)
         if max(across, along) <= 0:
@@ -81,6 +75,28 @@ def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
                 f"body.chamber[{j}]",
                 f'"{other.name}" overlaps "{one.name}" (body.chamber[{i}]); move one of them or make it smaller',
             )
+
+
+def _out_of_the_body(body: BodySpec, chamber: ChamberSpec, key: str) -> Iterator[Fault]:
+    """Whether the cross-sections of a chamber are inside those of the body."""
+    if body.round and chamber.round:
+        reach = math.hypot(*chamber.center) + chamber.radius
+        if reach >= body.radius:
+            yield (
+                f"{key}.{_across(chamber)}",
+                f"reaches {reach:g} mm from the axis, outside the body of radius {body.radius:g} mm; "
+                "make the chamber thinner or move it inwards",
+            )
+        return
+    for place, size in zip(chamber.span, (1.0, chamber.taper), strict=True):
+        outside = body.outline.scaled(1.0 + (body.taper - 1.0) * place / body.length)
+        if outside.clearance(chamber.outline.scaled(size).moved(*chamber.center)) <= 0.0:
+            yield (
+                f"{key}.{_across(chamber)}",
+                f"puts part of the chamber's section outside the body's at z = {place:g} mm; make the chamber smaller "
+                "or move it inwards",
+            )
+            return
 
 
 def _symmetry(problem: Tables) -> Iterator[Fault]:
@@ -104,7 +120,7 @@ def _symmetry(problem: Tables) -> Iterator[Fault]:
                 "body.ripple.lobes",
                 'is odd, which suits only a half turn about x; use half_turn = "x"',
             )
-    missing = list(_missing_images(body, group))
+    missing = list(_unlike_images(body, group)) or list(_missing_images(body, group))
     if missing:
         yield from missing
         return
@@ -126,6 +142,25 @@ def _symmetry(problem: Tables) -> Iterator[Fault]:
                 "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures; leave "
                 'out body.symmetry.mirror and point (half_turn = "x" also keeps both halves alike)',
             )
+
+
+def _unlike_images(body: BodySpec, group: list[np.ndarray]) -> Iterator[Fault]:
+    """Sections and tapers that the symmetry does not keep."""
+    if body.section and not all(body.outline.is_image_of(body.outline, matrix) for matrix in group):
+        yield "body.section", "is not its own image under body.symmetry; turn it, or ask for less symmetry"
+    if body.taper != 1.0 and any(matrix[2, 2] < 0.0 for matrix in group):
+        yield "body.taper", "makes the two halves along the axis unlike, but body.symmetry maps one to the other"
+    places = np.array([place(chamber) for chamber in body.chamber])
+    for index, chamber in enumerate(body.chamber):
+        for matrix in group:
+            there = np.abs(places - placed(places[index], matrix, body.length)).max(axis=1) <= WITHIN
+            if there.any() and image(body.chamber, index, matrix, body.length) is None:
+                yield (
+                    f"body.chamber[{index}]",
+                    f'"{chamber.name}" and "{body.chamber[int(there.argmax())].name}", in the place of its image under '
+                    "body.symmetry, have unlike sections, tapers or ends; make them images of each other",
+                )
+                return
 
 
 def _missing_images(body: BodySpec, group: list[np.ndarray]) -> Iterator[Fault]:
@@ -245,13 +280,13 @@ def _ranges(problem: Tables) -> Iterator[Fault]:
 
 def _limits(problem: Tables) -> Iterator[Fault]:
     body, limits = problem.body, problem.limits
-    tubes = [("the exterior", body.radius, "flat", body.ripple, "body.ripple.amplitude")]
+    tubes = [("the exterior", body.least_radius, "flat", body.ripple, "body.ripple.amplitude")]
     for index, chamber in enumerate(body.chamber):
         key = f"body.chamber[{index}].ripple.amplitude" if chamber.ripple else "body.ripple.amplitude"
-        tubes.append((f'chamber "{chamber.name}"', chamber.radius, chamber.ends, body.ripple_of(chamber), key))
+        tubes.append((f'chamber "{chamber.name}"', chamber.least_radius, chamber.ends, body.ripple_of(chamber), key))
     for name, radius, _, ripple, key in tubes:
         if ripple and ripple.amplitude >= radius:
-            yield key, f"is not smaller than the radius of {name}; make it smaller"
+            yield key, f"is not smaller than the least radius of {name}; make it smaller"
             return
     if limits.fold.neighbourhood <= limits.fold.distance:
         yield (
@@ -268,7 +303,7 @@ def _limits(problem: Tables) -> Iterator[Fault]:
             yield (
                 "limits.curvature",
                 f"{name} starts with a curvature of {bend:.3g} /mm^2, too far above the limit of {limits.curvature:g} "
-                "/mm^2; raise the limit, make the radius larger or the ripple flatter",
+                "/mm^2; raise the limit, make radii or corners larger, or the ripple flatter",
             )
 
 
@@ -295,13 +330,13 @@ def _contact(problem: Tables) -> Iterator[Fault]:
 
 def _resolution(problem: Tables) -> Iterator[Fault]:
     body, density, size = problem.body, problem.body.control_density, problem.mesh.size
-    tubes = [(body.radius, body.length)] + [(c.radius, c.span[1] - c.span[0]) for c in body.chamber]
+    tubes = [(body, body.length), *((chamber, chamber.span[1] - chamber.span[0]) for chamber in body.chamber)]
     if density * body.length < 4:
         yield (
             "body.control_density",
             f"{density:g} /mm gives the body fewer than 4 control points along its length; raise it (0.6 /mm is usual)",
         )
-    points = sum(2 * math.pi * radius * length * density**2 for radius, length in tubes)
+    points = sum(2 * math.pi * tube.mean_radius * length * density**2 for tube, length in tubes)
     if points > MAX_CONTROL_POINTS:
         yield (
             "body.control_density",
@@ -327,7 +362,7 @@ def _resolution(problem: Tables) -> Iterator[Fault]:
                 f"{count} sections are thinner than the elements of mesh.size = {size:g} mm; use at most "
                 f"{math.floor(body.length / size)} or a finer mesh",
             )
-    volume = math.pi * (tubes[0][0] ** 2 * tubes[0][1] - sum(r**2 * length for r, length in tubes[1:]))
+    volume = body.area * body.length - sum(tube.area * length for tube, length in tubes[1:])
     elements = 6 * volume / size**3
     if elements > MAX_ELEMENTS:
         yield (
@@ -337,12 +372,16 @@ def _resolution(problem: Tables) -> Iterator[Fault]:
 
 
 def _across(chamber: ChamberSpec) -> str:
-    """The key to name when a chamber reaches beyond the body's radius."""
-    return "center" if any(chamber.center) else "radius"
+    """The key to name when a chamber reaches out of the body."""
+    return "center" if any(chamber.center) else "section" if chamber.section else "radius"
 
 
 def _gaps(one: ChamberSpec, other: ChamberSpec) -> tuple[float, float]:
     """Distances (mm) between two chambers across and along z; negative if they overlap. Domes count as flat ends."""
-    across = math.dist(one.center, other.center) - one.radius - other.radius
+    if one.round and other.round:
+        across = math.dist(one.center, other.center) - one.radius - other.radius
+    else:
+        first, second = (each.outline.scaled(max(1.0, each.taper)).moved(*each.center) for each in (one, other))
+        across = first.gap(second)
     along = max(other.span[0] - one.span[1], one.span[0] - other.span[1])
     return across, along

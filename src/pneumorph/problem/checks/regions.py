@@ -15,6 +15,15 @@ _EPS = 1e-9
 def check_regions(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason of everything that is wrong with the regions of a problem whose chambers are in order."""
     chambers = [chamber.name for chamber in problem.body.chamber]
+    if not all(tube.round for tube in (problem.body, *problem.body.chamber)):
+        for index, region in enumerate(problem.region):
+            if region.beyond is None:
+                yield (
+                    f"region[{index}]",
+                    "needs tubes of round section without taper, unless it is given by beyond; change its shape, or "
+                    "leave out section and taper",
+                )
+                return
     lined: set[str] = set()
     for index, region in enumerate(problem.region):
         key, wall = f"region[{index}]", problem.limits.wall
