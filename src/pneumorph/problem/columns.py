@@ -21,7 +21,10 @@ def columns_multiple(symmetry: Symmetry) -> int:
 
 
 def columns(radius: float, density: float, multiple: int = 1) -> int:
-    """Number of control points around a tube of this mean radius: the multiple of `multiple` nearest to the density (1/mm), at least 8."""
+    """Number of control points around a tube of a mean radius, at least 8.
+
+    It is the multiple of `multiple` that is nearest to the density (1/mm).
+    """
     least = -(-8 // multiple)
     return multiple * max(least, round(density * 2.0 * np.pi * radius / multiple))
 

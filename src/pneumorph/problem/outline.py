@@ -108,7 +108,7 @@ class Outline:
 
     def moved(self, x: float, y: float) -> Outline:
         """The outline of a tube whose axis is elsewhere."""
-        return Outline(self.points + [x, y], self.start)
+        return Outline(self.points + np.array([x, y]), self.start)
 
     def scaled(self, factor: float) -> Outline:
         """The outline with all lengths multiplied."""

@@ -1,4 +1,4 @@
-"""Cross-sections of tubes that are not circles: their tables in a problem file, and the outlines that these describe."""
+"""Cross-sections of tubes that are not circles: their tables in a problem file, and what outlines these describe."""
 
 from __future__ import annotations
 

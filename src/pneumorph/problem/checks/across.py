@@ -88,12 +88,12 @@ def _out_of_the_body(body: BodySpec, chamber: ChamberSpec, key: str) -> Iterator
                 "make the chamber thinner or move it inwards",
             )
         return
-    for place, size in zip(chamber.span, (1.0, chamber.taper), strict=True):
-        outside = body.outline.scaled(1.0 + (body.taper - 1.0) * place / body.length)
+    for height, size in zip(chamber.span, (1.0, chamber.taper), strict=True):
+        outside = body.outline.scaled(1.0 + (body.taper - 1.0) * height / body.length)
         if outside.clearance(chamber.outline.scaled(size).moved(*chamber.center)) <= 0.0:
             yield (
                 f"{key}.{_across(chamber)}",
-                f"puts part of the chamber's section outside the body's at z = {place:g} mm; make the chamber smaller "
+                f"puts part of the chamber's section outside the body's at z = {height:g} mm; make the chamber smaller "
                 "or move it inwards",
             )
             return
