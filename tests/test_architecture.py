@@ -41,7 +41,7 @@ PACKAGES = [
 # The rooms of packages that have some, top to bottom like the packages.
 ROOMS = {
     "symmetry": ["__init__", "operations", "images", "part", "basis"],
-    "geometry": ["bspline", "regions", "surface", "body", "design_space", "__init__", "tube", "starting"],
+    "geometry": ["bspline", "regions", "surface", "body", "design_space", "__init__", "tube", "lattice", "starting"],
     "mechanics": ["material", "elements", "contact", "assembly", "solve", "setup", "__init__"],
     "limits": [
         *("__init__", "limit", "certify", "tube", "kinds"),

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube import build_covers, build_levels, build_linings, build_wedges
 from pneumorph.mesh import Mesher, Morph
+from pneumorph.mesh.faces import FacesMesher
 from pneumorph.mesh.tube import TubeMesher
-from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem import Problem, SolidSpec, reinforcements
 from pneumorph.symmetry.part import Part
 
 
@@ -19,6 +20,8 @@ def mesher_of(problem: Problem, part: Part, size: float | None = None) -> Mesher
     part : of the bodies that is meshed; all of one where the cut of a sector would cross itself or a surface.
     size : of the elements, mm; by default that of the problem.
     """
+    if isinstance(problem.body, SolidSpec):
+        return FacesMesher(problem.body.faces, problem.body.places, problem.body.inside, size or problem.mesh.size)
     return TubeMesher(
         size or problem.mesh.size,
         part,

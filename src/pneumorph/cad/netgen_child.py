@@ -10,6 +10,7 @@ import os
 import pickle
 import sys
 import threading
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from queue import SimpleQueue
@@ -42,6 +43,99 @@ def optimise(
     mesh.SetMaterial(1, "solid")
     mesh.OptimizeVolumeMesh(_netgen().MeshingParameters(maxh=size, optimize3d=moves, optsteps3d=steps, **_SERIAL))
     return _arrays(mesh)
+
+
+class Unsuitable(Exception):
+    """What is wrong with a file, as a sentence without its subject."""
+
+
+def solids(
+    path: str, key: str, scale: float, size: float, most: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str], int]:
+    """The meshed faces of all solids in a STEP or BREP file, whose coordinates are multiplied by `scale`.
+
+    Returns points (n, 3), six-node triangles (m, 6) whose normals point out of the solid, the face of each (m,) from 0,
+    the names of the faces, and the number of solids.
+
+    Parameters
+    ----------
+    path : of the file.
+    key : that no file of another content has.
+    scale : mm per unit of the file as it is read, in which STEP has mm.
+    size : desired edge length, mm; 0 for a coarse outline.
+    most : faces that a file may have.
+    """
+    shape = _shape(path, key)
+    if not len(shape.solids):
+        found = f"{len(shape.faces)} faces that are not closed to a solid" if len(shape.faces) else "no faces"
+        raise Unsuitable(f"has {found}; sew them and save a solid, of mm in size")
+    if len(shape.faces) > most:
+        raise Unsuitable(f"has {len(shape.faces)} faces, more than {most}; simplify it in CAD")
+    if scale != 1.0:
+        shape = shape.Scale(_occ().Pnt(0, 0, 0), scale)
+    lower, upper = np.array([list(corner) for corner in shape.bounding_box])
+    size = size or float(np.linalg.norm(upper - lower)) / _COARSE
+    with _limited():
+        step = _netgen().MeshingStep.MESHSURFACE
+        mesh = _occ().OCCGeometry(shape).GenerateMesh(
+            maxh=size, perfstepsend=step, curvaturesafety=_CURVATURE, grading=_GRADING, **_SERIAL
+        )
+        mesh.SecondOrder()
+    elements = mesh.Elements2D().NumPy()
+    if not len(elements) or not elements["nodes"][:, :6].all():
+        raise Unsuitable("has a face that cannot be meshed; repair it in CAD")
+    names = [face.name or "" for face in shape.faces]
+    # Netgen's fourth to sixth node are opposite to the corners.
+    triangles = elements["nodes"][:, [0, 1, 2, 5, 3, 4]].astype(np.int64) - 1
+    return np.array(mesh.Coordinates()), triangles, elements["index"].astype(np.int64) - 1, names, len(shape.solids)
+
+
+_COARSE = 25.0
+"""Edges of a coarse outline along the diagonal of a body."""
+
+_CURVATURE = 1.0
+"""Edges are no longer than the radius of curvature divided by this; curved elements follow so much of a circle."""
+
+_GRADING = 0.5
+"""How fast elements grow away from small ones: Netgen's own 0.3 makes twice as many where a part has fine details."""
+
+_MOST_BYTES = 3 << 30
+"""Memory that reading and meshing a file may take."""
+
+_shapes: dict[str, Any] = {}
+"""The last shape that was read, by its key: it is meshed several times."""
+
+
+def _shape(path: str, key: str) -> Any:
+    if key not in _shapes:
+        _shapes.clear()
+        with _limited():
+            _shapes[key] = _occ().OCCGeometry(path).shape
+    return _shapes[key]
+
+
+@contextlib.contextmanager
+def _limited() -> Iterator[None]:
+    """Bound the memory that is taken in addition, where the system can do that."""
+    try:
+        import resource
+
+        with open("/proc/self/statm") as file:
+            used = int(file.read().split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):
+        yield
+        return
+    kept = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (used + _MOST_BYTES, kept[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, kept)
+
+
+@cache
+def _occ() -> Any:
+    return import_module("netgen.occ")
 
 
 @cache
@@ -78,7 +172,7 @@ def main() -> None:
     # Netgen prints from C++.
     answers, nowhere = os.fdopen(os.dup(1), "wb"), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
-    calls, waiting = {"fill": fill, "optimise": optimise}, SimpleQueue[tuple[str, Any]]()
+    calls, waiting = {"fill": fill, "optimise": optimise, "solids": solids}, SimpleQueue[tuple[str, Any]]()
     threading.Thread(target=_read, args=(waiting,), daemon=True).start()
     while True:
         name, arguments = waiting.get()

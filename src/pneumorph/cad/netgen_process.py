@@ -13,11 +13,10 @@ import pickle
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from threading import Lock
+from threading import Event, Lock, Timer
 from typing import Any
-
-import numpy as np
 
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.interrupts import cleaned_up, stop_if_asked
@@ -28,6 +27,7 @@ _CHILD = Path(__file__).with_name("netgen_child.py")
 _FAILED = {
     "fill": "the space between the surfaces could not be filled with tetrahedra",
     "optimise": "the tetrahedra between the surfaces could not be improved",
+    "solids": "its solids cannot be read or meshed",
 }
 
 _LEAVING = 5.0
@@ -38,8 +38,14 @@ _running: tuple[int, subprocess.Popen[bytes]] | None = None
 """The process with this one's number, for a fork of this one must not use it."""
 
 
-def call(name: str, *arguments: Any) -> tuple[np.ndarray, np.ndarray]:
-    """What a function of `netgen_child` returns: points (n, 3) in mm and the corners of tetrahedra (m, 4).
+def call(name: str, *arguments: Any, seconds: float | None = None) -> tuple[Any, ...]:
+    """What a function of `netgen_child` returns: points (n, 3) in mm, the nodes of elements (m, k), and what it adds.
+
+    Parameters
+    ----------
+    name : of the function.
+    arguments : of the function.
+    seconds : after which it is ended.
 
     Raises
     ------
@@ -48,7 +54,7 @@ def call(name: str, *arguments: Any) -> tuple[np.ndarray, np.ndarray]:
     ComputationError
         If it cannot be started, or has not enough memory.
     """
-    with _lock:
+    with _lock, _ended_after(seconds) as late:
         child = _process()
         assert child.stdin is not None and child.stdout is not None
         try:
@@ -64,6 +70,8 @@ def call(name: str, *arguments: Any) -> tuple[np.ndarray, np.ndarray]:
             _end()
             # What ends this program at once has ended that one.
             stop_if_asked()
+            if late.is_set():
+                raise MeshError(f"takes longer than {seconds:g} s; simplify it") from None
             raise _crashed(status) from error
         except BaseException:
             _end()  # else the next call would get this one's answer
@@ -73,6 +81,28 @@ def call(name: str, *arguments: Any) -> tuple[np.ndarray, np.ndarray]:
     if not len(answer[1]):
         raise MeshError(_FAILED[name])
     return answer
+
+
+@contextlib.contextmanager
+def _ended_after(seconds: float | None) -> Iterator[Event]:
+    """End the process after so many seconds in this block, and say so by the event."""
+    late = Event()
+
+    def end() -> None:
+        late.set()
+        if _running is not None:
+            _running[1].kill()
+
+    if seconds is None:
+        yield late
+        return
+    timer = Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield late
+    finally:
+        timer.cancel()
 
 
 def _crashed(status: int | None) -> ComputationError:
@@ -86,6 +116,8 @@ def _failed(name: str, kind: str, text: str) -> ComputationError:
     """Why a call failed, by the class and the text of the exception that it raised."""
     if kind in ("ImportError", "ModuleNotFoundError"):
         return ComputationError(f"the mesher, Netgen, cannot be loaded ({text}); install netgen-mesher again")
+    if kind == "Unsuitable":
+        return MeshError(text)
     if kind == "MemoryError":
         return ComputationError("the mesher, Netgen, has not enough memory; make mesh.size larger")
     return MeshError(f"{_FAILED[name]} ({text})")

@@ -45,6 +45,7 @@ from pneumorph.problem.objectives import (
 )
 from pneumorph.problem.regions import Layer, Region, Sleeve
 from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement
+from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
 
@@ -85,6 +86,7 @@ __all__ = [
     "Ripple",
     "Sleeve",
     "SphereSpec",
+    "SolidSpec",
     "Spring",
     "Stretch",
     "Symmetry",

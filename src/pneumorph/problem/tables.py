@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from pneumorph.problem.contact import ContactSpec, ObstacleSpec
 from pneumorph.problem.fabrication import MakeSpec
@@ -22,7 +22,13 @@ from pneumorph.problem.models import (
 )
 from pneumorph.problem.regions import MOST_REGIONS, Region
 from pneumorph.problem.reinforcement import MOST_REINFORCEMENTS, FibresSpec, MembraneSpec
-from pneumorph.problem.table import Example, Table
+from pneumorph.problem.solid import SolidSpec
+from pneumorph.problem.table import TAG, Example, Table
+
+
+def _kind_of_body(data: Any) -> str:
+    of_file = isinstance(data, SolidSpec) or (isinstance(data, dict) and ("file" in data or "data" in data))
+    return TAG + ("file" if of_file else "tube")
 
 
 class Tables(Table):
@@ -32,8 +38,12 @@ class Tables(Table):
     """A title for messages and pictures."""
     material: Annotated[Material, Example('[material] with name = "Hei-Cast 8400"')]
     """The rubber: a name of the library alone, or a model with its parameters."""
-    body: Annotated[BodySpec, Example("[body] with its length, radius and chambers")]
-    """The starting body with its chambers."""
+    body: Annotated[
+        Annotated[BodySpec, Tag(TAG + "tube")] | Annotated[SolidSpec, Tag(TAG + "file")],
+        Discriminator(_kind_of_body),
+        Example("[body] with its length, radius and chambers, or with a file"),
+    ]
+    """The starting body with its chambers: a tube, or a body from a CAD file."""
     region: tuple[Region, ...] = Field(default=(), max_length=MOST_REGIONS)
     """Parts of another rubber, each a table [[region]]."""
     membrane: tuple[MembraneSpec, ...] = Field(default=(), max_length=MOST_REINFORCEMENTS)

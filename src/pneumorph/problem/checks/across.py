@@ -11,17 +11,18 @@ import numpy as np
 from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
+from pneumorph.problem.checks.solid import MAX_ELEMENTS, check_solid
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
 from pneumorph.problem.regions import REST
+from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.images import WITHIN, image, place, placed
 from pneumorph.symmetry.operations import operations
 
 MAX_CONTROL_POINTS = 100_000
-MAX_ELEMENTS = 1_000_000
 _EPS = 1e-9  # mm; lengths that are meant to be equal may differ by rounding
 
 Fault = tuple[str, str]
@@ -32,6 +33,9 @@ def inconsistencies(problem: Tables) -> list[Fault]:
 
     Checks that rely on others are left out if these have found something.
     """
+    if isinstance(problem.body, SolidSpec):
+        together = (_names, check_solid, _tasks, _ranges, _contact)
+        return [fault for check in together for fault in check(problem)]
     found = [*_names(problem), *_chambers_in_body(problem)]
     relying = () if found else (_symmetry, _walls, check_regions, check_reinforcements)
     for check in (*relying, _tasks, _ranges, _limits, _contact, _resolution):

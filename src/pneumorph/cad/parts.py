@@ -1,0 +1,171 @@
+"""What the parts of a body's surface are: clamped base, tip, chambers, and the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.cad.faces import Faces
+from pneumorph.cad.shells import Shell, encloses, place, shells_of
+from pneumorph.errors import MeshError
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """Faces in the lowest plane along z, for −1, or the highest, for 1."""
+
+    sign: float
+
+    def holds(self, faces: Faces, tolerance: float) -> np.ndarray:
+        """Which nodes (n,) are there."""
+        z = self.sign * faces.points[:, 2]
+        return z >= z.max() - tolerance
+
+    def __str__(self) -> str:
+        return f"in the {'highest' if self.sign > 0 else 'lowest'} plane along z"
+
+
+@dataclass(frozen=True)
+class InPlane:
+    """Faces in the plane where the coordinate of an axis, 0 to 2, is `at`, mm."""
+
+    axis: int
+    at: float
+
+    def holds(self, faces: Faces, tolerance: float) -> np.ndarray:
+        """Which nodes (n,) are there."""
+        return np.abs(faces.points[:, self.axis] - self.at) <= tolerance
+
+    def __str__(self) -> str:
+        return f"in the plane {'xyz'[self.axis]} = {self.at:g} mm"
+
+
+@dataclass(frozen=True)
+class InBox:
+    """Faces that lie wholly in a box between two corners, mm."""
+
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+
+    def holds(self, faces: Faces, tolerance: float) -> np.ndarray:
+        """Which nodes (n,) are there."""
+        low, high = np.array(self.lower) - tolerance, np.array(self.upper) + tolerance
+        return np.all((faces.points >= low) & (faces.points <= high), axis=1)
+
+    def __str__(self) -> str:
+        return f"wholly within the box from {place(np.array(self.lower))} to {place(np.array(self.upper))}"
+
+
+@dataclass(frozen=True)
+class Named:
+    """Faces with this name in the file."""
+
+    name: str
+
+    def holds(self, faces: Faces, tolerance: float) -> np.ndarray:
+        """Which nodes (n,) are there."""
+        named = np.array([name == self.name for name in faces.names])
+        found = np.zeros(len(faces.points), bool)
+        found[faces.triangles[named[faces.face]]] = True
+        return found
+
+    def __str__(self) -> str:
+        return f'named "{self.name}"'
+
+
+Where = Extreme | InPlane | InBox | Named
+
+FLAT = 1e-5
+"""How far from a plane nodes in it may be, relative to the diagonal of the body."""
+
+
+def faces_where(faces: Faces, where: Where) -> np.ndarray:
+    """The triangles (m,) bool of all faces that lie wholly somewhere, or have a name."""
+    away = ~where.holds(faces, FLAT * faces.diagonal)[faces.triangles].all(axis=1)
+    wrong = np.zeros(int(faces.face.max()) + 1, bool)
+    wrong[faces.face[away]] = True
+    if isinstance(where, Named):
+        # All nodes of a face may be on its neighbours.
+        wrong |= np.array([name != where.name for name in faces.names[: len(wrong)]])
+    return ~wrong[faces.face]
+
+
+def parts_of(faces: Faces, base: Where, tip: Where, inside: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The triangles (k,) of every part: "base", "tip", "exterior", and "chamber <name>" of every chamber.
+
+    Parameters
+    ----------
+    faces : Faces
+    base, tip : where they are.
+    inside : a point (3,) in every chamber, mm, by its name.
+
+    Raises
+    ------
+    MeshError
+        If there is no such face or void, or one that has no name; a sentence whose subject is the file.
+    """
+    shells = shells_of(faces)
+    chambers = dict(zip(inside, voids_at(faces, shells.voids, inside), strict=True))
+    named = [id(void) for void in chambers.values()]
+    for void in shells.voids:
+        if id(void) not in named:
+            raise MeshError(
+                f"has a void of {-void.volume:.3g} mm³ at {place(void.centre)} that is no chamber; add a table "
+                "[[body.chamber]] for it, or fill it in CAD"
+            )
+    parts: dict[str, np.ndarray] = {}
+    own = np.zeros(len(faces.triangles), bool)
+    own[shells.outside.triangles] = True
+    for name, where in (("base", base), ("tip", tip)):
+        chosen = own & faces_where(faces, where)
+        if not chosen.any():
+            known = sorted({each for each in faces.names if each})
+            named_faces = f'; its faces have the names {", ".join(known[:8])}' if known and isinstance(where, Named) else ""
+            raise MeshError(f"has no face {where} for the {name}{named_faces}; give body.{name} another place")
+        parts[name] = np.flatnonzero(chosen)
+    both = np.intersect1d(*parts.values())
+    if len(both):
+        where = place(faces.points[faces.triangles[both[0], 0]])
+        raise MeshError(f"has a face at {where} that is base and tip at once; give body.base and body.tip apart")
+    rest = np.setdiff1d(shells.outside.triangles, np.concatenate(list(parts.values())))
+    parts["exterior"] = rest
+    return parts | {f"chamber {name}": void.triangles for name, void in chambers.items()}
+
+
+def voids_at(faces: Faces, voids: tuple[Shell, ...], inside: Mapping[str, np.ndarray]) -> list[Shell]:
+    """The void around each point.
+
+    Raises
+    ------
+    MeshError
+        If there is none, or two points are in one.
+    """
+    found: list[Shell] = []
+    for name, point in inside.items():
+        around = next((void for void in voids if encloses(faces, void, point)), None)
+        if around is None:
+            places = ", ".join(place(void.centre) for void in voids[:8])
+            there = f"its voids are at {places}" if voids else "it has no closed void"
+            raise MeshError(f'has no closed void around {place(point)}, chamber "{name}"; {there}')
+        if any(around is other for other in found):
+            raise MeshError(f'has the points of two chambers in one void at {place(around.centre)}; leave "{name}" out')
+        found.append(around)
+    return found
+
+
+def point_inside(faces: Faces, void: Shell) -> np.ndarray:
+    """A point (3,) in a void, mm: its centroid or, where that is not in it, half way to the far side of it."""
+    if encloses(faces, void, void.centre):
+        return void.centre
+    corners = faces.points[faces.triangles[void.triangles, :3]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    largest = np.linalg.norm(normals, axis=1).argsort()[::-1]
+    # From the middle of a triangle along its normal, which points into the void.
+    for number in largest:
+        middle, normal = corners[number].mean(axis=0), normals[number] / np.linalg.norm(normals[number])
+        for step in np.linalg.norm(void.upper - void.lower) * 0.5 ** np.arange(1, 12):
+            if encloses(faces, void, middle + step * normal):
+                return middle + step * normal
+    raise MeshError(f"has a void without any volume at {place(void.centre)}; fill it in CAD")

@@ -1,0 +1,143 @@
+"""Closed surfaces among the faces of a file: the outside of a body, and its voids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from pneumorph.cad.faces import Faces
+from pneumorph.errors import MeshError
+
+
+@dataclass(frozen=True, eq=False)
+class Shell:
+    """A closed surface.
+
+    Attributes
+    ----------
+    triangles : (k,) int
+        Its triangles in `Faces.triangles`.
+    volume : float
+        mm³ within it; negative for a void, whose normals point inwards.
+    centre : (3,) float
+        Centroid of what it encloses, mm.
+    lower, upper : (3,) float
+        Corners of the box that holds it, mm.
+    """
+
+    triangles: np.ndarray
+    volume: float
+    centre: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Shells:
+    """The outside of a body, and its voids, the largest first."""
+
+    outside: Shell
+    voids: tuple[Shell, ...]
+
+
+def shells_of(faces: Faces) -> Shells:
+    """The outside and the voids of a single body.
+
+    Raises
+    ------
+    MeshError
+        If its faces do not bound one solid; a sentence whose subject is the file.
+    """
+    _check_edges(faces)
+    count, number = pieces(faces.triangles)
+    found = sorted((_shell(faces, np.flatnonzero(number == each)) for each in range(count)), key=_size)
+    outside, inner = found[-1], found[:-1]
+    if outside.volume <= 0.0:
+        raise MeshError("is turned inside out: the normals of its outside point inwards; reverse them in CAD")
+    for shell in inner:
+        within = encloses(faces, outside, _vertex(faces, shell))
+        if shell.volume > 0.0 and within:
+            raise MeshError(
+                f"has a closed surface inside, at {place(shell.centre)}, whose normals point outwards; cut the void out "
+                "of the solid in CAD, or reverse its normals"
+            )
+        if not within:
+            raise MeshError(
+                f"has a second body at {place(shell.centre)}, apart from the one at {place(outside.centre)}; unite "
+                "them, or save one"
+            )
+    return Shells(outside, tuple(sorted(inner, key=lambda shell: shell.volume)))
+
+
+def pieces(triangles: np.ndarray, between: np.ndarray | None = None) -> tuple[int, np.ndarray]:
+    """The number of connected pieces of a surface, and that of each triangle (m,).
+
+    Triangles are connected by edges; only by those whose mid-side nodes are among `between`, if given.
+    """
+    count = len(triangles)
+    mids, owner = triangles[:, 3:].ravel(), np.repeat(np.arange(count), 3)
+    if between is not None:
+        kept = np.isin(mids, between)
+        mids, owner = mids[kept], owner[kept]
+    _, edge = np.unique(mids, return_inverse=True)
+    by = sparse.csr_array((np.ones(len(edge)), (owner, edge)), (count, edge.max(initial=-1) + 1))
+    return connected_components(by @ by.T, directed=False)
+
+
+def encloses(faces: Faces, shell: Shell, point: np.ndarray) -> bool:
+    """Whether a closed surface of straight triangles winds around a point (Van Oosterom and Strackee 1983)."""
+    a, b, c = np.moveaxis(faces.points[faces.triangles[shell.triangles, :3]] - point, 1, 0)
+    x, y, z = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+    volume = np.einsum("ti,ti->t", a, np.cross(b, c))
+    below = x * y * z + _dot(a, b) * z + _dot(b, c) * x + _dot(c, a) * y
+    return abs(2.0 * np.arctan2(volume, below).sum()) > 2.0 * np.pi
+
+
+def place(point: np.ndarray) -> str:
+    """A place in mm as it is written in messages."""
+    return f"({', '.join(f'{round(float(part), 2) + 0.0:g}' for part in point)}) mm"
+
+
+def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.einsum("ti,ti->t", one, other)
+
+
+def _size(shell: Shell) -> float:
+    return float(np.linalg.norm(shell.upper - shell.lower))
+
+
+def _vertex(faces: Faces, shell: Shell) -> np.ndarray:
+    return faces.points[faces.triangles[shell.triangles[0], 0]]
+
+
+def _shell(faces: Faces, triangles: np.ndarray) -> Shell:
+    corners = faces.points[faces.triangles[triangles, :3]]
+    origin = corners.reshape(-1, 3).mean(axis=0)
+    a, b, c = np.moveaxis(corners - origin, 1, 0)
+    volumes = _dot(a, np.cross(b, c)) / 6.0
+    volume = float(volumes.sum())
+    centre = origin + (volumes[:, None] * (a + b + c) / 4.0).sum(axis=0) / (volume or 1.0)
+    nodes = faces.points[faces.triangles[triangles]].reshape(-1, 3)
+    return Shell(triangles, volume, centre, nodes.min(axis=0), nodes.max(axis=0))
+
+
+def _check_edges(faces: Faces) -> None:
+    """Refuse edges that do not join two triangles which are turned alike."""
+    mids, count = np.unique(faces.triangles[:, 3:], return_counts=True)
+    for wrong, what, repair in (
+        (count == 1, "open edges", "close the gap"),
+        (count > 2, "edges where more than two faces meet", "separate the parts that touch there"),
+    ):
+        if wrong.any():
+            where = place(faces.points[mids[wrong][0]])
+            raise MeshError(f"has {np.count_nonzero(wrong)} {what}, the first at {where}; {repair} in CAD")
+    starts = faces.triangles[:, :3].ravel()
+    total = np.zeros(len(faces.points), int)
+    # Both triangles of an edge go along it, in opposite directions if they are turned alike.
+    np.add.at(total, faces.triangles[:, 3:].ravel(), starts - np.roll(faces.triangles[:, :3], -1, axis=1).ravel())
+    if total.any():
+        where = place(faces.points[np.flatnonzero(total)[0]])
+        raise MeshError(f"has faces that are not turned alike, at {where}; make its normals consistent in CAD")

@@ -1,0 +1,131 @@
+"""Surfaces of any shape in a trivariate cubic B-spline lattice over their box (free-form deformation; Sederberg and
+Parry 1986)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+
+from pneumorph.geometry.bspline import Basis, clamped
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Trivariate cubic B-splines over a box.
+
+    Attributes
+    ----------
+    lower, upper : (3,) float
+        Corners of the box, mm.
+    spans : (3,) int
+        Knot spans along x, y and z.
+    """
+
+    lower: Array
+    upper: Array
+    spans: tuple[int, int, int]
+
+    @property
+    def bases(self) -> list[Basis]:
+        """Along x, y and z."""
+        return [clamped(count) for count in self.spans]
+
+    def points(self) -> Array:
+        """Control points (n, 3), mm, with which every place is where it is."""
+        axes = [self.lower[k] + basis.greville * (self.upper - self.lower)[k] for k, basis in enumerate(self.bases)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def weights(self, places: Array) -> sparse.csr_array:
+        """B (m, n): places (m, 3) in the box, in mm, are B @ points."""
+        values, columns = np.ones((len(places), 1)), np.zeros((len(places), 1), int)
+        for k, basis in enumerate(self.bases):
+            t = (places[:, k] - self.lower[k]) / (self.upper[k] - self.lower[k])
+            first = np.clip((t * basis.spans).astype(int), 0, basis.spans - 1)
+            near = first[:, None] + np.arange(basis.degree + 1)
+            own = np.take_along_axis(basis.matrix(t), near, axis=1)
+            values = (values[:, :, None] * own[:, None, :]).reshape(len(places), -1)
+            columns = (columns[:, :, None] * basis.count + near[:, None, :]).reshape(len(places), -1)
+        rows = np.repeat(np.arange(len(places)), values.shape[1])
+        n = int(np.prod([basis.count for basis in self.bases]))
+        return sparse.csr_array((values.ravel(), (rows, columns.ravel())), (len(places), n))
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeAverage:
+    """Averages along the three directions of a lattice, by a symmetric matrix for each."""
+
+    along: tuple[Array, ...]
+
+    @property
+    def order(self) -> NDArray[np.int64]:
+        """See `Average`: all x of the control points, then all y, then all z."""
+        n = int(np.prod([len(each) for each in self.along]))
+        return np.arange(3 * n).reshape(n, 3).T.ravel()
+
+    def apply(self, coordinates: Array) -> Array:
+        """See `Average`."""
+        shape = [len(each) for each in self.along]
+        x, y, z = self.along
+        return np.einsum("ai,bj,ck,dijk->dabc", x, y, z, coordinates.reshape(3, *shape), optimize=True).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeSurface:
+    """One boundary surface of a body from a file.
+
+    Attributes
+    ----------
+    name : str
+        "exterior" or that of a chamber.
+    cavity : bool
+        See `Surface`.
+    lattice : Lattice
+        In which all of it lies.
+    net : (n, 3) float
+        Control points, mm.
+    outline : (k, 3) float, and triangles (m, 3) int
+        The surface as it is in the file, in straight triangles for pictures, with normals from solid to void.
+    """
+
+    name: str
+    cavity: bool
+    lattice: Lattice
+    net: Array
+    outline: Array
+    triangles: NDArray[np.int64]
+
+    @property
+    def n_points(self) -> int:
+        """Number of control points."""
+        return len(self.net)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Control points are stored one after the other."""
+        return (len(self.net),)
+
+    def control_points(self) -> Array:
+        """All control points, (n_points, 3) in mm."""
+        return self.net
+
+    def with_control_points(self, points: Array) -> LatticeSurface:
+        """The same surface with other control points, (n_points, 3) in mm."""
+        return replace(self, net=points)
+
+    def shell(self) -> tuple[Array, NDArray[np.int64]]:
+        """See `Surface`."""
+        return self.lattice.weights(self.outline) @ self.net, self.triangles
+
+    def average(self, strength: float) -> LatticeAverage:
+        """See `Surface`."""
+        found = []
+        for basis in self.lattice.bases:
+            difference = np.diff(np.eye(basis.count), axis=0)
+            values, vectors = linalg.eigh(np.eye(basis.count) + strength * difference.T @ difference)
+            found.append((vectors / np.sqrt(values)) @ vectors.T)
+        return LatticeAverage(tuple(found))

@@ -1,0 +1,5 @@
+"""Meshes of bodies from files."""
+
+from pneumorph.mesh.faces.build import FacesMesher
+
+__all__ = ["FacesMesher"]

@@ -1,0 +1,59 @@
+"""Mesh bodies from files, whose faces are triangulated where they are in the file and moved by lattices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.cad.faces import Faces
+from pneumorph.cad.parts import Where, parts_of
+from pneumorph.geometry import Body
+from pneumorph.geometry.lattice import LatticeSurface
+from pneumorph.mesh.build import Boundary, mesh_within
+from pneumorph.mesh.morph import Morph
+
+
+@dataclass(frozen=True, eq=False)
+class FacesMesher:
+    """Meshes the body in a file, however lattices have moved it.
+
+    Attributes
+    ----------
+    faces : function of a size in mm
+        The faces in triangles with edges of about this length.
+    places : where base and tip are.
+    inside : {chamber: (3,)}
+        A point in every chamber, mm.
+    size : float
+        Of the elements, mm.
+    """
+
+    faces: Callable[[float], Faces]
+    places: tuple[Where, Where]
+    inside: Mapping[str, np.ndarray]
+    size: float
+    heights: Sequence[float] = ()
+
+    def mesh(self, body: Body[LatticeSurface], finest: float = 0.0) -> Morph:
+        """Mesh a body, see `mesh_within`."""
+        return mesh_within(self._bound, body, self.size, finest)
+
+    def _bound(self, body: Body[LatticeSurface], finer: float, _: float) -> Boundary:
+        found = self.faces(finer * self.size)
+        parts = parts_of(found, *self.places, self.inside)
+        faces = {name: found.triangles[own] for name, own in parts.items() if len(own)}
+        offset, values, rows, columns = found.points.copy(), [], [], []
+        for surface, where in zip(body.surfaces, body.slices, strict=True):
+            own = [f"chamber {surface.name}"] if surface.cavity else ["base", "tip", "exterior"]
+            nodes = np.unique(np.concatenate([faces[name].ravel() for name in own if name in faces]))
+            weights = surface.lattice.weights(found.points[nodes]).tocoo()
+            offset[nodes] -= weights @ surface.lattice.points()
+            values.append(weights.data)
+            rows.append(nodes[weights.row])
+            columns.append(where.start + weights.col)
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        B = sparse.csr_array(entries, (len(found.points), body.n_points))
+        return Boundary(B, offset, faces, B @ body.control_points() + offset, {"": found.triangles})

@@ -1,0 +1,253 @@
+"""The table [body] of a body from a file."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import re
+import zlib
+from functools import cached_property
+from pathlib import Path
+from string import ascii_uppercase
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, GetJsonSchemaHandler, Strict, StringConstraints, ValidationInfo, model_validator
+from pydantic_core import CoreSchema
+
+from pneumorph import units
+from pneumorph.cad.faces import Faces, Format, read_faces
+from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Where, parts_of, point_inside
+from pneumorph.cad.shells import shells_of
+from pneumorph.errors import ComputationError, MeshError, short
+from pneumorph.problem.directions import Number
+from pneumorph.problem.models import MOST_CHAMBERS, Length, Ripple, Symmetry
+from pneumorph.problem.names import Name
+from pneumorph.problem.reading import read_bytes
+from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+
+MOST_BYTES = 30_000_000
+"""Largest file with a body that is read."""
+
+MOST_TEXT = 1_800_000
+"""Characters that it may take, compressed, in a problem file."""
+
+FORMATS: dict[str, Format] = {".step": "step", ".stp": "step", ".brep": "brep", ".brp": "brep"}
+
+UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+"""mm in a unit."""
+
+_PLANE = re.compile(r"\s*([xyz])\s*=\s*(\S.*?)\s*")
+_LENGTH = Quantity(units.LENGTH)
+
+Place = tuple[Length, Length, Length]
+
+
+class Selection(Table):
+    """Faces of a body from a file: all in a plane, all within a box, or those with a name. One of the keys is given."""
+
+    faces: Annotated[str, StringConstraints(max_length=60)] | None = None
+    """The plane in which they lie, e.g. "z = 0 mm"."""
+    within: Annotated[tuple[Place, Place], Example('e.g. within = [["0 mm", "0 mm", "0 mm"], …]')] | None = None
+    """Two opposite corners of a box in which they lie wholly."""
+    name: Annotated[str, StringConstraints(min_length=1, max_length=100)] | None = None
+    """Their name in the file."""
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Selection:
+        given = [key for key in type(self).model_fields if getattr(self, key) is not None]
+        if len(given) != 1:
+            wrong = "is given together with " + given[0] if given else "is missing"
+            raise InvalidKey(given[1] if given else "faces", f"{wrong}; give one of faces, within and name")
+        if self.faces is not None:
+            _plane(self.faces)
+        return self
+
+    @property
+    def where(self) -> Where:
+        """The same for `cad.parts`."""
+        if self.faces is not None:
+            return InPlane(*_plane(self.faces))
+        if self.within is not None:
+            lower, upper = np.sort(np.array(self.within), axis=0).tolist()
+            return InBox(tuple(lower), tuple(upper))
+        return Named(self.name or "")
+
+
+def _plane(text: str) -> tuple[int, float]:
+    found = _PLANE.fullmatch(text)
+    if found is None:
+        raise InvalidKey("faces", f'"{short(text)}" is not a plane; write e.g. faces = "z = 0 mm"')
+    axis, at = found.groups()
+    try:
+        return "xyz".index(axis), 0.0 if re.fullmatch(r"[+-]?0+(\.0*)?", at) else _LENGTH.read(at)
+    except ValueError as error:
+        raise InvalidKey("faces", str(error)) from None
+
+
+class VoidSpec(Table):
+    """A chamber of a body from a file: a closed void in it."""
+
+    name: Annotated[Name, Example('e.g. name = "A"')]
+    """Name of the chamber in tasks and results."""
+    inside: Annotated[Place, Example('e.g. inside = ["0 mm", "0 mm", "40 mm"]')]
+    """A point in the void."""
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """x and y of that point, mm."""
+        return self.inside[:2]
+
+
+class SolidSpec(Table):
+    """A body from a CAD file, with a clamped base, a tip, and its closed voids as chambers.
+
+    `file` is its path, from the folder of the problem file. On reading, its contents are stored as `data`, so that a run
+    does not depend on the file, and chambers that the table does not name are called A, B, C, … from the largest void
+    on. `scale` multiplies all coordinates; `unit` is for formats that have none.
+    """
+
+    data: Annotated[
+        str, Strict(), Example('a file next to the problem file, e.g. file = "finger.step"'), Field(max_length=MOST_TEXT)
+    ]
+    """The contents of the file, compressed; `file` is given in its place."""
+    format: Format = "step"
+    """The format of the file."""
+    unit: Literal["mm", "cm", "m", "in"] = "mm"
+    """Unit of the coordinates in the file; STEP files have their own, so it must be mm for them."""
+    scale: Annotated[Number, Field(gt=0)] = 1.0
+    """Factor of its size."""
+    base: Selection | None = None
+    """The clamped faces; by default those in the lowest plane along z."""
+    tip: Selection | None = None
+    """The faces that carry the end-effector; by default those in the highest plane along z."""
+    chamber: tuple[VoidSpec, ...] = Field(default=(), max_length=MOST_CHAMBERS)
+    """Its chambers, each a table [[body.chamber]]; by default all closed voids."""
+
+    symmetry: ClassVar[Symmetry] = Symmetry()
+    ripple: ClassVar[Ripple | None] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, dict) or "file" not in data:
+            return data
+        if "data" in data:
+            raise InvalidKey("file", "is given together with data; leave one of them out")
+        if not isinstance(data["file"], str):
+            raise InvalidKey("file", 'should be the name of a CAD file; write e.g. file = "finger.step"')
+        path = Path((info.context or {}).get("folder", ".")) / data["file"]
+        form = FORMATS.get(path.suffix.lower())
+        if form is None:
+            known = ", ".join(FORMATS)
+            raise InvalidKey("file", f"{short(path, 120)} is of no known format; save it as one of {known}")
+        try:
+            content = read_bytes(path, MOST_BYTES)
+        except (OSError, ValueError) as error:
+            why = getattr(error, "strerror", None) or error
+            raise InvalidKey("file", f"{short(path, 120)} cannot be read ({why}); put it next to the problem file") from None
+        packed = base64.b64encode(zlib.compress(content, 9)).decode()
+        if len(packed) > MOST_TEXT:
+            raise InvalidKey("file", f"{short(path, 120)} is too large; simplify it in CAD")
+        return {key: value for key, value in data.items() if key != "file"} | {"data": packed, "format": form}
+
+    @model_validator(mode="after")
+    def _found_in_the_file(self) -> SolidSpec:
+        if self.format == "step" and self.unit != "mm":
+            raise InvalidKey("unit", "is in the STEP file itself; leave it out, or use scale")
+        try:
+            if not self.chamber:
+                object.__setattr__(self, "chamber", self._voids())
+            parts_of(self.outline, *self.places, self.inside)
+        except ComputationError as error:
+            raise InvalidKey("file", f"it {error}") from None
+        return self
+
+    @property
+    def content(self) -> bytes:
+        """The bytes of the file.
+
+        Raises
+        ------
+        InvalidKey
+            If `data` is not what was stored.
+        """
+        try:
+            unpacked = zlib.decompressobj().decompress(base64.b64decode(self.data, validate=True), MOST_BYTES + 1)
+        except (binascii.Error, zlib.error, ValueError):
+            raise InvalidKey("data", "is not the contents of a file; give file in its place") from None
+        if len(unpacked) > MOST_BYTES:
+            raise InvalidKey("data", f"has more than {MOST_BYTES / 1e6:g} MB; simplify the body in CAD")
+        return unpacked
+
+    def faces(self, size: float) -> Faces:
+        """Its faces in triangles with edges of about this length, mm; 0 for a coarse outline."""
+        return read_faces(self.content, self.format, self.scale * UNITS[self.unit], size)
+
+    @cached_property
+    def outline(self) -> Faces:
+        """Its faces in large triangles."""
+        return self.faces(0.0)
+
+    @property
+    def places(self) -> tuple[Where, Where]:
+        """Where base and tip are."""
+        base = Extreme(-1.0) if self.base is None else self.base.where
+        return base, Extreme(1.0) if self.tip is None else self.tip.where
+
+    @property
+    def inside(self) -> dict[str, np.ndarray]:
+        """The point (3,) in every chamber, mm."""
+        return {chamber.name: np.array(chamber.inside) for chamber in self.chamber}
+
+    @cached_property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centroids (3,) of base and tip, mm."""
+        faces, parts = self.outline, parts_of(self.outline, *self.places, self.inside)
+        found = []
+        for name in ("base", "tip"):
+            corners = faces.points[faces.triangles[parts[name], :3]]
+            areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+            found.append(np.average(corners.mean(axis=1), axis=0, weights=areas))
+        return found[0], found[1]
+
+    @property
+    def length(self) -> float:
+        """Distance of the centroids of base and tip, mm."""
+        base, tip = self.ends
+        return float(np.linalg.norm(tip - base))
+
+    @property
+    def radius(self) -> float:
+        """Half the smallest width of the box that holds it, mm."""
+        return float(np.ptp(self.outline.points, axis=0).min()) / 2.0
+
+    def _voids(self) -> tuple[VoidSpec, ...]:
+        voids = shells_of(self.outline).voids
+        if not voids:
+            raise MeshError("has no closed void, so no chamber; cut one out of the solid in CAD")
+        if len(voids) > MOST_CHAMBERS:
+            raise MeshError(f"has {len(voids)} closed voids, more than {MOST_CHAMBERS}; fill those that are no chambers")
+        return tuple(
+            VoidSpec.model_construct(name=letters(number), inside=tuple(point_inside(self.outline, void).tolist()))
+            for number, void in enumerate(voids)
+        )
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        reference = handler(schema)
+        table = handler.resolve_ref_schema(reference)
+        table["properties"]["file"] = {
+            "type": "string",
+            "title": "File",
+            "description": 'Path of a CAD file, from the folder of the problem file, e.g. file = "finger.step".',
+        }
+        table["required"].remove("data")
+        table["oneOf"] = [{"required": ["file"]}, {"required": ["data"]}]
+        return reference
+
+
+def letters(number: int) -> str:
+    """A, B, …, Z, A1, B1, … for 0, 1, …."""
+    rounds, letter = divmod(number, len(ascii_uppercase))
+    return ascii_uppercase[letter] + (str(rounds) if rounds else "")
