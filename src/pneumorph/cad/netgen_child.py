@@ -68,7 +68,7 @@ def solids(
     shape = _shape(path, key)
     if not len(shape.solids):
         found = f"{len(shape.faces)} faces that are not closed to a solid" if len(shape.faces) else "no faces"
-        raise Unsuitable(f"has {found}; sew them and save a solid, of mm in size")
+        raise Unsuitable(f"has {found}; save a solid")
     if len(shape.faces) > most:
         raise Unsuitable(f"has {len(shape.faces)} faces, more than {most}; simplify it in CAD")
     if scale != 1.0:
@@ -77,8 +77,10 @@ def solids(
     size = size or float(np.linalg.norm(upper - lower)) / _COARSE
     with _limited():
         step = _netgen().MeshingStep.MESHSURFACE
-        mesh = _occ().OCCGeometry(shape).GenerateMesh(
-            maxh=size, perfstepsend=step, curvaturesafety=_CURVATURE, grading=_GRADING, **_SERIAL
+        mesh = (
+            _occ()
+            .OCCGeometry(shape)
+            .GenerateMesh(maxh=size, perfstepsend=step, curvaturesafety=_CURVATURE, grading=_GRADING, **_SERIAL)
         )
         mesh.SecondOrder()
     elements = mesh.Elements2D().NumPy()
@@ -109,8 +111,14 @@ _shapes: dict[str, Any] = {}
 def _shape(path: str, key: str) -> Any:
     if key not in _shapes:
         _shapes.clear()
-        with _limited():
-            _shapes[key] = _occ().OCCGeometry(path).shape
+        occ = _occ()
+        try:
+            with _limited():
+                _shapes[key] = occ.OCCGeometry(path).shape
+        except MemoryError:
+            raise
+        except Exception as error:
+            raise Unsuitable("cannot be read: it is not what its suffix says, or damaged; export it again") from error
     return _shapes[key]
 
 

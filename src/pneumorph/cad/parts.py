@@ -121,9 +121,9 @@ def parts_of(faces: Faces, base: Where, tip: Where, inside: Mapping[str, np.ndar
     for name, where in (("base", base), ("tip", tip)):
         chosen = own & faces_where(faces, where)
         if not chosen.any():
-            known = sorted({each for each in faces.names if each})
-            named_faces = f'; its faces have the names {", ".join(known[:8])}' if known and isinstance(where, Named) else ""
-            raise MeshError(f"has no face {where} for the {name}{named_faces}; give body.{name} another place")
+            known = ", ".join(sorted({each for each in faces.names if each})[:8])
+            others = f"; its faces have the names {known}" if known and isinstance(where, Named) else ""
+            raise MeshError(f"has no face {where} for the {name}{others}; give body.{name} another place")
         parts[name] = np.flatnonzero(chosen)
     both = np.intersect1d(*parts.values())
     if len(both):

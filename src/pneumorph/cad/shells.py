@@ -61,8 +61,8 @@ def shells_of(faces: Faces) -> Shells:
         within = encloses(faces, outside, _vertex(faces, shell))
         if shell.volume > 0.0 and within:
             raise MeshError(
-                f"has a closed surface inside, at {place(shell.centre)}, whose normals point outwards; cut the void out "
-                "of the solid in CAD, or reverse its normals"
+                f"has a closed surface inside, at {place(shell.centre)}, whose normals point outwards; cut the void "
+                "out of the solid in CAD, or reverse its normals"
             )
         if not within:
             raise MeshError(
@@ -113,15 +113,28 @@ def _vertex(faces: Faces, shell: Shell) -> np.ndarray:
     return faces.points[faces.triangles[shell.triangles[0], 0]]
 
 
+def quarters(triangles: np.ndarray) -> np.ndarray:
+    """Six-node triangles (m, 6) as flat ones (4 m, 3)."""
+    i, j, k, ij, jk, ki = triangles.T
+    flat = [np.stack(each, axis=1) for each in ((i, ij, ki), (ij, j, jk), (ki, jk, k), (ij, jk, ki))]
+    return np.concatenate(flat)
+
+
 def _shell(faces: Faces, triangles: np.ndarray) -> Shell:
-    corners = faces.points[faces.triangles[triangles, :3]]
-    origin = corners.reshape(-1, 3).mean(axis=0)
-    a, b, c = np.moveaxis(corners - origin, 1, 0)
+    own = faces.triangles[triangles]
+    nodes = faces.points[own].reshape(-1, 3)
+    origin = nodes.mean(axis=0)
+    rough, fine = (_moments(faces.points - origin, flat) for flat in (own[:, :3], quarters(own)))
+    # The error of flat triangles is a quarter with halves of their edges.
+    volume, moment = (4.0 * fine - rough)[0] / 3.0, (4.0 * fine - rough)[1:] / 3.0
+    return Shell(triangles, float(volume), origin + moment / (volume or 1.0), nodes.min(axis=0), nodes.max(axis=0))
+
+
+def _moments(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Volume within flat triangles, and the integral (3,) of the place over it."""
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
     volumes = _dot(a, np.cross(b, c)) / 6.0
-    volume = float(volumes.sum())
-    centre = origin + (volumes[:, None] * (a + b + c) / 4.0).sum(axis=0) / (volume or 1.0)
-    nodes = faces.points[faces.triangles[triangles]].reshape(-1, 3)
-    return Shell(triangles, volume, centre, nodes.min(axis=0), nodes.max(axis=0))
+    return np.concatenate([[volumes.sum()], volumes @ (a + b + c) / 4.0])
 
 
 def _check_edges(faces: Faces) -> None:

@@ -10,16 +10,17 @@ from rich.console import Console
 from rich.text import Text
 
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
+from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, printable
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
-from pneumorph.limits.report import certify, without_rounding
+from pneumorph.limits.report import without_rounding
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Rubber, rubbers_of
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, part_note, warnings_of
-from pneumorph.problem import Reinforcement, load, reinforcements
+from pneumorph.problem import Problem, Reinforcement, SolidSpec, load, reinforcements
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.reinforcement import data_of
 
@@ -36,18 +37,18 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     design = starting_design(asked) if run is None or run.latest is None else run.best
     asked = design.problem
     at = analyse_body(asked, design.body)
-    for line in _description(at):
-        say(line)
-    for sentence in adjusted_columns(asked.body):
-        say(f"symmetry  {sentence}")
+    for line, style in _description(at):
+        say(line, style)
+    if not isinstance(asked.body, SolidSpec):
+        for sentence in adjusted_columns(asked.body):
+            say(f"symmetry  {sentence}")
     found = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
         motion = task.objective.achieved(found[task.name])
         say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
         for sentence in warnings_of(rubbers_of(asked), found[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
-    limits = certify(design.body, asked.limits)
-    for reading in limits.readings:
+    for reading in design.limits:
         # The certified bound holds for all points; the value seen is that of the worst sample.
         seen = without_rounding(reading.seen)
         at_bound = not reading.satisfied() and reading.touched()
@@ -87,14 +88,30 @@ def _section(tube: dict[str, Any]) -> str:
     return f"section {section['kind']} ({', '.join(sizes)}){tapered}"
 
 
-def _description(at: AnalysedBody) -> list[str]:
-    problem, space = at.problem, at.space
-    table, model = problem.model_dump(), at.disc.model
-    body, springs = table["body"], table["end_effector"]["spring"]
+def _body(problem: Problem) -> Iterator[tuple[str, str]]:
+    """What body it is, line by line, each with its style."""
+    if isinstance(problem.body, SolidSpec):
+        yield from found_in(problem.body, problem.mesh.size)
+        return
+    body = problem.model_dump()["body"]
     chambers = "; ".join(
         f"{chamber['name']}, {_section(chamber)}, z from {chamber['span'][0]} to {chamber['span'][1]}"
         for chamber in body["chamber"]
     )
+    yield f"body      length {body['length']}, {_section(body)}; chambers: {chambers}", ""
+
+
+def _description(at: AnalysedBody) -> Iterator[tuple[str, str]]:
+    yield f"problem   {printable(at.problem.title) or 'without a title'}", ""
+    yield from _body(at.problem)
+    for line in _numbers(at):
+        yield line, ""
+
+
+def _numbers(at: AnalysedBody) -> list[str]:
+    problem, space = at.problem, at.space
+    table, model = problem.model_dump(), at.disc.model
+    springs = table["end_effector"]["spring"]
     effector = problem.end_effector
     springs_shown = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
     pulled = [f"{key} {table['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
@@ -106,8 +123,6 @@ def _description(at: AnalysedBody) -> list[str]:
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
     laid = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
     return [
-        f"problem   {printable(problem.title) or 'without a title'}",
-        f"body      length {body['length']}, {_section(body)}; chambers: {chambers}",
         f"variables {space.n_shape} for the shape, {free} for pressures{laid}",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + part_note(model.part),

@@ -34,7 +34,7 @@ from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.report import LimitReading, certify
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, SolidSpec
 from pneumorph.results import Fields, HistoryEntry, TaskResult
 
 if TYPE_CHECKING:
@@ -90,7 +90,9 @@ class Design:
 
     @cached_property
     def limits(self) -> tuple[LimitReading, ...]:
-        """The worst value of every limit, certified for all points of the surfaces."""
+        """The worst value of every limit, certified for all points of the surfaces; none for a body from a file."""
+        if isinstance(self.problem.body, SolidSpec):
+            return ()
         return certify(self.body, self.problem.limits).readings
 
     @property

@@ -14,6 +14,7 @@ from pneumorph.geometry import Body
 from pneumorph.mechanics import rubber_of
 from pneumorph.problem import Problem
 from pneumorph.problem.material import elastomer
+from pneumorph.problem.solid import require_tube
 
 if TYPE_CHECKING:
     from pneumorph.make import MadeFiles, Plan, PortEffect, Sag, SiliconePlan
@@ -34,6 +35,7 @@ def make_design(problem: Problem, body: Body, pressures: Pressures, folder: Path
     """
     from pneumorph.make import make
 
+    require_tube(problem.body, "made")
     return make(body, folder, chord, problem, lambda plan: _effects(problem, body, pressures, plan), _sags)
 
 

@@ -14,6 +14,7 @@ from pneumorph.limits.certify.places import Places, Points
 from pneumorph.limits.linearised import Rows, linearised
 from pneumorph.limits.report import LimitReport, certify
 from pneumorph.limits.tube.rows.samples import LimitSamples, sample_limits
+from pneumorph.problem.solid import require_tube
 from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
@@ -84,4 +85,4 @@ def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] =
 
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
-    return tube_limits(body, problem.limits, operations(problem.body.symmetry))
+    return tube_limits(body, problem.limits, operations(require_tube(problem.body, "designed").symmetry))

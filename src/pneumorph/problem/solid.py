@@ -6,7 +6,7 @@ import base64
 import binascii
 import re
 import zlib
-from functools import cached_property
+from functools import lru_cache
 from pathlib import Path
 from string import ascii_uppercase
 from typing import Annotated, Any, ClassVar, Literal
@@ -19,9 +19,9 @@ from pneumorph import units
 from pneumorph.cad.faces import Faces, Format, read_faces
 from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Where, parts_of, point_inside
 from pneumorph.cad.shells import shells_of
-from pneumorph.errors import ComputationError, MeshError, short
+from pneumorph.errors import ComputationError, MeshError, ProblemError, short
 from pneumorph.problem.directions import Number
-from pneumorph.problem.models import MOST_CHAMBERS, Length, Ripple, Symmetry
+from pneumorph.problem.models import MOST_CHAMBERS, BodySpec, Length, Ripple, Symmetry
 from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
@@ -102,13 +102,16 @@ class VoidSpec(Table):
 class SolidSpec(Table):
     """A body from a CAD file, with a clamped base, a tip, and its closed voids as chambers.
 
-    `file` is its path, from the folder of the problem file. On reading, its contents are stored as `data`, so that a run
-    does not depend on the file, and chambers that the table does not name are called A, B, C, … from the largest void
-    on. `scale` multiplies all coordinates; `unit` is for formats that have none.
+    `file` is its path, from the folder of the problem file. On reading, its contents are stored as `data`, so that a
+    run does not depend on the file, and chambers that the table does not name are called A, B, C, … from the largest
+    void on. `scale` multiplies all coordinates; `unit` is for formats that have none.
     """
 
     data: Annotated[
-        str, Strict(), Example('a file next to the problem file, e.g. file = "finger.step"'), Field(max_length=MOST_TEXT)
+        str,
+        Strict(),
+        Example('a file next to the problem file, e.g. file = "finger.step"'),
+        Field(max_length=MOST_TEXT),
     ]
     """The contents of the file, compressed; `file` is given in its place."""
     format: Format = "step"
@@ -137,18 +140,19 @@ class SolidSpec(Table):
         if not isinstance(data["file"], str):
             raise InvalidKey("file", 'should be the name of a CAD file; write e.g. file = "finger.step"')
         path = Path((info.context or {}).get("folder", ".")) / data["file"]
+        shown = short(path, 120)
         form = FORMATS.get(path.suffix.lower())
         if form is None:
             known = ", ".join(FORMATS)
-            raise InvalidKey("file", f"{short(path, 120)} is of no known format; save it as one of {known}")
+            raise InvalidKey("file", f"{shown} is of no known format; save it as one of {known}")
         try:
             content = read_bytes(path, MOST_BYTES)
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or error
-            raise InvalidKey("file", f"{short(path, 120)} cannot be read ({why}); put it next to the problem file") from None
+            raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
         packed = base64.b64encode(zlib.compress(content, 9)).decode()
         if len(packed) > MOST_TEXT:
-            raise InvalidKey("file", f"{short(path, 120)} is too large; simplify it in CAD")
+            raise InvalidKey("file", f"{shown} is too large; simplify it in CAD")
         return {key: value for key, value in data.items() if key != "file"} | {"data": packed, "format": form}
 
     @model_validator(mode="after")
@@ -184,7 +188,7 @@ class SolidSpec(Table):
         """Its faces in triangles with edges of about this length, mm; 0 for a coarse outline."""
         return read_faces(self.content, self.format, self.scale * UNITS[self.unit], size)
 
-    @cached_property
+    @property
     def outline(self) -> Faces:
         """Its faces in large triangles."""
         return self.faces(0.0)
@@ -200,16 +204,10 @@ class SolidSpec(Table):
         """The point (3,) in every chamber, mm."""
         return {chamber.name: np.array(chamber.inside) for chamber in self.chamber}
 
-    @cached_property
+    @property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """The centroids (3,) of base and tip, mm."""
-        faces, parts = self.outline, parts_of(self.outline, *self.places, self.inside)
-        found = []
-        for name in ("base", "tip"):
-            corners = faces.points[faces.triangles[parts[name], :3]]
-            areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-            found.append(np.average(corners.mean(axis=1), axis=0, weights=areas))
-        return found[0], found[1]
+        return _ends(self)
 
     @property
     def length(self) -> float:
@@ -227,7 +225,9 @@ class SolidSpec(Table):
         if not voids:
             raise MeshError("has no closed void, so no chamber; cut one out of the solid in CAD")
         if len(voids) > MOST_CHAMBERS:
-            raise MeshError(f"has {len(voids)} closed voids, more than {MOST_CHAMBERS}; fill those that are no chambers")
+            raise MeshError(
+                f"has {len(voids)} closed voids, more than {MOST_CHAMBERS}; fill those that are no chambers"
+            )
         return tuple(
             VoidSpec.model_construct(name=letters(number), inside=tuple(point_inside(self.outline, void).tolist()))
             for number, void in enumerate(voids)
@@ -245,6 +245,33 @@ class SolidSpec(Table):
         table["required"].remove("data")
         table["oneOf"] = [{"required": ["file"]}, {"required": ["data"]}]
         return reference
+
+
+@lru_cache(maxsize=8)
+def _ends(body: SolidSpec) -> tuple[np.ndarray, np.ndarray]:
+    faces, parts = body.outline, parts_of(body.outline, *body.places, body.inside)
+    found = []
+    for name in ("base", "tip"):
+        corners = faces.points[faces.triangles[parts[name], :3]]
+        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        found.append(np.average(corners.mean(axis=1), axis=0, weights=areas))
+    return found[0], found[1]
+
+
+def require_tube(body: BodySpec | SolidSpec, done: str) -> BodySpec:
+    """A body of a problem that is a tube.
+
+    Raises
+    ------
+    ProblemError
+        For one from a file, of which the message says that it cannot be `done` ("designed").
+    """
+    if isinstance(body, SolidSpec):
+        raise ProblemError(
+            f"body.file: a body from a file can be simulated, checked and exported, not {done} as yet; for a tube give "
+            "length, radius and chambers in its place"
+        )
+    return body
 
 
 def letters(number: int) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.cad.faces import Faces
 from pneumorph.cad.parts import parts_of
+from pneumorph.cad.shells import quarters
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.design_space import DesignSpace, build_space, tied_coordinates
 from pneumorph.geometry.lattice.surface import Lattice, LatticeSurface
@@ -31,12 +32,12 @@ def lattice_body(spec: SolidSpec) -> Body[LatticeSurface]:
 
 def _surface(faces: Faces, name: str, triangles: np.ndarray) -> LatticeSurface:
     nodes, corners = np.unique(faces.triangles[triangles], return_inverse=True)
-    points, (i, j, k, ij, jk, ki) = faces.points[nodes], corners.reshape(-1, 6).T
+    points = faces.points[nodes]
     lower, upper = points.min(axis=0), points.max(axis=0)
     margin = _MARGIN * float(np.linalg.norm(upper - lower))
     lattice = Lattice(lower - margin, upper + margin, (1, 1, 1))
-    flat = [np.stack(each, axis=1) for each in ((i, ij, ki), (ij, j, jk), (ki, jk, k), (ij, jk, ki))]
-    return LatticeSurface(name, name != "exterior", lattice, lattice.points(), points, np.concatenate(flat))
+    flat = quarters(corners.reshape(-1, 6))
+    return LatticeSurface(name, name != "exterior", lattice, lattice.points(), points, flat)
 
 
 def lattice_space(problem: Problem, body: Body) -> DesignSpace:

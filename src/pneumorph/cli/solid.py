@@ -1,0 +1,41 @@
+"""What `pneumorph check` says about a body from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pneumorph.cad.findings import Findings, findings_of
+from pneumorph.cad.parts import voids_at
+from pneumorph.cad.shells import place
+from pneumorph.problem import SolidSpec
+
+THIN = 1 / 3
+"""Walls thinner than this share of the size of elements have flat ones, which are stiff."""
+
+
+def found_in(body: SolidSpec, size: float) -> Iterator[tuple[str, str]]:
+    """Lines on what is in a file, each with its style; `size` is that of the elements, mm."""
+    found = findings_of(body.outline)
+    box = " × ".join(f"{part:.4g}" for part in found.upper - found.lower)
+    yield (
+        f"body      {box} mm, from {place(found.lower)} to {place(found.upper)}; {found.faces} faces, "
+        f"{found.volume:.4g} mm³ of rubber",
+        "",
+    )
+    voids = voids_at(body.outline, found.shells.voids, body.inside)
+    for chamber, void in zip(body.chamber, voids, strict=True):
+        yield f"chamber   {chamber.name}: {-void.volume:.4g} mm³, centroid {place(void.centre)}", ""
+    for name, where, at in zip(("base", "tip"), body.places, body.ends, strict=True):
+        yield f"{name:9} faces {where}, centroid {place(np.asarray(at))}", ""
+    yield from _faults(found, size)
+
+
+def _faults(found: Findings, size: float) -> Iterator[tuple[str, str]]:
+    thickness, where = found.wall.thickness, place(found.wall.place)
+    thin = thickness < THIN * size
+    advice = f'; too thin for elements of {size:g} mm: use mesh.size = "{3 * thickness:.2g} mm"' if thin else ""
+    yield f"wall      at least {thickness:.3g} mm, at {where}{advice}", "red" if thin else ""
+    if found.crossing is not None:
+        yield f"fault     the surface intersects itself at {place(found.crossing)}; repair it in CAD", "red"

@@ -1,0 +1,185 @@
+"""Bodies in STEP files: what is found in them, what is refused, and that they move as the same tubes do."""
+
+import numpy as np
+import pytest
+from solids import box, cylinder, occ, problem, written
+
+from pneumorph.analysis.bodies import mesh_of
+from pneumorph.cad.faces import read_faces
+from pneumorph.cad.findings import crossing, findings_of, thinnest
+from pneumorph.cad.parts import InBox, InPlane, Named, faces_where
+from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.interface.design import starting_design
+from pneumorph.mesh import scaled_jacobian
+from pneumorph.problem import load, loads
+
+TUBE = {"length": "24 mm", "radius": "8 mm"}
+CHAMBER = {"name": "A", "radius": "5 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "21 mm"]}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Files with a tube with one void, with two voids, and others."""
+    where = tmp_path_factory.mktemp("solids")
+    written(cylinder(8, 0, 24) - cylinder(5, 3, 21), where / "tube.step")
+    block = box((0, 0, 0), (20, 16, 40))
+    block.faces.name = "side"
+    block.faces.Min(occ().Y).name = "mount"
+    two = block - box((3, 3, 3), (17, 13, 12)) - box((4, 4, 15.5), (16, 12, 38))
+    written(two, where / "two.step")
+    return where
+
+
+def body(folder, name, more="", size="3 mm"):
+    return loads(problem(name, more, size), folder=folder).body
+
+
+def test_voids_are_found_by_size(folder):
+    found = body(folder, "two.step")
+    assert [chamber.name for chamber in found.chamber] == ["A", "B"]
+    faces = findings_of(found.outline)
+    assert [-void.volume for void in faces.shells.voids] == pytest.approx([12 * 8 * 22.5, 14 * 10 * 9], rel=1e-9)
+    assert faces.volume == pytest.approx(20 * 16 * 40 - 12 * 8 * 22.5 - 14 * 10 * 9, rel=1e-9)
+    assert faces.wall.thickness == pytest.approx(2.0)
+    assert faces.wall.place[2] == pytest.approx(39.0)
+    assert faces.crossing is None
+
+
+def test_curved_faces_are_followed(folder):
+    found = findings_of(body(folder, "tube.step").faces(2.0))
+    assert found.volume == pytest.approx(np.pi * (64 * 24 - 25 * 18), rel=1e-4)
+    assert found.wall.thickness == pytest.approx(3.0, rel=5e-3)
+
+
+def test_chambers_are_named_by_points(folder):
+    named = """
+[[body.chamber]]
+name = "low"
+inside = ["10 mm", "8 mm", "6 mm"]
+[[body.chamber]]
+name = "A"
+inside = ["10 mm", "8 mm", "30 mm"]
+"""
+    found = body_of(loads(problem("two.step", named), folder=folder))
+    assert [surface.name for surface in found.chambers] == ["low", "A"]
+    assert found.chambers[0].outline[:, 2].max() == pytest.approx(12.0)
+
+
+def test_faces_are_chosen_by_plane_box_and_name(folder):
+    faces = body(folder, "two.step").outline
+    chosen = [
+        faces_where(faces, InPlane(1, 0.0)),
+        faces_where(faces, InBox((-1, -1, -1), (21, 1, 41))),
+        faces_where(faces, Named("mount")),
+    ]
+    assert chosen[0].any()
+    for other in chosen[1:]:
+        np.testing.assert_array_equal(other, chosen[0])
+    text = 'base = { faces = "x = 0" }\ntip = { name = "mount" }'
+    base, tip = body(folder, "two.step", text).ends
+    np.testing.assert_allclose([base, tip], [[0, 8, 20], [10, 0, 20]], atol=1e-9)
+
+
+def test_problems_are_complete_without_the_file(folder, tmp_path):
+    asked = loads(problem("two.step"), folder=folder)
+    (tmp_path / "problem.toml").write_text(asked.to_toml(), encoding="utf-8")
+    assert load(tmp_path / "problem.toml") == asked
+
+
+def test_its_mesh_is_on_the_faces_and_follows_the_lattice(folder):
+    asked = loads(problem("tube.step"), folder=folder)
+    start = body_of(asked)
+    morph = mesh_of(asked, start, ())
+    mesh = morph.mesh
+    assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.02
+    assert mesh.volume() == pytest.approx(np.pi * (64 * 24 - 25 * 18), rel=1e-3)
+    radii = np.hypot(*mesh.points[np.unique(mesh.faces["chamber A"]), :2].T)
+    heights = mesh.points[np.unique(mesh.faces["chamber A"]), 2]
+    np.testing.assert_allclose(radii[(heights > 3.001) & (heights < 20.999)], 5.0, atol=1e-5)
+    # Splines of degree three displace by quadratic functions exactly, if control points are their polar forms.
+    shift = np.array([0.5, -0.25, 1.0])
+    moved = morph.positions(start.control_points() + shift)
+    np.testing.assert_allclose(moved, mesh.points + shift, atol=1e-8)
+    turned = start.control_points() @ np.diag([1.1, 0.9, 1.2])
+    on = morph.positions(turned)[: morph.n_surface]
+    np.testing.assert_allclose(on, mesh.points[: morph.n_surface] * [1.1, 0.9, 1.2], atol=1e-8)
+    assert space_of(asked).n_shape == 0
+
+
+@pytest.mark.slow
+def test_it_moves_like_the_same_tube(folder):
+    asked = loads(problem("tube.step", size="2 mm", element="mixed"), folder=folder)
+    table = asked.model_dump(mode="json", exclude_none=True) | {"body": TUBE | {"chamber": [CHAMBER]}}
+    tube = type(asked).model_validate(table)
+    moved = [starting_design(each).simulate().steps[0].translation[2] for each in (asked, tube)]
+    assert moved[0] == pytest.approx(moved[1], rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda path: path.write_text("no STEP file\n" * 9), "cannot be read"),
+        (lambda path: path.write_text(""), "cannot be read"),
+        (lambda path: written(box((0, 0, 0), (9, 9, 9)), path), "no closed void"),
+        (lambda path: written(occ().Compound(list(box((0, 0, 0), (9, 9, 9)).faces)[:5]), path), "5 faces"),
+        (
+            lambda path: written(occ().Compound([box((0, 0, 0), (9, 9, 9)), box((20, 0, 0), (29, 9, 9))]), path),
+            "second body at",
+        ),
+        (lambda path: written(occ().Sphere(occ().Pnt(0, 0, 0), 9) - cylinder(3, -2, 2), path), "no face in the lowest"),
+    ],
+)
+def test_wrong_files_are_refused_in_a_line(tmp_path, make, said):
+    make(tmp_path / "wrong.step")
+    with pytest.raises(ProblemError, match="body") as error:
+        loads(problem("wrong.step"), folder=tmp_path)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) <= 300
+
+
+@pytest.mark.parametrize(
+    ("more", "key"),
+    [
+        ('base = { faces = "w = 0" }', "body.base.faces"),
+        ('base = { faces = "z = 3" }', "body.base.faces"),
+        ('base = { faces = "z = 7 mm" }', "body.file"),
+        ('base = { name = "none" }', "body.file"),
+        ("base = {}", "body.base.faces"),
+        ('base = { faces = "z = 0", name = "mount" }', "body.base.name"),
+        ('base = { faces = "z = 0" }\ntip = { faces = "z = 0" }', "body.file"),
+        ('unit = "m"', "body.unit"),
+        ('length = "24 mm"', "body.length"),
+        ('[[body.chamber]]\nname = "A"\ninside = ["0 mm", "0 mm", "1 mm"]', "body.file"),
+        ('[[body.chamber]]\nname = "A"\ninside = ["10 mm", "8 mm", "6 mm"]', "body.file"),
+    ],
+)
+def test_wrong_tables_are_refused_by_their_key(folder, more, key):
+    with pytest.raises(ProblemError, match=key.replace(".", r"\.")):
+        body(folder, "two.step", more)
+
+
+def test_bodies_cannot_be_larger_than_their_mesh(folder):
+    with pytest.raises(ProblemError, match=r"mesh\.size"):
+        body(folder, "two.step", size="40 mm")
+
+
+def test_crossings_and_thin_walls_are_found():
+    faces = read_faces(_step(box((0, 0, 0), (10, 10, 10)) - box((1, 1, 0.4), (9, 9, 9))), "step")
+    flat = faces.triangles[:, :3]
+    assert thinnest(faces.points, flat, faces.diagonal).thickness == pytest.approx(0.4)
+    pushed = faces.points.copy()
+    inner = np.all((faces.points > 0.3) & (faces.points < 9.5), axis=1)
+    pushed[inner, 2] -= 0.6
+    place = crossing(pushed, flat)
+    assert place is not None
+    assert -0.3 < place[2] < 0.1
+
+
+def _step(shape):
+    import tempfile
+    from pathlib import Path
+
+    with tempfile.TemporaryDirectory() as folder:
+        return written(shape, Path(folder) / "a.step").read_bytes()
