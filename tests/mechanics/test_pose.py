@@ -74,12 +74,12 @@ def test_derivatives_by_the_pose_are_those_of_differences():
     rng, x = np.random.default_rng(1), MESH.points[:5]
     view, other = (View(ABOUT, POSE + sign * 1e-6 * np.eye(6)[4]) for sign in (1, -1))
     by_y = rng.standard_normal(x.shape)
-    expected = np.sum(by_y * (view.seen(x) - other.seen(x))) / 2e-6
+    expected = np.sum(by_y * (view.in_frame(x) - other.in_frame(x))) / 2e-6
     assert View(ABOUT, POSE).by_pose(x, by_y)[4] == pytest.approx(expected, rel=1e-7)
 
 
 def test_what_an_obstacle_sees_is_put_back_where_it_is():
     view = View(ABOUT, POSE)
-    assert view.placed(view.seen(MESH.points)) == pytest.approx(MESH.points, abs=1e-12)
+    assert view.placed(view.in_frame(MESH.points)) == pytest.approx(MESH.points, abs=1e-12)
     assert view.directed(view.drawn(MESH.points)) == pytest.approx(MESH.points, abs=1e-12)
     assert pose_of((1.0, 2.0, 3.0)).tolist() == [1, 2, 3, 0, 0, 0] and pose_of(()).tolist() == [0] * 6

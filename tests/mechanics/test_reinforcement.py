@@ -47,7 +47,7 @@ def energy(of, stretches, angle=0.0, changed=(0.0, 0.0)):
     flat[:, :2] = FLAT[:, :2] @ (turn @ np.diag(stretches) @ turn.T)
     moved = Rotation.from_rotvec([0.3, -0.8, 0.5]).apply(flat)
     local = Local(FLAT[None], (moved - FLAT)[None], np.zeros((1, 0)), np.zeros(0), seen.data)
-    loads = Loads(*np.zeros((4, 0)), laid=np.array([changed]))
+    loads = Loads(*np.zeros((4, 0)), reinforcement=np.array([changed]))
     return float(of.energies(local, loads)[0])
 
 

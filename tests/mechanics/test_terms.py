@@ -17,7 +17,7 @@ from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.model import with_terms
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Carried, Free, Resting
-from pneumorph.mechanics.contact.friction import Friction, Hold
+from pneumorph.mechanics.contact.friction import Friction, Grip
 from pneumorph.mechanics.contact.implicit import Barrier, Implicit
 from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import sample_places, surface_of
@@ -155,8 +155,8 @@ def sliding() -> Term:
     normal = random.standard_normal(points.shape)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     anchor = points + 0.1 * random.standard_normal(points.shape)
-    held = Hold(random.uniform(0.0, 0.1, points.shape[:2]), anchor, normal)
-    return Term(replace(SURFACE, data=held.data()), Friction(0.4, 0.15, 0))
+    grip = Grip(random.uniform(0.0, 0.1, points.shape[:2]), anchor, normal)
+    return Term(replace(SURFACE, data=grip.data()), Friction(0.4, 0.15, 0))
 
 
 TWO = {"inner": SOFT, "outer": STIFF}

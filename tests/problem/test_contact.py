@@ -10,7 +10,8 @@ from tiny import tiny
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mechanics import mirrors_of, setup
 from pneumorph.output.obstacles import obstacles_of
-from pneumorph.problem import loads, stl
+from pneumorph.cad import stl
+from pneumorph.problem import loads
 from pneumorph.verify.solids import tube
 
 BALL = '[[obstacle]]\nname = "ball"\nkind = "sphere"\ncenter = ["20 mm", "0 mm", "20 mm"]\nradius = "4 mm"\n'

@@ -38,11 +38,11 @@ def test_stiffness_and_angle_may_be_designed():
     assert loads(problem.to_toml()) == problem
     space = build_design_space(problem, starting_body(problem.body))
     assert space.data(space.start) == {"paper": {"stiffness": 200.0}, "braid": {"winding": 0.0}}
-    assert space.laid(space.upper)[1, 1] == pytest.approx(math.pi / 2)
+    assert space.reinforcement(space.upper)[1, 1] == pytest.approx(math.pi / 2)
     assert space.data(space.lower)["paper"]["stiffness"] == pytest.approx(50.0)
     # A step of 0.2 mm is a tenth of the range.
     step = np.full(space.n, 0.2)
-    assert space.laid(space.start + step) == pytest.approx(np.array([[25.0, 0.0], [0.0, math.pi / 20]]))
+    assert space.reinforcement(space.start + step) == pytest.approx(np.array([[25.0, 0.0], [0.0, math.pi / 20]]))
     there = starting_from(problem, space.data(space.start + step))
     assert there.membrane[0].stiffness.start == pytest.approx(225.0) and there.membrane[0].stiffness.max == 300.0
 
@@ -54,7 +54,7 @@ def test_the_covered_share_of_a_sheet():
     assert "coverage 0.6" in problem.membrane[0].words and loads(problem.to_toml()) == problem
     space = build_design_space(problem, starting_body(problem.body))
     assert space.data(space.lower) == {"paper": {"coverage": pytest.approx(0.2)}}
-    assert space.laid(space.upper) == pytest.approx(np.array([[0.0, 0.4], [0.0, 0.0]]))
+    assert space.reinforcement(space.upper) == pytest.approx(np.array([[0.0, 0.4], [0.0, 0.0]]))
     assert starting_from(problem, space.data(space.upper)).membrane[0].coverage.start == pytest.approx(1.0)
     fixed = loads(tiny() + SHEET + "coverage = 0.25\n")
     assert "coverage 0.25" in fixed.membrane[0].words and loads(fixed.to_toml()) == fixed

@@ -182,11 +182,11 @@ def analyse(
         If the objective of a task is not a finite number for this design.
     """
     points = space.control_points(phi)
-    X, pressures, laid = disc.morph.positions(points), space.pressures(phi), space.laid(phi)
+    X, pressures, reinforcement = disc.morph.positions(points), space.pressures(phi), space.reinforcement(phi)
     configurations, equilibria, values, crossing = {}, {}, {}, {}
     touches_itself = disc.model.contact is not None and disc.model.contact.own is not None
     for task in problem.task:
-        loads = loads_of(problem, disc.model, pressures[task.name], task.poses, laid)
+        loads = loads_of(problem, disc.model, pressures[task.name], task.poses, reinforcement)
         at = configure(disc.model, X, loads, guided_of(problem))
         start = starts[task.name] if starts else None
         since = None
@@ -264,11 +264,11 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     {task: Guess}
     """
     dX = disc.morph.positions(space.control_points(phi)) - analysis.X
-    pressures, laid = space.pressures(phi), space.laid(phi)
+    pressures, reinforcement = space.pressures(phi), space.reinforcement(phi)
     guesses = {}
     for name, at in analysis.configurations.items():
         pressure = np.array([pressures[name][chamber] for chamber in disc.model.chambers])
-        loads = at.loads._replace(pressure=pressure, laid=laid)
+        loads = at.loads._replace(pressure=pressure, reinforcement=reinforcement)
         guesses[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
     return guesses
 

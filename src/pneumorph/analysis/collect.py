@@ -109,8 +109,8 @@ def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> n
     effector = problem.end_effector
     if problem.gravity is None and not any((*effector.force, *effector.moment)):
         return None
-    laid = next(iter(analysis.configurations.values())).loads.laid
-    loads = loads_of(problem, disc.model, {}, laid=laid)
+    reinforcement = next(iter(analysis.configurations.values())).loads.reinforcement
+    loads = loads_of(problem, disc.model, {}, reinforcement=reinforcement)
     at = configure(disc.model, analysis.X, loads, guided_of(problem))
     # With another solver: those of the tasks keep the factorisations from which the next design starts.
     equilibrium = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)

@@ -22,7 +22,7 @@ def settle(
     low: Sequence[float] | np.ndarray,
     high: Sequence[float] | np.ndarray,
     filled: NDArray[np.bool_],
-    held: Callable[[np.ndarray], NDArray[np.bool_]],
+    fixed: Callable[[np.ndarray], NDArray[np.bool_]],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Displacements under gravity along −z.
 
@@ -32,7 +32,7 @@ def settle(
         Corners of a block, mm.
     filled : (n, m, k) bool array
         Which of its cells are rubber.
-    held : callable
+    fixed : callable
         Which displacement components (N, 3) are zero at nodes (N, 3).
 
     Returns
@@ -51,7 +51,7 @@ def settle(
     tets = whole.tets[np.tile(filled.ravel(), 6)]
     used, renumbered = np.unique(tets, return_inverse=True)
     mesh = TetMesh(whole.points[used], renumbered.reshape(tets.shape), {})
-    model = build_model(mesh, rubber, plate=False, supports=held(mesh.points), mixed=asks_for_mixed(rubber))
+    model = build_model(mesh, rubber, plate=False, supports=fixed(mesh.points), mixed=asks_for_mixed(rubber))
     at = configure(model, mesh.points, build_loads(model, {}, acceleration=np.array([0.0, 0.0, -_GRAVITY])))
     equilibrium = solve(at, Tangent(model), tolerance=_TOLERANCE)
     if isinstance(equilibrium, NoEquilibrium):

@@ -89,7 +89,9 @@ def strain_slopes(space: DesignSpace, disc: Discretisation, analysis: Analysis) 
     for name, at in analysis.configurations.items():
         derivatives = gradient(at, disc.tangents[name], analysis.equilibria[name], StrainShare(), DESIGN_ACCURACY)
         values.append(derivatives.value)
-        rows.append(space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.laid))
+        rows.append(
+            space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.reinforcement)
+        )
     return np.array(values), np.array(rows)
 
 
@@ -114,9 +116,9 @@ def margin_slopes(
     values, rows, tangent = [], [], Tangent(disc.model)
     for name, at in analysis.configurations.items():
         limit_point = find_margin(at, tangent, bound)
-        by_X, by_pressure, by_laid = margin_slope(at, tangent, limit_point)
+        by_X, by_pressure, by_reinforcement = margin_slope(at, tangent, limit_point)
         values.append(limit_point.load)
-        rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid))
+        rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_reinforcement))
     return np.array(values), np.array(rows)
 
 
@@ -133,8 +135,8 @@ def lateral_slope_of(
     softest : the motion.
     """
     at, tangent, state = analysis.configurations[name], disc.tangents[name], analysis.equilibria[name].state
-    by_X, by_pressure, by_laid = lateral_slope(at, tangent, state, softest, DESIGN_ACCURACY)
-    return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_laid)
+    by_X, by_pressure, by_reinforcement = lateral_slope(at, tangent, state, softest, DESIGN_ACCURACY)
+    return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_reinforcement)
 
 
 def _task_gradient(
@@ -146,7 +148,7 @@ def _task_gradient(
         raise ComputationError(
             f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"
         )
-    return space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.laid)
+    return space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.reinforcement)
 
 
 def _task_jacobian(
@@ -156,7 +158,11 @@ def _task_jacobian(
     at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
     derivatives = residual_jacobian(at, disc.tangents[name], equilibrium, disc.objectives[name])
     rows = [
-        space.pullback(disc.morph.pullback(X), {name: dict(zip(disc.model.chambers, pressure, strict=True))}, laid)
-        for X, pressure, laid in zip(derivatives.X, derivatives.pressure, derivatives.laid, strict=True)
+        space.pullback(
+            disc.morph.pullback(X), {name: dict(zip(disc.model.chambers, pressure, strict=True))}, reinforcement
+        )
+        for X, pressure, reinforcement in zip(
+            derivatives.X, derivatives.pressure, derivatives.reinforcement, strict=True
+        )
     ]
     return derivatives.residuals, np.array(rows)

@@ -121,9 +121,9 @@ def _numbers(at: AnalysedBody) -> list[str]:
         most = max(rubber.bulk_modulus / rubber.shear_modulus for rubber in model.rubbers.values())
         chosen = f" (bulk modulus {most:.3g} times the shear modulus)"
     free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
-    laid = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
+    data = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
     return [
-        f"variables {space.n_shape} for the shape, {free} for pressures{laid}",
+        f"variables {space.n_shape} for the shape, {free} for pressures{data}",
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + part_note(model.part),
         *_rubbers(table, list(model.rubbers.values())),

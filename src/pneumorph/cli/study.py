@@ -120,7 +120,7 @@ class Board:
         entry, state = self._latest.get(name), self._state[name]
         if entry is None or state != "running":
             return f"{name}: {state}"
-        return f"{name}: design {entry.iteration}, {self._motions(name, entry)}, limits {_held(entry)}"
+        return f"{name}: design {entry.iteration}, {self._motions(name, entry)}, limits {_limits(entry)}"
 
     def _motions(self, name: str, entry: HistoryEntry) -> str:
         (member,) = (member for member in self._study.members if member.name == name)
@@ -137,11 +137,11 @@ class Board:
                 table.add_row(member.name, "", "", "", "", Text(state, style=style))
                 continue
             motions = self._motions(member.name, entry)
-            held = Text(_held(entry), style="" if entry.held else "red")
+            limits = Text(_limits(entry), style="" if entry.held else "red")
             spent = format_duration(self._seconds[member.name])
-            table.add_row(member.name, str(entry.iteration), motions, held, spent, Text(state, style=style))
+            table.add_row(member.name, str(entry.iteration), motions, limits, spent, Text(state, style=style))
         return table
 
 
-def _held(entry: HistoryEntry) -> str:
+def _limits(entry: HistoryEntry) -> str:
     return "satisfied" if entry.held else "violated !"

@@ -1,4 +1,4 @@
-"""The design variables, and the constant linear map from them to control points, pressures and what is laid on."""
+"""The design variables, and the constant linear map from them to control points, pressures, sheets and fibres."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class FreeDatum:
     name, key : str
         That of its table, and its key there.
     place : (int, int)
-        Where it is in `Loads.laid`.
+        Where it is in `Loads.reinforcement`.
     start, scale : float
         Its value at the start in N/mm, 1 or rad, and its scale in mm of Φ.
     """
@@ -131,8 +131,8 @@ class DesignSpace:
             result.setdefault(free.name, {})[free.key] = float(value) / free.scale
         return result
 
-    def laid(self, phi: Array) -> Array:
-        """The changes (R, 2) of all sheets and fibres since the start, as in `Loads.laid`."""
+    def reinforcement(self, phi: Array) -> Array:
+        """The changes (R, 2) of all sheets and fibres since the start, as in `Loads.reinforcement`."""
         result = np.zeros((self.reinforcements, 2))
         for free, value in zip(self.free_data, phi[self._data], strict=True):
             result[free.place] = value / free.scale - free.start
@@ -142,8 +142,8 @@ class DesignSpace:
     def _data(self) -> slice:
         return slice(len(self.start) - len(self.free_data), len(self.start))
 
-    def pullback(self, dP: Array, dp: ByTask | None = None, laid: Array | None = None) -> Array:
-        """Gradient with respect to Φ from those with respect to control points, pressures and what is laid on.
+    def pullback(self, dP: Array, dp: ByTask | None = None, reinforcement: Array | None = None) -> Array:
+        """Gradient with respect to Φ from those with respect to control points, pressures, sheets and fibres.
 
         Parameters
         ----------
@@ -151,8 +151,8 @@ class DesignSpace:
             Derivatives with respect to the control points' coordinates, per mm.
         dp : {task: {chamber: float}}, optional
             Derivatives with respect to the pressures, per MPa; missing ones are zero.
-        laid : (R, 2) array, optional
-            Derivatives with respect to what `Loads.laid` changes of sheets and fibres; zero by default.
+        reinforcement : (R, 2) array, optional
+            Derivatives with respect to what `Loads.reinforcement` changes of sheets and fibres; zero by default.
 
         Returns
         -------
@@ -160,7 +160,7 @@ class DesignSpace:
         """
         dp = dp or {}
         by_pressure = [dp.get(free.task, {}).get(free.chamber, 0.0) / free.scale for free in self.free_pressures]
-        by_datum = [0.0 if laid is None else laid[free.place] / free.scale for free in self.free_data]
+        by_datum = [0.0 if reinforcement is None else reinforcement[free.place] / free.scale for free in self.free_data]
         return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure, by_datum])
 
 

@@ -67,7 +67,7 @@ def _sags(plan: SiliconePlan) -> Sequence[Sag]:
     sags = []
     for slab in plan.slabs:
         settled = {
-            side: settle(rubber, grid.low, grid.high, grid.filled, grid.held)
+            side: settle(rubber, grid.low, grid.high, grid.filled, grid.fixed)
             for side, grid in grids(plan, slab).items()
         }
         sags.append(sag_of(plan, slab, settled))

@@ -107,8 +107,10 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
     rubber = rubbers or (own if mesh.regions else own[REST])
     contact = contact_of(problem, mesh, own[REST])
     softest = min(solid.shear_modulus for solid in own.values())
-    laid = {spec.name: reinforcement_of(spec, softest, problem.mesh.size) for spec in reinforcements(problem)}
-    return build_model(mesh, rubber, plate=plate, mixed=mixed, weight=weight, contact=contact, reinforcements=laid)
+    reinforced = {spec.name: reinforcement_of(spec, softest, problem.mesh.size) for spec in reinforcements(problem)}
+    return build_model(
+        mesh, rubber, plate=plate, mixed=mixed, weight=weight, contact=contact, reinforcements=reinforced
+    )
 
 
 def reinforcement_of(spec: ReinforcementSpec, shear_modulus: float, size: float) -> Reinforcement:
@@ -239,11 +241,11 @@ def loads_of(
     model: Model,
     pressures: dict[str, float],
     moves: Moves = NO_MOVES,
-    laid: np.ndarray | None = None,
+    reinforcement: np.ndarray | None = None,
 ) -> Loads:
-    """The loads of a problem at chamber pressures (MPa), poses of obstacles (mm, rad), and changes of what is laid on.
+    """The loads of a problem at chamber pressures, poses of obstacles, and changes of sheets and fibres.
 
-    The changes (R, 2) are those of `Loads.laid`; without them sheets and fibres are those of the start.
+    The changes (R, 2) are those of `Loads.reinforcement`; without them sheets and fibres are those of the start.
 
     Parameters
     ----------
@@ -252,8 +254,8 @@ def loads_of(
     pressures : {chamber: MPa}
     moves : {obstacle: (3,) or (6,)}
         Poses, mm and rad; the others are in their places.
-    laid : (R, 2) array, optional
-        See `Loads.laid`.
+    reinforcement : (R, 2) array, optional
+        See `Loads.reinforcement`.
     """
     effector, gravity = problem.end_effector, problem.gravity
     spring = effector.spring
@@ -264,7 +266,7 @@ def loads_of(
         spring=np.array([getattr(spring, component) for component in COMPONENTS]),
         wrench=np.array([*effector.force, *effector.moment]),
         moves=moves,
-        laid=laid,
+        reinforcement=reinforcement,
     )
 
 

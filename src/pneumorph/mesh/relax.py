@@ -57,10 +57,10 @@ def _free(mesh: TetMesh, n_surface: int) -> np.ndarray:
     free = np.arange(len(mesh.points)) >= n_surface
     for triangles in mesh.faces.values():
         free[triangles] = False
-    seen = np.zeros(len(mesh.points), int)
+    times = np.zeros(len(mesh.points), int)
     for elements in mesh.regions.values():
-        seen[np.unique(mesh.tets[elements])] += 1
-    return free & (seen < 2)
+        times[np.unique(mesh.tets[elements])] += 1
+    return free & (times < 2)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -239,15 +239,15 @@ def sums_pulled_back(
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
     parts = [(sums.volumes, model.cavities, cotangents.volume, ())]
-    for number, seen in enumerate(_tets_of_slabs(model, X, slabs)):
-        parts.append((_slab_moments, seen, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
+    for number, elements in enumerate(_tets_of_slabs(model, X, slabs)):
+        parts.append((_slab_moments, elements, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
     if not model.plate:
         parts.append((_face_moments, model.face, cotangents.face, (tip_centre(model.tip, X, X),)))
-    for function, seen, bars, given in parts:
+    for function, elements, bars, given in parts:
         # Most objectives' residuals are of one section each.
         some = bars.reshape(len(bars), -1).any(axis=1)
         if some.any():
-            one, other = sums.pulled_back(function, seen, X, u, bars[some], *given)
+            one, other = sums.pulled_back(function, elements, X, u, bars[some], *given)
             by_X[some] += one
             by_u[some] += other
     by_poses = np.array(cotangents.poses)

@@ -24,8 +24,8 @@ from pneumorph.output.bodies import Layout, compose, job_of, lay_out, title_line
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
 from pneumorph.output.format import format_pressures
-from pneumorph.output.laid import laid_of
 from pneumorph.output.marks import task_marks
+from pneumorph.output.reinforcements import coverings_of
 from pneumorph.output.scenes import Scene, gravity_of, highest_stretch
 from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Shape, View
@@ -111,7 +111,7 @@ def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], vie
     return Film(scenes, seconds, False, (1.0, 1.0), problem.title)
 
 
-def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, view: View | None = None) -> Film:
+def inflation(problem: Problem, fields: Fields, result: TaskResult, name: str, view: View | None = None) -> Film:
     """A design on the way to the pressures of a task and back, at the fractions of them that are stored.
 
     Parameters
@@ -121,9 +121,9 @@ def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, vi
     view : by default the plane in which the task bends the body.
     """
     task = next(task for task in problem.task if task.name == name)
-    view = view or task_view(problem, task, found)
+    view = view or task_view(problem, task, result)
     # At fractions of the pressures the tip is elsewhere: loads would not be where they are drawn.
-    marks = replace(task_marks(problem, task, found), arrows=(), reached=np.zeros((0, 3)))
+    marks = replace(task_marks(problem, task, result), arrows=(), reached=np.zeros((0, 3)))
     scenes = [
         Scene(
             f"{name}: {format_pressures(pressures)}",
@@ -131,9 +131,9 @@ def inflation(problem: Problem, fields: Fields, found: TaskResult, name: str, vi
             view,
             marks,
             gravity_of(problem),
-            laid=laid_of(problem, shape.mesh, shape.u),
+            coverings=coverings_of(problem, shape.mesh, shape.u),
         )
-        for pressures, shape in _way(fields.whole(), found, name)
+        for pressures, shape in _way(fields.whole(), result, name)
     ]
     seconds = [SHORT] * (len(scenes) - 1) + [STAY]
     stretch = 1.0, highest_stretch(scene.shape for scene in scenes)
@@ -167,20 +167,20 @@ def _drawn(figure: Figure) -> Image.Image:
     return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
-def _way(fields: Fields, found: TaskResult, name: str) -> Iterator[tuple[dict[str, float], Shape]]:
+def _way(fields: Fields, result: TaskResult, name: str) -> Iterator[tuple[dict[str, float], Shape]]:
     """The states of a task by rising pressures, in MPa; the cut face has no colours, as nothing is stored inside."""
     mesh, full = fields.mesh, fields.u[name]
     rest = np.zeros_like(full) if fields.sag is None else fields.sag
-    yield dict.fromkeys(found.pressures, 0.0), Shape(mesh, rest, nodal_stretch(mesh, rest), inside=False)
+    yield dict.fromkeys(result.pressures, 0.0), Shape(mesh, rest, nodal_stretch(mesh, rest), inside=False)
     if name in fields.inflation:
         way = fields.inflation[name]
         for part, u, stretch in zip(way.parts, way.u, way.stretch, strict=True):
             field = np.ones(len(full))
             field[fields.skin] = stretch
-            pressures = {chamber: float(part * value) for chamber, value in found.pressures.items()}
+            pressures = {chamber: float(part * value) for chamber, value in result.pressures.items()}
             moved = filled_in(mesh, fields.skin, u, rest + part * (full - rest))
             yield pressures, Shape(mesh, moved, field, inside=False)
-    yield dict(found.pressures), Shape(mesh, full, fields.stretch[name], inside=False)
+    yield dict(result.pressures), Shape(mesh, full, fields.stretch[name], inside=False)
 
 
 def filled_in(mesh: TetMesh, skin: np.ndarray, u: np.ndarray, guess: np.ndarray) -> np.ndarray:

@@ -16,8 +16,8 @@ from matplotlib.colors import Normalize
 
 from pneumorph.output import render
 from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT, Figure
-from pneumorph.output.laid import laid_handles
 from pneumorph.output.marks import draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
+from pneumorph.output.reinforcements import covering_handles
 from pneumorph.output.scenes import Scene
 from pneumorph.output.section import outline
 from pneumorph.output.view import Job, Panel, colour_map
@@ -120,7 +120,7 @@ def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: 
 def job_of(scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS) -> Job:
     """The pictures of scenes, with `dots` dots per inch."""
     panels = [
-        Panel(scene.shape, scene.view, extent, scene.obstacles, scene.laid)
+        Panel(scene.shape, scene.view, extent, scene.obstacles, scene.coverings)
         for scene, extent in zip(scenes, layout.extents, strict=True)
     ]
     return Job(panels, stretch, dots * layout.scale)
@@ -184,7 +184,7 @@ def draw_legend(figure: Figure, scenes: Sequence[Scene]) -> None:
 
 def _handles(scenes: Sequence[Scene]) -> list[Any]:
     marked = legend_handles([scene.view for scene in scenes], [scene.marks for scene in scenes])
-    return [*marked, *laid_handles([each for scene in scenes for each in scene.laid])]
+    return [*marked, *covering_handles([each for scene in scenes for each in scene.coverings])]
 
 
 def _per_line(width: float) -> int:

@@ -29,7 +29,7 @@ def view_of(problem: Problem) -> View:
     return _through_chambers(problem, np.array(NORMALS["yz" if about[0] > about[1] else "xz"]))
 
 
-def task_view(problem: Problem, task: Task, found: TaskResult) -> View:
+def task_view(problem: Problem, task: Task, result: TaskResult) -> View:
     """The view of the plane in which one task bends the body.
 
     It is the plane of the task's objective; for one without a plane of its own, that in which the tip has turned, and
@@ -37,7 +37,7 @@ def task_view(problem: Problem, task: Task, found: TaskResult) -> View:
     """
     axis = task.objective.bends(problem.body.length)
     if axis is None:
-        axis = longer(np.array(found.rotation[:2]), LEAST)
+        axis = longer(np.array(result.rotation[:2]), LEAST)
     if axis is None or not axis.any():
         return view_of(problem)
     return _through_chambers(problem, _normal(axis))

@@ -14,13 +14,13 @@ import pyvista as pv
 from pneumorph.output.section import Opened, cut_alike
 from pneumorph.output.view import (
     COLOURS,
+    COVERING,
     CUT,
     JOBS,
-    LAID,
     OBSTACLE,
     RIM,
+    Covering,
     Job,
-    Laid,
     Panel,
     Shape,
     View,
@@ -82,14 +82,14 @@ def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
         )
         # Slightly towards the camera, or the surfaces that meet in the line would hide half of it.
         plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
-    for laid in panel.laid:
-        _add_laid(plotter, laid, view)
+    for covering in panel.coverings:
+        _add_covering(plotter, covering, view)
     for obstacle in panel.obstacles:
-        seen = pv.PolyData.from_regular_faces(obstacle.points, obstacle.triangles)
+        mesh = pv.PolyData.from_regular_faces(obstacle.points, obstacle.triangles)
         if view.offset is not None:
-            seen = seen.clip(normal=view.normal, origin=view.offset * view.normal, invert=False)
-        if seen.n_points:
-            plotter.add_mesh(seen, color=OBSTACLE, opacity=0.45, smooth_shading=False, ambient=0.4, diffuse=0.6)
+            mesh = mesh.clip(normal=view.normal, origin=view.offset * view.normal, invert=False)
+        if mesh.n_points:
+            plotter.add_mesh(mesh, color=OBSTACLE, opacity=0.45, smooth_shading=False, ambient=0.4, diffuse=0.6)
     _light(plotter, view)
     focus = (left + right) / 2 * across + (bottom + top) / 2 * up
     plotter.camera_position = [tuple(focus + 1e3 * camera), tuple(focus), tuple(up)]
@@ -102,20 +102,20 @@ def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
     return np.asarray(picture)
 
 
-def _add_laid(plotter: pv.Plotter, laid: Laid, view: View) -> None:
+def _add_covering(plotter: pv.Plotter, covering: Covering, view: View) -> None:
     """Sheets and fibres on what is not cut away."""
-    cells = laid.cells
+    cells = covering.cells
     if view.offset is not None:
-        cells = cells[laid.rest[cells].mean(axis=1) @ view.normal > view.offset]
+        cells = cells[covering.rest[cells].mean(axis=1) @ view.normal > view.offset]
     if not len(cells):
         return
     # Slightly towards the camera, like the rim.
-    points = laid.points + 0.2 * view.axes()[2]
+    points = covering.points + 0.2 * view.axes()[2]
     if cells.shape[1] == 3:
-        plotter.add_mesh(pv.PolyData.from_regular_faces(points, cells), color=LAID, opacity=0.35, lighting=False)
+        plotter.add_mesh(pv.PolyData.from_regular_faces(points, cells), color=COVERING, opacity=0.35, lighting=False)
         return
     strokes = pv.PolyData(points, lines=np.insert(cells, 0, 2, axis=1).ravel())
-    plotter.add_mesh(strokes, color=LAID, line_width=1.5, lighting=False)
+    plotter.add_mesh(strokes, color=COVERING, line_width=1.5, lighting=False)
 
 
 def _look(job: Job, field: bool, plain: str) -> dict[str, Any]:

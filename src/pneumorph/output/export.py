@@ -49,10 +49,10 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
             f"can be written for neo-Hookean rubbers only; export {', '.join(had)} instead, or step, 3mf and stl by "
             "pneumorph make"
         )
-    if format == "inp" and (laid := reinforcements(problem)):
+    if format == "inp" and (reinforced := reinforcements(problem)):
         raise ProblemError(
-            f'format: "inp" cannot hold membranes and fibres ("{laid[0].name}"), since they do not resist compression; '
-            "export vtu instead"
+            f'format: "inp" cannot hold membranes and fibres ("{reinforced[0].name}"), since they do not resist '
+            "compression; export vtu instead"
         )
     whole = fields.whole()
     try:

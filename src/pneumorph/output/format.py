@@ -36,18 +36,18 @@ def format_data(reinforcements: Mapping[str, Mapping[str, float]]) -> str:
 SELF_INTERSECTS = "the deformed body self-intersects; a table [contact] in the problem file prevents this"
 
 
-def warnings_of(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> list[str]:
+def warnings_of(rubbers: Mapping[str, Rubber], result: TaskResult | SweepStep) -> list[str]:
     """Sentences, without a full stop, that say why a result cannot be trusted."""
     return [
-        *_beyond_validity(rubbers, found),
-        *([] if found.stable else ["the state is not stable: the body would buckle"]),
-        *([SELF_INTERSECTS] if found.self_intersecting else []),
+        *_beyond_validity(rubbers, result),
+        *([] if result.stable else ["the state is not stable: the body would buckle"]),
+        *([SELF_INTERSECTS] if result.self_intersecting else []),
     ]
 
 
-def _beyond_validity(rubbers: Mapping[str, Rubber], found: TaskResult | SweepStep) -> list[str]:
+def _beyond_validity(rubbers: Mapping[str, Rubber], result: TaskResult | SweepStep) -> list[str]:
     """A warning if a stretch is beyond the range of the parameters of its rubber."""
-    stretches = found.region_stretches or dict.fromkeys([REST], found.max_stretch)
+    stretches = result.region_stretches or dict.fromkeys([REST], result.max_stretch)
     beyond = [
         (f"the rubber of {name}" if name != REST else "the rubber")
         + f" is stretched to {stretch:.2f}, but its parameters are valid up to {rubbers[name].valid_stretch:.3g} only"

@@ -89,13 +89,13 @@ def loads_at(problem: Problem, tip: np.ndarray) -> list[Arrow]:
     return found
 
 
-def task_marks(problem: Problem, task: Task, found: TaskResult) -> Marks:
+def task_marks(problem: Problem, task: Task, result: TaskResult) -> Marks:
     """Loads and target of a task, on the body that it moves."""
     length = problem.body.length
-    tip = np.array([0.0, 0.0, length]) + found.translation
-    motion = np.array([*found.translation, *found.rotation])
+    tip = np.array([0.0, 0.0, length]) + result.translation
+    motion = np.array([*result.translation, *result.rotation])
     target = target_of(task.objective, length, motion) or Target()
-    reached = np.reshape(found.section_positions, (-1, 3)) if len(target.line) else NOTHING
+    reached = np.reshape(result.section_positions, (-1, 3)) if len(target.line) else NOTHING
     looks, place = NOTHING, target.place
     if target.axis is not None:
         at = tip if place is None else place
@@ -126,8 +126,8 @@ def draw_clamp(axes: Axes, view: View, shape: Shape | Shell) -> None:
     """Draw the ground behind the body; from above it would be hidden."""
     if view.along:
         return
-    seen = view.flat(clamp_of(shape))
-    corners = seen[ConvexHull(seen).vertices]
+    flat = view.flat(clamp_of(shape))
+    corners = flat[ConvexHull(flat).vertices]
     axes.add_patch(Polygon(corners, **_CLAMP, zorder=0))
 
 
@@ -152,20 +152,20 @@ def draw_marks(axes: Axes, view: View, marks: Marks) -> None:
 
 
 def _load(axes: Axes, view: View, arrow: Arrow) -> None:
-    seen = view.flat(arrow.ends)
-    shift = seen[1] - seen[0]
+    flat = view.flat(arrow.ends)
+    shift = flat[1] - flat[0]
     words = {"color": LOAD, "fontsize": SMALL, "path_effects": HALO, "zorder": 7}
     if np.linalg.norm(shift) < 0.25 * np.linalg.norm(arrow.vector):
         # Seen along itself: a dot for a head, a cross for a tail.
         near = float(arrow.vector @ view.axes()[2]) > 0
         inner = {"marker": "o", "markersize": 2.5} if near else {"marker": "x", "markersize": 4.5}
-        axes.plot(*seen[:1].T, "o", color=LOAD, markersize=8, fillstyle="none", path_effects=HALO, zorder=6)
-        axes.plot(*seen[:1].T, color=LOAD, linestyle="", zorder=6, **inner)
-        axes.annotate(arrow.word, seen[0], (6, 4), textcoords="offset points", **words)
+        axes.plot(*flat[:1].T, "o", color=LOAD, markersize=8, fillstyle="none", path_effects=HALO, zorder=6)
+        axes.plot(*flat[:1].T, color=LOAD, linestyle="", zorder=6, **inner)
+        axes.annotate(arrow.word, flat[0], (6, 4), textcoords="offset points", **words)
         return
     for part in (1.0, 0.78)[: arrow.heads]:
-        _arrow(axes, np.array([seen[0], seen[0] + part * shift]), LOAD)
-    free = seen[0] if arrow.vector[2] < 0 else seen[1]
+        _arrow(axes, np.array([flat[0], flat[0] + part * shift]), LOAD)
+    free = flat[0] if arrow.vector[2] < 0 else flat[1]
     axes.annotate(arrow.word, free, (4, 2), textcoords="offset points", **words)
 
 
@@ -185,12 +185,12 @@ def draw_axes(axes: Axes, view: View, gravity: np.ndarray | None) -> float:
     return 0.95
 
 
-def _direction(axes: Axes, origin: np.ndarray, seen: np.ndarray, name: str, colour: str) -> None:
+def _direction(axes: Axes, origin: np.ndarray, flat: np.ndarray, name: str, colour: str) -> None:
     look = {"arrowstyle": "-|>", "color": colour, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
-    size = float(np.linalg.norm(seen))
+    size = float(np.linalg.norm(flat))
     if size > 0.03:
-        axes.annotate("", tuple(origin + seen), tuple(origin), arrowprops=look)
-        at = origin + seen * (1.0 + 0.065 / size)
+        axes.annotate("", tuple(origin + flat), tuple(origin), arrowprops=look)
+        at = origin + flat * (1.0 + 0.065 / size)
     else:
         # Towards the reader or away.
         axes.plot(*origin, "o", color=colour, markersize=3, fillstyle="none")

@@ -27,19 +27,19 @@ def obstacles_of(
     Free ones are where they are in its result. Of planes there is the part beside a body with these points (N, 3) mm.
     """
     views = views_of(problem, task, result)
-    shells = shells_of(problem, {name: view.seen(points) for name, view in views.items()})
+    shells = shells_of(problem, {name: view.in_frame(points) for name, view in views.items()})
     return tuple(Shell(views[name].placed(shell.points), shell.triangles) for name, shell in shells.items())
 
 
 def views_of(
-    problem: Problem, task: Task | None = None, found: TaskResult | SweepStep | None = None, part: float = 1.0
+    problem: Problem, task: Task | None = None, result: TaskResult | SweepStep | None = None, part: float = 1.0
 ) -> dict[str, View]:
     """Where the obstacles of a problem are: at this part of a task's poses, free ones where they are in a result."""
     views = {}
     for spec in problem.obstacle:
         pose = part * pose_of((task.poses if task else {}).get(spec.name, ()))
-        if found is not None and spec.name in found.pose_translations:
-            pose = np.array([*found.pose_translations[spec.name], *found.pose_rotations[spec.name]])
+        if result is not None and spec.name in result.pose_translations:
+            pose = np.array([*result.pose_translations[spec.name], *result.pose_rotations[spec.name]])
         views[spec.name] = View(rigid_body_of(spec).center, pose)
     return views
 

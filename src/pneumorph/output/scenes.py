@@ -9,10 +9,10 @@ import numpy as np
 
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.format import format_pressures
-from pneumorph.output.laid import laid_of
 from pneumorph.output.marks import Marks, clamp_of, loads_at, task_marks
 from pneumorph.output.obstacles import obstacles_of
-from pneumorph.output.view import Laid, Shape, Shell, View
+from pneumorph.output.reinforcements import coverings_of
+from pneumorph.output.view import Covering, Shape, Shell, View
 from pneumorph.problem import Problem
 from pneumorph.results import Fields, TaskResult
 
@@ -27,7 +27,7 @@ AROUND = 0.15
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A body with its title, the view of it, its marks, the direction (3,) of gravity, rigid obstacles, and what is
-    laid on it.
+    along it.
     """
 
     title: str
@@ -36,7 +36,7 @@ class Scene:
     marks: Marks = field(default_factory=Marks)
     gravity: np.ndarray | None = None
     obstacles: tuple[Shell, ...] = ()
-    laid: tuple[Laid, ...] = ()
+    coverings: tuple[Covering, ...] = ()
 
     def extent(self) -> np.ndarray:
         """Left, right, bottom and top (4,) in mm of the smallest picture that holds the body and its marks."""
@@ -49,8 +49,8 @@ class Scene:
         # Of obstacles what is near the body.
         around = AROUND * np.ptp(rest[:, 2])
         low, high = points.min(axis=0) - around, points.max(axis=0) + around
-        seen = view.flat(np.concatenate([*parts, *(np.clip(each.points, low, high) for each in self.obstacles)]))
-        (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)
+        flat = view.flat(np.concatenate([*parts, *(np.clip(each.points, low, high) for each in self.obstacles)]))
+        (left, bottom), (right, top) = flat.min(axis=0), flat.max(axis=0)
         return np.array([left, right, bottom, top])
 
 
@@ -78,14 +78,14 @@ def scenes_of(
     alike = len({str(each) for each in views.values()}) == 1
     first = views[tasks[0].name] if only is not None or alike else view or view_of(problem)
     still = np.zeros_like(mesh.points)
-    laid = laid_of(problem, mesh, still)
+    coverings = coverings_of(problem, mesh, still)
     # What lies on the exterior is seen on a body that is not cut.
-    entire = replace(first, offset=None) if laid and view is None else first
-    found = [Scene("at rest", Shape(mesh, still), entire, Marks(), gravity, obstacles, laid)]
+    entire = replace(first, offset=None) if coverings and view is None else first
+    found = [Scene("at rest", Shape(mesh, still), entire, Marks(), gravity, obstacles, coverings)]
     if whole.sag is not None:
         tip = _tip(problem, whole)
         marks = Marks([] if first.along else loads_at(problem, tip), outlined=True)
-        sagged = laid_of(problem, mesh, whole.sag)
+        sagged = coverings_of(problem, mesh, whole.sag)
         found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles, sagged))
     for task in tasks:
         result = results[task.name]
@@ -94,11 +94,11 @@ def scenes_of(
         if len(problem.task) > 1:
             words = f"{task.name}, {words}"
         shape = Shape(mesh, whole.u[task.name], whole.stretch[task.name])
-        seen = views[task.name]
+        own_view = views[task.name]
         # Seen along the axis, what is marked would lie in front of the cut.
-        marks = Marks(outlined=True) if seen.along else task_marks(problem, task, result)
+        marks = Marks(outlined=True) if own_view.along else task_marks(problem, task, result)
         there = obstacles_of(problem, mesh.points, task, result)
-        found.append(Scene(words, shape, seen, marks, gravity, there, laid_of(problem, mesh, shape.u)))
+        found.append(Scene(words, shape, own_view, marks, gravity, there, coverings_of(problem, mesh, shape.u)))
     return found
 
 

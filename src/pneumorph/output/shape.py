@@ -50,11 +50,11 @@ class CentreLine(NamedTuple):
     sections: np.ndarray
 
 
-def achieved_centre_line(found: TaskResult, length: float) -> CentreLine:
+def achieved_centre_line(result: TaskResult, length: float) -> CentreLine:
     """The result of a task as a centre line: a smooth curve from the base through the sections to the tip."""
-    sections = np.array(found.section_positions)
+    sections = np.array(result.section_positions)
     heights = np.r_[0.0, equidistant(len(sections), length).middle, length]
-    points = np.vstack([np.zeros(3), sections, np.array([0.0, 0.0, length]) + found.translation])
+    points = np.vstack([np.zeros(3), sections, np.array([0.0, 0.0, length]) + result.translation])
     return CentreLine(make_interp_spline(heights, points, k=3)(np.linspace(0.0, length, FINE)), sections)
 
 

@@ -19,7 +19,7 @@ CUT = "#9fb0c0"
 OBSTACLE = "#8d8d8d"
 """Colour of rigid obstacles."""
 
-LAID = "#1f5f8b"
+COVERING = "#1f5f8b"
 """Colour of sheets and fibres."""
 
 RIM = "#46525e"
@@ -80,7 +80,7 @@ class Shell:
 
 
 @dataclass(frozen=True, eq=False)
-class Laid:
+class Covering:
     """What lies on surfaces of a body: triangles (m, 3) or strokes (m, 2) between points (n, 3), and these at rest."""
 
     rest: np.ndarray
@@ -142,14 +142,14 @@ class View:
 class Panel:
     """One picture: what, from where, and its extent: left, right, bottom and top (4,) in mm, see `View.flat`.
 
-    `obstacles` are rigid bodies beside it, `laid` are sheets and fibres on it.
+    `obstacles` are rigid bodies beside it, `coverings` are sheets and fibres on it.
     """
 
     shape: Shape | Shell
     view: View
     extent: np.ndarray
     obstacles: Sequence[Shell] = ()
-    laid: Sequence[Laid] = ()
+    coverings: Sequence[Covering] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,17 +32,17 @@ def faults_of(error: ValidationError) -> list[tuple[str, str]]:
     errors = error.errors()
     # A list with an invalid entry is also reported as too short; leave that report out.
     within = {found["loc"][:length] for found in errors for length in range(len(found["loc"]))}
-    return [_fault(found) for found in errors if found["type"] != "too_short" or found["loc"] not in within]
+    return [_fault(error) for error in errors if error["type"] != "too_short" or error["loc"] not in within]
 
 
-def _fault(found: Any) -> tuple[str, str]:
-    path = [part for part in found["loc"] if not str(part).startswith(TAG)]
-    context = found.get("ctx", {})
+def _fault(error: Any) -> tuple[str, str]:
+    path = [part for part in error["loc"] if not str(part).startswith(TAG)]
+    context = error.get("ctx", {})
     if isinstance(context.get("error"), InvalidKey):
         path.append(context["error"].key)
     if path and path[-1] == "[key]":
         path.pop()
-    return key_of(path), _reason(found["type"], found.get("input"), context, found["msg"])
+    return key_of(path), _reason(error["type"], error.get("input"), context, error["msg"])
 
 
 def key_of(path: Sequence[str | int]) -> str:

@@ -163,10 +163,10 @@ def _split(title: str) -> tuple[str, str]:
     return (named[1].replace("_", " "), named[2]) if named else (plain.replace("_", " "), "")
 
 
-def _along(table: Delimited, found: list[Column], reading: Reading) -> Column:
+def _along(table: Delimited, columns: list[Column], reading: Reading) -> Column:
     if reading.strain_column is not None:
         column = _named(table, reading.strain_column, "--strain-column")
-        known = next((one for one in found if one.index == column), None)
+        known = next((one for one in columns if one.index == column), None)
         if known and known.kind in ("stretch", "strain", "percent", "true", "displacement"):
             return Column(column, known.title, reading.strain or known.kind, known.unit)
         if reading.strain is None:
@@ -175,27 +175,27 @@ def _along(table: Delimited, found: list[Column], reading: Reading) -> Column:
                 "add --strain stretch, strain, percent or true"
             )
         return Column(column, table.titles[column], reading.strain, "")
-    strains = [one for one in found if one.kind in ("stretch", "strain", "percent", "true")]
+    strains = [one for one in columns if one.kind in ("stretch", "strain", "percent", "true")]
     wanted = [one for one in strains if (one.kind == "true") == (reading.strain == "true")] or strains
-    lengths = [one for one in found if one.kind == "displacement"]
+    lengths = [one for one in columns if one.kind == "displacement"]
     column = _only(table, wanted or lengths, "stretch or strain", "--strain-column")
     if reading.strain and column.kind != "displacement":
         return Column(column.index, column.title, reading.strain, column.unit)
     return column
 
 
-def _across(table: Delimited, found: list[Column], reading: Reading) -> Column:
+def _across(table: Delimited, columns: list[Column], reading: Reading) -> Column:
     if reading.stress_column is not None:
         column = _named(table, reading.stress_column, "--stress-column")
-        known = next((one for one in found if one.index == column), None)
+        known = next((one for one in columns if one.index == column), None)
         if known and (known.kind.endswith("stress") or known.kind == "force"):
             return known
         return Column(column, table.titles[column], "stress", _split(table.titles[column])[1])
-    stresses = [one for one in found if one.kind.endswith("stress")]
+    stresses = [one for one in columns if one.kind.endswith("stress")]
     true = [one for one in stresses if one.kind == "true stress"]
     others = [one for one in stresses if one.kind != "true stress"]
     wanted = (true if reading.stress == "true" and true else others) or true
-    forces = [one for one in found if one.kind == "force"]
+    forces = [one for one in columns if one.kind == "force"]
     return _only(table, wanted or forces, "stress or force", "--stress-column")
 
 

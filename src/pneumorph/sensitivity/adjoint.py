@@ -35,7 +35,7 @@ class NodalGradient:
         dJ/dX per mm of node motion, including the change of the equilibrium.
     pressure : {chamber: float}
         dJ/dp, 1/MPa.
-    laid : (R, 2) array
+    reinforcement : (R, 2) array
         By stiffnesses and angles of sheets and fibres, per N/mm and per rad.
     adjoint : State
         w.
@@ -44,7 +44,7 @@ class NodalGradient:
     value: float
     X: np.ndarray
     pressure: dict[str, float]
-    laid: np.ndarray
+    reinforcement: np.ndarray
     adjoint: State
 
 
@@ -59,14 +59,14 @@ class NodalJacobian:
         Per mm of node motion, including the change of the equilibrium.
     pressure : (k, C) array
         1/MPa.
-    laid : (k, R, 2) array
+    reinforcement : (k, R, 2) array
         Per N/mm and per rad.
     """
 
     residuals: np.ndarray
     X: np.ndarray
     pressure: np.ndarray
-    laid: np.ndarray
+    reinforcement: np.ndarray
 
 
 def gradient(
@@ -85,7 +85,7 @@ def gradient(
         value=value,
         X=direct - shape,
         pressure=dict(zip(model.chambers, -np.asarray(acting.pressure), strict=True)),
-        laid=-np.asarray(acting.laid),
+        reinforcement=-np.asarray(acting.reinforcement),
         adjoint=w,
     )
 
@@ -102,5 +102,6 @@ def residual_jacobian(
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
     ws = [model.state(w) for w in tangent.solve_at(at, state, rhs.T).T]
     shapes, acting = zip(*products.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
-    pressures, laid = (-np.array([getattr(loads, name) for loads in acting]) for name in ("pressure", "laid"))
-    return NodalJacobian(values, direct - np.array(shapes), pressures, laid)
+    pressures = -np.array([loads.pressure for loads in acting])
+    reinforcement = -np.array([loads.reinforcement for loads in acting])
+    return NodalJacobian(values, direct - np.array(shapes), pressures, reinforcement)

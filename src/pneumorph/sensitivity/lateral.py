@@ -22,20 +22,20 @@ BESIDE = 1e-3
 
 
 def lateral_slope(
-    at: Configuration, tangent: Tangent, state: State, found: Softest, accuracy: float
+    at: Configuration, tangent: Tangent, state: State, softest: Softest, accuracy: float
 ) -> tuple[np.ndarray, dict[str, float], np.ndarray]:
-    """dλ/dX (N, 3), dλ/dp by chamber (1/MPa), and by what is laid on (R, 2), by one adjoint solve.
+    """dλ/dX (N, 3), dλ/dp by chamber (1/MPa), and by sheets and fibres (R, 2), by one adjoint solve.
 
     Parameters
     ----------
     at, tangent, state : Configuration, Tangent and State
         The equilibrium of the part, with its symmetric motions.
-    found : Softest
+    softest : Softest
         Its softest lateral motion.
     accuracy : float
         Of the adjoint, see `Tangent.solve_at`.
     """
-    model, potential, motion = at.model, at.model.potential, found.motion
+    model, potential, motion = at.model, at.model.potential, softest.motion
 
     def across(function: Callable[[State], Any]) -> Any:
         """The derivative of a function of the state along the motion, over wᵀM w."""
@@ -43,7 +43,7 @@ def lateral_slope(
             function(jax.tree.map(lambda there, along, step=step: there + step * along, state, motion))
             for step in (BESIDE, -BESIDE)
         )
-        return jax.tree.map(lambda one, other: np.subtract(one, other) / (2.0 * BESIDE * found.size), ahead, behind)
+        return jax.tree.map(lambda one, other: np.subtract(one, other) / (2.0 * BESIDE * softest.size), ahead, behind)
 
     ((direct, acting),) = across(lambda there: products.pullback(potential, at.X, there, at.loads, [motion]))
     by_state = across(lambda there: products.tangent_product(potential, at.X, there, at.loads, motion))
@@ -51,5 +51,5 @@ def lateral_slope(
     w = model.state(tangent.solve_at(at, state, seed, accuracy))
     ((shape, through),) = products.pullback(potential, at.X, state, at.loads, [w])
     by_pressure = acting.pressure - np.asarray(through.pressure)
-    by_laid = acting.laid - np.asarray(through.laid)
-    return direct - shape, dict(zip(model.chambers, map(float, by_pressure), strict=True)), by_laid
+    by_reinforcement = acting.reinforcement - np.asarray(through.reinforcement)
+    return direct - shape, dict(zip(model.chambers, map(float, by_pressure), strict=True)), by_reinforcement

@@ -47,10 +47,10 @@ def find_margin(at: Configuration, tangent: Tangent, bound: float) -> Margin:
 def margin_slope(
     at: Configuration, tangent: Tangent, margin: Margin
 ) -> tuple[np.ndarray, dict[str, float], np.ndarray]:
-    """dλ/dX (N, 3), dλ/dp by chamber for the working pressures p (1/MPa), and by what is laid on (R, 2)."""
+    """dλ/dX (N, 3), dλ/dp by chamber for the working pressures p (1/MPa), and by sheets and fibres (R, 2)."""
     model, working = at.model, np.asarray(at.loads.pressure)
     if margin.state is None:
-        return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0), np.zeros(np.shape(at.loads.laid))
+        return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0), np.zeros(np.shape(at.loads.reinforcement))
     there = replace(at, loads=at.loads._replace(pressure=margin.load * working))
     tangent.factorise(there, margin.state)
     # Inverse iterations: the eigenvalue is tiny, so each adds many digits.
@@ -63,5 +63,5 @@ def margin_slope(
     by_pressure = np.asarray(acting.pressure)
     rise = float(by_pressure @ working)
     pressures = dict(zip(model.chambers, -margin.load * by_pressure / rise, strict=True))
-    by_laid = -np.asarray(acting.laid) / rise
-    return -shape / rise, {name: float(value) for name, value in pressures.items()}, by_laid
+    by_reinforcement = -np.asarray(acting.reinforcement) / rise
+    return -shape / rise, {name: float(value) for name, value in pressures.items()}, by_reinforcement

@@ -129,7 +129,7 @@ class Handler(BaseHTTPRequestHandler):
             # Read in any case, so that the connection can serve the next request.
             body = self._body() if method == "POST" else b""
             self._guard(method)
-            kind, content = self._found(method, body)
+            kind, content = self._content(method, body)
         except Refused as error:
             status, content = error.status, _json({"error": str(error)})
         except ProblemError as error:
@@ -168,7 +168,7 @@ class Handler(BaseHTTPRequestHandler):
             raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"the body must have at most {MOST_BODY} bytes")
         return self.rfile.read(int(length))
 
-    def _found(self, method: str, body: bytes) -> tuple[str, bytes]:
+    def _content(self, method: str, body: bytes) -> tuple[str, bytes]:
         """What a path leads to: its kind and its content."""
         server = self._view
         token, *names = urlsplit(self.path).path.removeprefix("/").split("/")

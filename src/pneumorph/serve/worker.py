@@ -94,8 +94,8 @@ def _explorer(path: Path, design: int, written: int) -> Explorer:
     return open_run(path, trust=True).design(design).explorer()
 
 
-def _warnings(problem: Problem, found: Explored) -> list[str]:
-    step = found.step
+def _warnings(problem: Problem, explored: Explored) -> list[str]:
+    step = explored.step
     if not step.converged:
         return []
     return [f"{said[0].upper()}{said[1:]}." for said in warnings_of(rubbers_of(problem), step)]

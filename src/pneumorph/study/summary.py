@@ -23,7 +23,7 @@ def summary(study: Study, out: Path) -> list[dict[str, Any]]:
     for member in study.members:
         row: dict[str, Any] = {"member": member.name}
         row |= {key: _written(member.changes.get(key)) for key in changed}
-        rows.append(row | _found(member, out / member.name))
+        rows.append(row | _row(member, out / member.name))
     return rows
 
 
@@ -31,7 +31,7 @@ def _written(value: Any) -> Any:
     return value if value is None or isinstance(value, str | int | float) else json.dumps(value, ensure_ascii=False)
 
 
-def _found(member: Member, directory: Path) -> dict[str, Any]:
+def _row(member: Member, directory: Path) -> dict[str, Any]:
     if not (directory / "problem.toml").exists():
         return {"state": "not begun"}
     run = open_run(directory)
@@ -39,7 +39,7 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
     if not history:
         return {"state": "failed" if result else "begun"}
     last = history[-1]
-    found: dict[str, Any] = {
+    row: dict[str, Any] = {
         "state": "begun" if result is None else "finished" if result.completed else "failed",
         "reason": None if result is None else result.reason,
         "designs": last.iteration,
@@ -48,21 +48,21 @@ def _found(member: Member, directory: Path) -> dict[str, Any]:
         motion = task.objective.achieved(last.tasks[task.name])
         unit = "deg" if motion.unit == "°" else motion.unit
         key = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
-        found[key] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
+        row[key] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
         for name, pressure in task.pressure.items():
             if pressure.free:
-                found[f"{task.name} pressure {name} (kPa)"] = round(1e3 * last.tasks[task.name].pressures[name], 4)
-        found[f"{task.name} stretch"] = round(last.tasks[task.name].max_stretch, 4)
+                row[f"{task.name} pressure {name} (kPa)"] = round(1e3 * last.tasks[task.name].pressures[name], 4)
+        row[f"{task.name} stretch"] = round(last.tasks[task.name].max_stretch, 4)
     for name, data in last.reinforcements.items():
         if "stiffness" in data:
-            found[f"{name} stiffness (N/mm)"] = round(data["stiffness"], 4)
+            row[f"{name} stiffness (N/mm)"] = round(data["stiffness"], 4)
         if "coverage" in data:
-            found[f"{name} coverage"] = round(data["coverage"], 4)
+            row[f"{name} coverage"] = round(data["coverage"], 4)
         if "winding" in data:
-            found[f"{name} winding (deg)"] = round(math.degrees(data["winding"]), 4)
-    found |= {"limits held": last.held, **last.limits}
-    found["seconds"] = round(sum(entry.seconds["total"] for entry in history), 1)
-    return found
+            row[f"{name} winding (deg)"] = round(math.degrees(data["winding"]), 4)
+    row |= {"limits held": last.held, **last.limits}
+    row["seconds"] = round(sum(entry.seconds["total"] for entry in history), 1)
+    return row
 
 
 def write_summary(study: Study, out: Path) -> Path:

@@ -103,15 +103,15 @@ def energy_balance(size: float = SIZE) -> Iterator[Verdict]:
     model = model_of(problem, mesh)
     tangent = Tangent(model)
 
-    def found(pressure: float) -> tuple[Configuration, Equilibrium]:
+    def at_pressure(pressure: float) -> tuple[Configuration, Equilibrium]:
         at = configure(model, mesh.points, loads_of(problem, model, {"A": pressure}))
         return at, _solved(solve(at, tangent))
 
-    at, full = found(PRESSURE)
+    at, full = at_pressure(PRESSURE)
     # V(p) bends where the wall is touched: ∫V dp in two parts there.
-    touch = _touches(lambda pressure: contact_forces(*_of(found(pressure))).on["wall"][2] > 0.0)
-    within = integral(lambda p: found(p)[1].volumes["A"], touch)
-    within += integral(lambda p: found(touch + p)[1].volumes["A"], PRESSURE - touch)
+    touch = _touches(lambda pressure: contact_forces(*_of(at_pressure(pressure))).on["wall"][2] > 0.0)
+    within = integral(lambda p: at_pressure(p)[1].volumes["A"], touch)
+    within += integral(lambda p: at_pressure(touch + p)[1].volumes["A"], PRESSURE - touch)
     rest = kernels.total(model.potential, at.X, model.state(np.zeros(model.size)), unloaded(at).loads)
     stored = kernels.total(model.potential, at.X, full.state, unloaded(at).loads) - rest
     yield relative("stored energy, N·mm", stored, PRESSURE * full.volumes["A"] - within, 1e-5)
@@ -149,8 +149,8 @@ def free_ball(size: float = 4.0, tolerance: float = 1e-6) -> Iterator[Verdict]:
     yield relative("force on the clamped base, N", float(forces[base, 0].sum()), weight, tolerance)
 
 
-def _of(found: tuple[Configuration, Equilibrium]) -> tuple[Configuration, State]:
-    return found[0], found[1].state
+def _of(solution: tuple[Configuration, Equilibrium]) -> tuple[Configuration, State]:
+    return solution[0], solution[1].state
 
 
 def _touches(touched) -> float:
@@ -209,19 +209,19 @@ def _pressed(at: Configuration, raised: float, tolerance: float = 1e-6) -> Equil
     return _solved(solve(at, Tangent(at.model), State(u, np.zeros(6)), tolerance))
 
 
-def _solved(found: Equilibrium | NoEquilibrium) -> Equilibrium:
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(found.reason)
-    return found
+def _solved(equilibrium: Equilibrium | NoEquilibrium) -> Equilibrium:
+    if isinstance(equilibrium, NoEquilibrium):
+        raise ComputationError(equilibrium.reason)
+    return equilibrium
 
 
-def _pressures(at: Configuration, found: Equilibrium) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _pressures(at: Configuration, equilibrium: Equilibrium) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Contact pressure (MPa), distance from the axis z (mm) and area (mm²) of all sample points on the plane."""
     contact = at.model.contact
     assert contact is not None
-    seen = contact.surface
-    places = sample_places(seen, at.X + found.u)
+    surface = contact.surface
+    places = sample_places(surface, at.X + equilibrium.u)
     acting = np.linalg.norm(contact.obstacles["plane"].pressures(places), axis=-1)
     # The padding repeats a face.
-    own = slice(seen.count)
-    return acting[own], np.linalg.norm(places[own, :, :2], axis=-1), seen.data[own]
+    own = slice(surface.count)
+    return acting[own], np.linalg.norm(places[own, :, :2], axis=-1), surface.data[own]

@@ -73,7 +73,7 @@ def self_contact(
     calculix.program()
     mesh = half_ring(cells)
     motions, forces = pressed(mesh, activation, closed)
-    held = _held(mesh, activation)
+    held = _supported(mesh, activation)
     theirs = calculix.tip_forces(mesh, held, sides(mesh), PENALTY, motions.tolist())[:, 1]
     for distance, ours, reference in zip(closed, forces, theirs, strict=True):
         yield relative(f"force at {distance:g} mm, N", ours, reference, tolerance)
@@ -107,7 +107,7 @@ def sides(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
 
 def pressed(mesh: TetMesh, activation: float, closed: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     """How far the plate moves along y, mm, and the forces on it, N, when it is drawn down by a spring."""
-    held = _held(mesh, activation)
+    held = _supported(mesh, activation)
     tangent, since = Tangent(held.model), None
     spring = HOLD * np.eye(6)[1]
     motions = []
@@ -123,7 +123,7 @@ def pressed(mesh: TetMesh, activation: float, closed: Sequence[float]) -> tuple[
     return moved, -HOLD * (np.array(closed) + moved)
 
 
-def _held(mesh: TetMesh, activation: float) -> Configuration:
+def _supported(mesh: TetMesh, activation: float) -> Configuration:
     """The ring without loads, with its supports; its plate moves along y only, and its inner wall may touch itself."""
     X = mesh.points
     supports = np.column_stack([np.abs(X[:, 0]) < 1e-9, np.zeros(len(X), bool), np.ones(len(X), bool)])

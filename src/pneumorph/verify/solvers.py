@@ -54,12 +54,12 @@ def calculix(body: Callable[[], Body], size: float = SIZE, problem: Make = linea
     yield from compared(found, *ccx.equilibrium(mesh, at), 5e-3)
 
 
-def compared(found: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: float) -> Iterator[Verdict]:
+def compared(equilibrium: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: float) -> Iterator[Verdict]:
     """Compare an equilibrium with the displacements (N, 3) and the plate's motion (6,) of another solver."""
-    yield relative("axial motion of the plate, mm", found.plate[2], plate[2], tolerance)
-    off = float(np.linalg.norm(found.plate[:3] - plate[:3]) / np.linalg.norm(plate[:3]))
+    yield relative("axial motion of the plate, mm", equilibrium.plate[2], plate[2], tolerance)
+    off = float(np.linalg.norm(equilibrium.plate[:3] - plate[:3]) / np.linalg.norm(plate[:3]))
     yield absolute("difference of the plate's translations / its length", off, 0.0, tolerance)
-    off = np.abs(found.u - u).max() / np.abs(u).max()
+    off = np.abs(equilibrium.u - u).max() / np.abs(u).max()
     yield absolute("largest difference of a displacement / largest displacement", off, 0.0, tolerance)
 
 

@@ -83,9 +83,9 @@ class Actuator:
             raise ComputationError(found.reason)
         return found
 
-    def potential(self, at: Configuration, found: Equilibrium) -> float:
+    def potential(self, at: Configuration, equilibrium: Equilibrium) -> float:
         """Π of a state under the loads of the configuration `at`, N·mm."""
-        return kernels.total(self.model.potential, at.X, found.state, at.loads)
+        return kernels.total(self.model.potential, at.X, equilibrium.state, at.loads)
 
 
 def start(size: float) -> Actuator:

@@ -60,9 +60,9 @@ def build_levels(spec: BodySpec, regions: Sequence[Region]) -> tuple[Level, ...]
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """What z the control points (n_r,) of each row of a surface may have: `held` ones the z of the start; mm."""
+    """What z the control points (n_r,) of each row of a surface may have: `fixed` ones the z of the start; mm."""
 
-    held: NDArray[np.bool_]
+    fixed: NDArray[np.bool_]
     low: Array
     high: Array
 
@@ -81,7 +81,7 @@ def sides_of(problem: Problem) -> tuple[Sides, ...]:
 
 def _sides(surface: TubeSurface, heights: Iterable[float], wall: float) -> Sides:
     z = surface.net[:, 0, 2]
-    held, low, high = np.zeros(len(z), bool), np.full(len(z), -np.inf), np.full(len(z), np.inf)
+    fixed, low, high = np.zeros(len(z), bool), np.full(len(z), -np.inf), np.full(len(z), np.inf)
     for height in heights:
         if not _crosses(surface, height):
             above = z[0] >= height
@@ -89,10 +89,10 @@ def _sides(surface: TubeSurface, heights: Iterable[float], wall: float) -> Sides
             high = high if above else np.minimum(high, height - wall)
             continue
         rows = np.flatnonzero(surface.basis_r.matrix(np.array([_ring(surface, height)]))[0] > _NOTHING)
-        held[rows] = True
+        fixed[rows] = True
         high[: rows[0]] = np.minimum(high[: rows[0]], z[rows[0]])
         low[rows[-1] + 1 :] = np.maximum(low[rows[-1] + 1 :], z[rows[-1]])
-    return Sides(held, low, high)
+    return Sides(fixed, low, high)
 
 
 def _crosses(surface: TubeSurface, height: float) -> bool:

@@ -111,7 +111,7 @@ def _variable_of_coordinate(surface: TubeSurface, sides: Sides, cones: Cones) ->
             group[beside, :, 2] = group[row, 0, 2]
         else:
             group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
-    group[..., 2] = np.where(np.isin(group[..., 2], group[sides.held, :, 2]), -1, group[..., 2])
-    group[..., :2][cones.held] = -1
+    group[..., 2] = np.where(np.isin(group[..., 2], group[sides.fixed, :, 2]), -1, group[..., 2])
+    group[..., :2][cones.fixed] = -1
     names, numbers = np.unique(group, return_inverse=True)
     return numbers.reshape(group.shape) - int(names[0] < 0)

@@ -89,14 +89,14 @@ class Cones:
     ----------
     angle : (n_r, n_q)
         Of the first coordinate's direction from x, rad; the second one is a quarter turn ahead.
-    held : (n_r, n_q, 2)
+    fixed : (n_r, n_q, 2)
         Which coordinates are those of the start.
     low, high : (n_r, n_q, 2)
         Bounds of the others, mm.
     """
 
     angle: Array
-    held: NDArray[np.bool_]
+    fixed: NDArray[np.bool_]
     low: Array
     high: Array
 
@@ -133,22 +133,22 @@ def cones_of(problem: Problem, body: Body) -> tuple[Cones, ...]:
 def _around(surface: TubeSurface, angles: Sequence[float]) -> Cones:
     """What keeps a surface around the axis to its sides."""
     rows, columns = surface.net.shape[:2]
-    angle, held = np.zeros((rows, columns)), np.zeros((rows, columns, 2), bool)
+    angle, fixed = np.zeros((rows, columns)), np.zeros((rows, columns, 2), bool)
     low, high = np.empty((rows, columns, 2)), np.empty((rows, columns, 2))
     for column, (x, y, _) in enumerate(surface.net[rows // 2]):
         where = gap_around(angles, (x, y))
         angle[:, column], low[:, column], high[:, column] = _cones(surface.net[:, column, :2], *where)
     for (before, edge), (_, after) in zip(gaps([angles[-1] - 2.0 * math.pi, *angles[:-1]]), gaps(angles), strict=True):
         line = surface.basis_q.matrix(np.array([_line(surface, edge)]))[0] > _NOTHING
-        angle[:, line], held[:, line, 1] = edge, True
+        angle[:, line], fixed[:, line, 1] = edge, True
         aside = _turned(surface.net[:, line, :2], np.full((rows, 1), edge))[..., 1]
         # Neither behind the axis nor, in narrow wedges, beyond the next half-plane.
         slopes = [1.0 / math.tan(width) if width < math.pi / 2.0 else 0.0 for width in (edge - before, after - edge)]
         low[:, line, 0] = np.maximum(np.maximum(-aside * slopes[0], aside * slopes[1]), 0.0)
         low[:, line, 1], high[:, line] = -np.inf, np.inf
     # Discs have their centres, and poles are, where the half-planes meet.
-    angle[[0, -1]], held[[0, -1]] = 0.0, True
-    return Cones(angle, held, low, high)
+    angle[[0, -1]], fixed[[0, -1]] = 0.0, True
+    return Cones(angle, fixed, low, high)
 
 
 def _cones(places: Array, start: float, end: float) -> tuple[Array, Array, Array]:

@@ -37,15 +37,15 @@ class Grid:
         Corners of the grid, mm.
     filled : (n, m, k) bool array
         Cells of silicone.
-    held : callable
-        Which displacement components (n, 3) are held at points (n, 3).
+    fixed : callable
+        Which displacement components (n, 3) are zero at points (n, 3).
     """
 
     name: str
     low: Array
     high: Array
     filled: Bools
-    held: Callable[[Array], Bools]
+    fixed: Callable[[Array], Bools]
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def grids(plan: SiliconePlan, slab: Slab) -> dict[str, Grid]:
         elif side == "b":
             filled = own | ridge(middles, side)
 
-        def held(points: Array) -> Bools:
+        def fixed(points: Array) -> Bools:
             near = 1e-4
             found = np.zeros(points.shape, bool)
             found[:, 0] = np.abs(np.abs(points[:, 0]) - size.half) < near
@@ -144,7 +144,7 @@ def grids(plan: SiliconePlan, slab: Slab) -> dict[str, Grid]:
             found[:, 2] = np.abs(points[:, 2] - size.low) < near
             return found
 
-        return Grid(f"{slab.number}-{side}", low, high, filled.reshape(counts), held)
+        return Grid(f"{slab.number}-{side}", low, high, filled.reshape(counts), fixed)
 
     return {side: grid(side) for side in ("a", "b")}
 

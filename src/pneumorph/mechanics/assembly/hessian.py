@@ -56,13 +56,13 @@ def tangent(
     common = model.sparsity
     data = np.zeros(len(common.indices))
     u = displacement(model.tip, X, state)
-    for (seen, energies), places in zip(potential.groups, model.places, strict=True):
-        at = seen.local(X, u, state)
+    for (elements, energies), places in zip(potential.groups, model.places, strict=True):
+        at = elements.local(X, u, state)
         for energy in energies:
             own = None
             if ratios is not None and energy.of_rubber:
                 own = ratios[:, next(regions)]
-            blocks = energy.blocks(seen, at, loads, own)
+            blocks = energy.blocks(elements, at, loads, own)
             if blocks is None:
                 continue
             motion, coupling, compression = _turned_back(blocks, places, model.tip.tied.turn)

@@ -215,10 +215,10 @@ def build_model(
     """
     count = len(mesh.points)
     rubbers, regions = _regions(mesh, rubber)
-    laid = dict(reinforcements or {})
-    if set(laid) != set(mesh.covers):
+    reinforced = dict(reinforcements or {})
+    if set(reinforced) != set(mesh.covers):
         raise ValueError(
-            f"reinforcements {', '.join(laid) or 'none'}, but the mesh has {', '.join(mesh.covers) or 'none'}"
+            f"reinforcements {', '.join(reinforced) or 'none'}, but the mesh has {', '.join(mesh.covers) or 'none'}"
         )
     if supports is None:
         supports = np.zeros((count, 3), bool)
@@ -257,13 +257,13 @@ def build_model(
         terms += _obstacles(contact)
     terms += [
         Term(connect_covered(mesh.covers[name]), replace(energy, number=row))
-        for row, (name, energy) in enumerate(laid.items())
+        for row, (name, energy) in enumerate(reinforced.items())
     ]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), even_of(mesh.part), tied)
     return Model(
         rubbers=rubbers,
         regions=regions,
-        reinforcements=laid,
+        reinforcements=reinforced,
         chambers=chambers,
         plate=plate,
         mixed=mixed,
@@ -394,11 +394,16 @@ def _cavities(mesh: TetMesh) -> Connectivity:
 def near_tip(groups: Iterable[Group], number: np.ndarray) -> tuple[Group, ...]:
     """The groups, restricted to elements that depend on the plate."""
     near = []
-    for seen, energies in groups:
-        nodes, hydrostatics, data = (rows[: seen.count] for rows in (seen.nodes, seen.hydrostatics, seen.data))
-        chosen = np.flatnonzero(touching(nodes, number, seen.plate))
+    for elements, energies in groups:
+        nodes, hydrostatics, data = (
+            rows[: elements.count] for rows in (elements.nodes, elements.hydrostatics, elements.data)
+        )
+        chosen = np.flatnonzero(touching(nodes, number, elements.plate))
         if len(chosen):
             near.append(
-                Group(connect(nodes[chosen], hydrostatics[chosen], data[chosen], seen.plate, seen.objects), energies)
+                Group(
+                    connect(nodes[chosen], hydrostatics[chosen], data[chosen], elements.plate, elements.objects),
+                    energies,
+                )
             )
     return tuple(near)

@@ -14,7 +14,7 @@ import numpy as np
 
 from pneumorph.mechanics.assembly.displacement import Displacement
 from pneumorph.mechanics.assembly.tip import Tip
-from pneumorph.mechanics.contact.contact import Contact, SeenTouch
+from pneumorph.mechanics.contact.contact import Contact, PosedTouch
 from pneumorph.mechanics.elements.energy import ElementEnergy, Forces, Term
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.points import add_rows
@@ -53,7 +53,7 @@ class Potential(NamedTuple):
         """Whether there is contact whose connectivity changes with the state."""
         return self.contact is not None and self.contact.changes
 
-    def touches(self, x: np.ndarray, state: State, loads: Loads) -> Iterator[tuple[SeenTouch, int | None, int | None]]:
+    def touches(self, x: np.ndarray, state: State, loads: Loads) -> Iterator[tuple[PosedTouch, int | None, int | None]]:
         """That contact with nodes at x (N, 3), each with the number of an obstacle, or None for the body itself.
 
         And with the row of its unknowns, None for one that is not free.
@@ -83,7 +83,8 @@ def grouped(terms: Iterable[Term]) -> tuple[Group, ...]:
 def without_solid(potential: Potential) -> Potential:
     """The terms but for solids and contact in pairs: all that loads enter."""
     groups = [
-        Group(seen, tuple(energy for energy in energies if not energy.of_rubber)) for seen, energies in potential.groups
+        Group(elements, tuple(energy for energy in energies if not energy.of_rubber))
+        for elements, energies in potential.groups
     ]
     return potential._replace(groups=tuple(group for group in groups if group.energies), contact=None)
 
@@ -148,12 +149,12 @@ def forces(potential: Potential, groups: Iterable[Group], nodes: Displacement, l
         In the units of `Loads`.
     """
     value, by = 0.0, nodes.none()
-    for seen, energies in groups:
-        at = seen.local(nodes.X, nodes.u, nodes.state)
+    for elements, energies in groups:
+        at = elements.local(nodes.X, nodes.u, nodes.state)
         for energy in energies:
-            part, found = energy.forces(seen, at, loads)
+            part, found = energy.forces(elements, at, loads)
             value += part
-            add(seen, found, by)
+            add(elements, found, by)
     for touch, _, free in potential.touches(nodes.X + nodes.u, nodes.state, loads):
         value += touch.energy
         by.u[:] += touch.slope
@@ -162,12 +163,12 @@ def forces(potential: Potential, groups: Iterable[Group], nodes: Displacement, l
     return value, by
 
 
-def add(seen: Connectivity, of_elements: Forces, by: State) -> None:
+def add(elements: Connectivity, of_elements: Forces, by: State) -> None:
     """Add the forces of elements to those on all nodes and unknowns."""
-    add_rows(of_elements.u, seen.nodes, by.u)
-    if seen.hydrostatics.shape[1]:
-        np.add.at(by.hydrostatic, seen.hydrostatics, of_elements.hydrostatic)
-    if seen.plate:
+    add_rows(of_elements.u, elements.nodes, by.u)
+    if elements.hydrostatics.shape[1]:
+        np.add.at(by.hydrostatic, elements.hydrostatics, of_elements.hydrostatic)
+    if elements.plate:
         by.plate[:] += of_elements.plate
-    if seen.objects:
+    if elements.objects:
         by.objects[:] += of_elements.objects

@@ -39,18 +39,18 @@ def tangent_map(potential: Potential, X: np.ndarray, state: State, loads: Loads)
     """
     nodes, tip = Displacement(potential.tip, X, state), potential.tip.nodes
     prepared = []
-    for seen, energies in potential.groups:
-        at = seen.local(X, nodes.u, state)
-        prepared.append((seen, [energy.tangent_map(seen, at, loads) for energy in energies]))
+    for elements, energies in potential.groups:
+        at = elements.local(X, nodes.u, state)
+        prepared.append((elements, [energy.tangent_map(elements, at, loads) for energy in energies]))
     touches = [(touch, free) for touch, _, free in potential.touches(X + nodes.u, state, loads)]
     on_tip = forces(potential, potential.near_tip, nodes, loads)[1].u[tip] if len(tip) else None
 
     def product(direction: State) -> State:
         du, by = nodes.along(direction), nodes.none()
-        for seen, maps in prepared:
-            along = seen.moving(du, direction)
+        for elements, maps in prepared:
+            along = elements.moving(du, direction)
             for each in maps:
-                add(seen, each(along), by)
+                add(elements, each(along), by)
         for touch, free in touches:
             by_x, by_pose = touch.change(du, STILL if free is None else direction.objects[free])
             by.u[:] += by_x
@@ -117,21 +117,21 @@ def pullback(
 
     def parts(groups: Iterable[Group], on_forces: bool) -> Iterator[tuple[int, Connectivity, Pulled]]:
         """For every energy of the groups and every w: its number, the connectivity, and what is pulled back."""
-        for seen, energies in groups:
-            at = seen.local(X, nodes.u, state)
-            pulls = [energy.pullback(seen, at, loads, len(ws) > 1, on_forces) for energy in energies]
+        for elements, energies in groups:
+            at = elements.local(X, nodes.u, state)
+            pulls = [energy.pullback(elements, at, loads, len(ws) > 1, on_forces) for energy in energies]
             for k, w in enumerate(ws):
-                along = seen.local(X, nodes.along(w), w)
+                along = elements.local(X, nodes.along(w), w)
                 for pull in pulls:
-                    yield k, seen, pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
+                    yield k, elements, pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
 
-    for k, seen, pulled in parts(potential.groups, False):
-        add_rows(pulled.X, seen.nodes, by_X[k])
+    for k, elements, pulled in parts(potential.groups, False):
+        add_rows(pulled.X, elements.nodes, by_X[k])
         acting[k] = jax.tree.map(np.add, acting[k], pulled.loads)
     # Only those of the tip's nodes are used.
-    for k, seen, pulled in parts(potential.near_tip if len(tip) else (), True):
-        add_rows(pulled.u, seen.nodes, by_u[k])
-        add_rows(pulled.w, seen.nodes, by_w[k])
+    for k, elements, pulled in parts(potential.near_tip if len(tip) else (), True):
+        add_rows(pulled.u, elements.nodes, by_u[k])
+        add_rows(pulled.w, elements.nodes, by_w[k])
     for touch, number, free in potential.touches(X + nodes.u, state, loads):
         for k, w in enumerate(ws):
             by_x, by_pose = touch.change(nodes.along(w), STILL if free is None else w.objects[free])
@@ -183,10 +183,10 @@ def _change(
     """The change of the forces on all nodes and unknowns along motions dX, du (N, 3) and a change of the loads."""
     X, state = nodes.X, nodes.state
     still, by = jax.tree.map(np.zeros_like, state), nodes.none()
-    for seen, energies in potential.groups:
-        at, along = seen.local(X, nodes.u, state), seen.local(dX, du, still)
+    for elements, energies in potential.groups:
+        at, along = elements.local(X, nodes.u, state), elements.local(dX, du, still)
         for energy in energies:
-            add(seen, energy.change(seen, at, loads, along, dloads), by)
+            add(elements, energy.change(elements, at, loads, along, dloads), by)
     for touch, number, free in potential.touches(X + nodes.u, state, loads):
         moved = STILL if number is None else dloads.shift[number]
         by_x, by_pose = touch.change(dX + du, moved)

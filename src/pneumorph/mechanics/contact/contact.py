@@ -23,7 +23,7 @@ STILL_VIEW = View(np.zeros(3), STILL)
 """How the body sees itself."""
 
 
-class SeenTouch:
+class PosedTouch:
     """A touch with its derivatives by the places of the nodes and by the pose of the obstacle that sees it."""
 
     def __init__(self, touch: PairsTouch | TriangulatedTouch, view: View, x: np.ndarray):
@@ -105,7 +105,7 @@ class Contact:
         """How every obstacle sees the body, at poses (K, 6)."""
         return [View(each.center, pose) for each, pose in zip(self.obstacles.values(), poses, strict=True)]
 
-    def touches(self, x: np.ndarray, poses: np.ndarray) -> Iterator[tuple[SeenTouch, int | None]]:
+    def touches(self, x: np.ndarray, poses: np.ndarray) -> Iterator[tuple[PosedTouch, int | None]]:
         """All contact whose connectivity changes with the state, with nodes at x (N, 3) and obstacles at poses (K, 6).
 
         With the number of the obstacle, None where the body touches itself.
@@ -114,9 +114,9 @@ class Contact:
             own, guard = self.obstacles[name].touch, self.guards.get(name)
             for touch in (own, guard and guard.touch):
                 if touch is not None:
-                    yield SeenTouch(touch(view.seen(x)), view, x), number
+                    yield PosedTouch(touch(view.in_frame(x)), view, x), number
         if self.own is not None:
-            yield SeenTouch(self.own.touch(x), STILL_VIEW, x), None
+            yield PosedTouch(self.own.touch(x), STILL_VIEW, x), None
 
     def _kept_apart(self, poses: np.ndarray) -> Iterator[tuple[Obstacle | Pairs, View]]:
         """All that must not meet the body, and how it sees that, where obstacles are at poses (K, 6)."""
@@ -130,7 +130,7 @@ class Contact:
     def apart(self, x: np.ndarray, poses: np.ndarray) -> bool:
         """Whether nothing interpenetrates with nodes at x (N, 3) and obstacles at poses (K, 6)."""
         above = bool(np.all(gaps(self.obstacles, self.free, self.views(poses)) > 0.0))
-        return above and all(each.apart(view.seen(x)) for each, view in self._kept_apart(poses))
+        return above and all(each.apart(view.in_frame(x)) for each, view in self._kept_apart(poses))
 
     def free_share(self, start: np.ndarray, end: np.ndarray, poses: np.ndarray, there: np.ndarray) -> float:
         """A share of the motion of the nodes from `start` to `end` (N, 3) on which nothing meets.
@@ -149,5 +149,5 @@ class Contact:
         shares = [1.0 if turn <= MOST_TURN else float(MOST_TURN / turn)]
         shares.append(share_above(*(gaps(self.obstacles, self.free, self.views(each)) for each in (poses, there))))
         for (each, view), (_, after) in zip(self._kept_apart(poses), self._kept_apart(there), strict=True):
-            shares.append(each.free_share(view.seen(start), after.seen(end)))
+            shares.append(each.free_share(view.in_frame(start), after.in_frame(end)))
         return min(shares)

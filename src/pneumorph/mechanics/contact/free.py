@@ -25,7 +25,7 @@ from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.contact.implicit import KEPT
 from pneumorph.mechanics.contact.obstacle import Floor, Obstacle
-from pneumorph.mechanics.contact.pose import View, seen
+from pneumorph.mechanics.contact.pose import View, in_frame
 from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.plate import rotation
 from pneumorph.mechanics.elements.terms import Loads, Local, Values
@@ -99,7 +99,7 @@ class Resting(ElementEnergy):
         pose = shift[self.number] + jnp.asarray(local.objects)[self.object]
         points = jnp.asarray(self.points)
         places = points + pose[:3] + (points - jnp.asarray(self.center)) @ (rotation(pose[3:]) - jnp.eye(3)).T
-        gaps = self.plane.distance(seen(places, self.plane.center, shift[self.under])) - self.radius
+        gaps = self.plane.distance(in_frame(places, self.plane.center, shift[self.under])) - self.radius
         return jnp.sum(self.area * self.plane.barrier(gaps))[None]
 
 
@@ -115,7 +115,7 @@ def resting(obstacles: Mapping[str, Obstacle], free: Mapping[str, Free]) -> Iter
 def gaps(obstacles: Mapping[str, Obstacle], free: Mapping[str, Free], views: list[View]) -> np.ndarray:
     """The gaps under all points of free obstacles over planes, mm."""
     found = [
-        np.asarray(plane.distance(views[under].seen(views[number].placed(free[name].points)))) - free[name].radius
+        np.asarray(plane.distance(views[under].in_frame(views[number].placed(free[name].points)))) - free[name].radius
         for name, number, _, under, plane in resting(obstacles, free)
     ]
     return np.concatenate([np.zeros(0), *found])

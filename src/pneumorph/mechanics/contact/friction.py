@@ -20,14 +20,14 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.contact.implicit import posed
-from pneumorph.mechanics.contact.pose import seen
+from pneumorph.mechanics.contact.pose import in_frame
 from pneumorph.mechanics.contact.samples import SAMPLE_N
 from pneumorph.mechanics.contact.shapes import length_of
 from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.terms import Loads, Local, Values
 
 
-class Hold(NamedTuple):
+class Grip(NamedTuple):
     """What friction depends on at the sample points (F, 7) of a surface, where an obstacle is in its place.
 
     Attributes
@@ -63,7 +63,7 @@ class Hold(NamedTuple):
 class Friction(ElementEnergy):
     """D of one obstacle: the coefficient μ, the slip ε in mm, its centre, and its rows as in a `Barrier`.
 
-    The data of a face are those of a `Hold`.
+    The data of a face are those of a `Grip`.
     """
 
     coefficient: Values
@@ -78,10 +78,10 @@ class Friction(ElementEnergy):
         return int(self.number)
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        held = jnp.asarray(local.data).reshape(local.X.shape[0], -1, 7)
-        force, anchor, normal = held[..., 0], held[..., 1:4], held[..., 4:]
+        grip = jnp.asarray(local.data).reshape(local.X.shape[0], -1, 7)
+        force, anchor, normal = grip[..., 0], grip[..., 1:4], grip[..., 4:]
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
-        away = seen(places, jnp.asarray(self.center), posed(self, local, loads)) - anchor
+        away = in_frame(places, jnp.asarray(self.center), posed(self, local, loads)) - anchor
         slip = away - jnp.sum(away * normal, axis=-1, keepdims=True) * normal
         return self.coefficient * jnp.sum(force * smoothed(slip, self.reach), axis=1)
 

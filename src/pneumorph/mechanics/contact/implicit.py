@@ -21,7 +21,7 @@ from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.contact.barrier import barrier, barrier_derivatives
 from pneumorph.mechanics.contact.obstacle import FULL, Obstacle
-from pneumorph.mechanics.contact.pose import seen
+from pneumorph.mechanics.contact.pose import in_frame
 from pneumorph.mechanics.contact.samples import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS, sample_places
 from pneumorph.mechanics.contact.shapes import RigidMesh, Shape, Support
 from pneumorph.mechanics.elements import sums
@@ -136,7 +136,7 @@ class Barrier(ElementEnergy):
 
     def energies(self, local: Local, loads: Loads) -> Array:
         places = jnp.einsum("qa,eai->eqi", jnp.asarray(SAMPLE_N), local.X + local.u)
-        places = seen(places, jnp.asarray(self.center), posed(self, local, loads))
+        places = in_frame(places, jnp.asarray(self.center), posed(self, local, loads))
         return jnp.sum(local.data * self.barrier(self.distance(places)), axis=1)
 
 

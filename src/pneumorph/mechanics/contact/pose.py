@@ -27,7 +27,7 @@ def pose_of(given: Sequence[float]) -> np.ndarray:
     return np.concatenate([given, STILL[len(given) :]]).astype(float)
 
 
-def seen(x: Values, centre: Values, pose: Values) -> Array:
+def in_frame(x: Values, centre: Values, pose: Values) -> Array:
     """Places y (..., 3) as an obstacle sees places x (..., 3), in JAX."""
     # Without a turn this is x − c to the last digit.
     away = x - pose[:3]
@@ -55,7 +55,7 @@ class View:
         """R (3, 3)."""
         return np.eye(3) + self._turn[0]
 
-    def seen(self, x: np.ndarray) -> np.ndarray:
+    def in_frame(self, x: np.ndarray) -> np.ndarray:
         """y (..., 3) of places x (..., 3)."""
         away = x - self.pose[:3]
         return away + (away - self.centre) @ self._turn[0] if self.turned else away

@@ -23,7 +23,7 @@ def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.nda
         return np.zeros((0, 5))
     found = np.zeros((len(contact.obstacles), 5))
     for (name, obstacle), row, view in zip(contact.obstacles.items(), found, contact.views(poses), strict=True):
-        y = view.seen(x)
+        y = view.in_frame(x)
         row[:] = obstacle.pressed(y)
         if name in contact.guards:
             forces = contact.guards[name].touch(y).slope
@@ -56,7 +56,7 @@ def pulled_back(
         zip(contact.obstacles.items(), contact.views(poses), strict=True)
     ):
         # As the obstacle sees it.
-        bars, y = cotangents[:, number].copy(), view.seen(x)
+        bars, y = cotangents[:, number].copy(), view.in_frame(x)
         bars[:, FORCE] = view.drawn(bars[:, FORCE])
         if not bars.any():
             continue

@@ -64,17 +64,17 @@ class ElementEnergy:
         """
         raise NotImplementedError
 
-    def forces(self, seen: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
+    def forces(self, elements: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
         """The sum of the energies, and their derivatives."""
-        parts = [_forces(self, seen.weight[chunk], at.of(chunk), loads) for chunk in seen.chunks()]
+        parts = [_forces(self, elements.weight[chunk], at.of(chunk), loads) for chunk in elements.chunks()]
         return sum(float(value) for value, _ in parts), _joined(at, [part for _, part in parts])
 
-    def change(self, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
+    def change(self, elements: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
         """Derivative of the forces along a change of X, u, π, the plate and the loads (`along.data` is unused).
 
         Parameters
         ----------
-        seen : Connectivity
+        elements : Connectivity
             Of the E elements of a nodes and c unknowns π.
         at : Local
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
@@ -88,18 +88,18 @@ class ElementEnergy:
         return _joined(
             at,
             [
-                _change(self, seen.weight[chunk], at.of(chunk), loads, _varied(along.of(chunk)), dloads)
-                for chunk in seen.chunks()
+                _change(self, elements.weight[chunk], at.of(chunk), loads, _varied(along.of(chunk)), dloads)
+                for chunk in elements.chunks()
             ],
         )
 
-    def tangent_map(self, seen: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
+    def tangent_map(self, elements: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
         """`change` as a function of a change of the unknowns alone."""
         still = jax.tree.map(np.zeros_like, loads)
-        return lambda along: self.change(seen, at, loads, along, still)
+        return lambda along: self.change(elements, at, loads, along, still)
 
     def pullback(
-        self, seen: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
+        self, elements: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
     ) -> Callable[[Forces], Pulled]:
         """A function of w: derivatives of the product (forces·w). `several` says whether more than one w is to come.
 
@@ -107,7 +107,7 @@ class ElementEnergy:
 
         Parameters
         ----------
-        seen : Connectivity
+        elements : Connectivity
             Of the E elements of a nodes and c unknowns π.
         at : Local
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
@@ -121,8 +121,8 @@ class ElementEnergy:
 
         def pull_by_jax(w: Forces) -> Pulled:
             parts = [
-                _pullback(self, seen.weight[each], at.of(each), loads, w._replace(u=w.u[each], hydrostatic=part))
-                for each in seen.chunks()
+                _pullback(self, elements.weight[each], at.of(each), loads, w._replace(u=w.u[each], hydrostatic=part))
+                for each in elements.chunks()
                 for part in (w.hydrostatic[each],)
             ]
             X, u, own = (_rows([part[k] for part in parts], at.X) for k in range(3))
@@ -131,14 +131,16 @@ class ElementEnergy:
 
         return pull_by_jax
 
-    def blocks(self, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks | None:
+    def blocks(
+        self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None
+    ) -> Blocks | None:
         """The blocks of the elements without the padding; None where the energy is linear in u and π, or sees neither.
 
         Volume ratios (4, E) at the quadrature points, if given, are those of the volumetric stress of plain rubber.
 
         Parameters
         ----------
-        seen : Connectivity
+        elements : Connectivity
             Of the E elements of a nodes and c unknowns π.
         at : Local
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
@@ -147,11 +149,13 @@ class ElementEnergy:
         ratios : (4, E) array, optional
             Volume ratios at the quadrature points.
         """
-        nodes = seen.nodes.shape[1]
-        if nodes + seen.hydrostatics.shape[1] == 0:
+        nodes = elements.nodes.shape[1]
+        if nodes + elements.hydrostatics.shape[1] == 0:
             return None
-        parts = [np.asarray(_hessians(self, seen.weight[chunk], at.of(chunk), loads)) for chunk in seen.chunks()]
-        return _cut(np.concatenate(parts)[: seen.count], nodes)
+        parts = [
+            np.asarray(_hessians(self, elements.weight[chunk], at.of(chunk), loads)) for chunk in elements.chunks()
+        ]
+        return _cut(np.concatenate(parts)[: elements.count], nodes)
 
 
 class Term(NamedTuple):
@@ -201,8 +205,8 @@ def _forces(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) -> t
 
 @jax.jit
 def _change(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, along, dloads: Loads) -> Forces:
-    def slopes(loads, *seen):
-        return Forces(*jax.grad(_summed, argnums=(5, 6, 7, 8))(energy, weight, at, loads, *seen))
+    def slopes(loads, *unknowns):
+        return Forces(*jax.grad(_summed, argnums=(5, 6, 7, 8))(energy, weight, at, loads, *unknowns))
 
     return jax.jvp(slopes, (loads, *_varied(at)), (dloads, *along))[1]
 
@@ -223,8 +227,8 @@ def _pullback(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, w:
 def _hessians(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) -> Array:
     count, nodes = at.u.shape[:2]
 
-    def value(seen: Array) -> Array:
-        u, hydrostatic = seen[:, : 3 * nodes].reshape(count, nodes, 3), seen[:, 3 * nodes :]
+    def value(unknowns: Array) -> Array:
+        u, hydrostatic = unknowns[:, : 3 * nodes].reshape(count, nodes, 3), unknowns[:, 3 * nodes :]
         return _summed(energy, weight, at, loads, at.X, u, hydrostatic, at.plate, at.objects)
 
     here = jnp.concatenate([jnp.asarray(at.u).reshape(count, -1), at.hydrostatic], axis=1)

@@ -25,7 +25,7 @@ class Weight(ElementEnergy):
     def energies(self, local: Local, loads: Loads) -> Array:
         return -tet_works(local.X, local.u, self.density * loads.acceleration)
 
-    def blocks(self, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> None:
+    def blocks(self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> None:
         """None: it is linear in u."""
         return None
 
@@ -38,9 +38,9 @@ class ChamberPressure(ElementEnergy):
     def energies(self, local: Local, loads: Loads) -> Array:
         return -(local.data @ loads.pressure) * triangle_volumes(local.X + local.u)
 
-    def blocks(self, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks:
+    def blocks(self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks:
         """−p ∂²V of every triangle: V = Σ A_abc det(x_a, x_b, x_c), so ∂²V/∂x_a∂x_b is −6 Σ_c A_abc [x_c]×."""
-        count, (b, a) = seen.count, np.tril_indices(6)
+        count, (b, a) = elements.count, np.tril_indices(6)
         pressure = at.data[:count] @ np.asarray(loads.pressure)
         turning = (6.0 * TRIANGLE_VOLUME[a, b]) @ (at.X[:count] + at.u[:count])
         x, y, z = np.moveaxis(pressure[:, None, None] * turning, -1, 0)

@@ -62,7 +62,7 @@ def _tension(strain: Array, end: Values) -> Array:
 class Membrane(ElementEnergy):
     """∫ W over the covered faces of the undeformed body: stiffness k in N/mm, Poisson's ratio, strain of wrinkling.
 
-    Of the faces a share is covered. Stiffness and coverage are changed by the row `number` of `Loads.laid`.
+    Of the faces a share is covered. Stiffness and coverage are changed by the row `number` of `Loads.reinforcement`.
     """
 
     stiffness: Values
@@ -93,7 +93,7 @@ class Membrane(ElementEnergy):
         value = _tension(larger, end) + (1 + ratio) / (1 - ratio) * _tension(
             (smaller + ratio * larger) / (1 + ratio), end
         )
-        changed = jnp.asarray(loads.laid)[self.number]
+        changed = jnp.asarray(loads.reinforcement)[self.number]
         stiffness = (self.stiffness + changed[0]) * (self.coverage + changed[1])
         return local.data[..., 0] * area * stiffness * value
 
@@ -105,7 +105,7 @@ class Fibres(ElementEnergy):
 
     The winding angle in rad is that from the lines from base to tip; `hands` has 1 for a family at this angle, which
     is a right-handed screw, and −1 for one at its opposite. Stiffness and angle are changed by the row `number` of
-    `Loads.laid`.
+    `Loads.reinforcement`.
     """
 
     stiffness: Values
@@ -126,7 +126,7 @@ class Fibres(ElementEnergy):
         s, t = s / length, t / length
         # Normal to it in the face, counter-clockwise about the axis as seen from the tip.
         across, over = (B * s + C * t) / area, -(A * s + B * t) / area
-        changed = jnp.asarray(loads.laid)[self.number]
+        changed = jnp.asarray(loads.reinforcement)[self.number]
         stiffness, winding = self.stiffness + changed[0], self.winding + changed[1]
         value = jnp.zeros_like(area)
         for hand in self.hands:

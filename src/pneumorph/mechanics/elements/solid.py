@@ -40,28 +40,28 @@ class Solid(ElementEnergy):
     def energies(self, local: Local, loads: Loads) -> Array:
         return tet_energies(local.X, local.u, corner_hydrostatics(local), self.energy_density, self.parameters)
 
-    def forces(self, seen: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
+    def forces(self, elements: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
         """∫ψ over all elements, and its derivatives by u (E, 10, 3) and π (E, c)."""
         u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
         def work(chunk: slice) -> float:
-            here = strained(seen, at, chunk)
+            here = strained(elements, at, chunk)
             psi, stress, slope = map(np.array, _stress(self, here.F, here.hydrostatic))
             points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
             # Searches look at states so far away that their energy is not finite, and see it by the result.
             with np.errstate(over="ignore", invalid="ignore"):
-                if seen.hydrostatics.shape[1]:
+                if elements.hydrostatics.shape[1]:
                     hydrostatic[chunk] = (here.measure * slope).T @ TET_CORNER_N
                 return float(np.sum(here.measure * psi))
 
-        return sum(each(work, seen.chunks())), _forces(at, u, hydrostatic)
+        return sum(each(work, elements.chunks())), _forces(at, u, hydrostatic)
 
-    def change(self, seen: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
+    def change(self, elements: Connectivity, at: Local, loads: Loads, along: Local, dloads: Loads) -> Forces:
         """Change of the derivatives by u and π along a change of X, u and π.
 
         Parameters
         ----------
-        seen : Connectivity
+        elements : Connectivity
             Of the E elements of a nodes and c unknowns π.
         at : Local
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
@@ -75,35 +75,35 @@ class Solid(ElementEnergy):
         u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
         def work(chunk: slice) -> None:
-            here, (dF, dA, growth) = strained(seen, at, chunk), _room(seen)
+            here, (dF, dA, growth) = strained(elements, at, chunk), _room(elements)
             points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
-            dhydrostatic = _at_points(along.hydrostatic[chunk], seen.chunk)
+            dhydrostatic = _at_points(along.hydrostatic[chunk], elements.chunk)
             stress, slope, dstress, dslope = _along(self, here)(dF, dhydrostatic)
             # The forces ∫ P : δF are linear in the stress, in A and in the volumes: each changes in its turn.
-            with_A = np.empty((seen.chunk, 10, 3))
+            with_A = np.empty((elements.chunk, 10, 3))
             points.nodal_forces(dstress + growth * stress, here.A, here.measure, TET_DN, u[chunk])
             points.nodal_forces(stress, dA, here.measure, TET_DN, with_A)
             u[chunk] += with_A
-            if seen.hydrostatics.shape[1]:
+            if elements.hydrostatics.shape[1]:
                 hydrostatic[chunk] = (here.measure * (dslope + growth * slope)).T @ TET_CORNER_N
 
-        each(work, seen.chunks())
+        each(work, elements.chunks())
         return _forces(at, u, hydrostatic)
 
-    def tangent_map(self, seen: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
+    def tangent_map(self, elements: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
         """`change` as a function of changes of u (E, 10, 3) and π (E, c) alone: the rest is computed once."""
-        prepared = each(lambda chunk: _linearised(self, seen, at, chunk, True), seen.chunks())
-        still = np.zeros((seen.chunk, 10, 3))
+        prepared = each(lambda chunk: _linearised(self, elements, at, chunk, True), elements.chunks())
+        still = np.zeros((elements.chunk, 10, 3))
 
         def product(along: Local) -> Forces:
             u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
             def work(part: Linearised) -> None:
-                (chunk, here, change), (dF, dA, growth) = part, _room(seen)
+                (chunk, here, change), (dF, dA, growth) = part, _room(elements)
                 points.straining(still, along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
-                _, _, dstress, dslope = change(dF, _at_points(along.hydrostatic[chunk], seen.chunk))
+                _, _, dstress, dslope = change(dF, _at_points(along.hydrostatic[chunk], elements.chunk))
                 points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
-                if seen.hydrostatics.shape[1]:
+                if elements.hydrostatics.shape[1]:
                     hydrostatic[chunk] = (here.measure * dslope).T @ TET_CORNER_N
 
             each(work, prepared)
@@ -112,7 +112,7 @@ class Solid(ElementEnergy):
         return product
 
     def pullback(
-        self, seen: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
+        self, elements: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
     ) -> Callable[[Forces], Pulled]:
         """A function of w = (u (E, 10, 3), π (E, c)): derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, u, and w's own u.
 
@@ -121,7 +121,7 @@ class Solid(ElementEnergy):
 
         Parameters
         ----------
-        seen : Connectivity
+        elements : Connectivity
             Of the E elements of a nodes and c unknowns π.
         at : Local
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
@@ -133,15 +133,17 @@ class Solid(ElementEnergy):
             Whether the derivatives by u and by w's own u are wanted.
         """
         none = jax.tree.map(np.zeros_like, loads)
-        prepared = each(lambda chunk: _linearised(self, seen, at, chunk, several), seen.chunks())
+        prepared = each(lambda chunk: _linearised(self, elements, at, chunk, several), elements.chunks())
 
         def pull(w: Forces) -> Pulled:
             X, u, own = np.empty(at.u.shape), np.zeros(at.u.shape), np.zeros(at.u.shape)
 
             def work(part: Linearised) -> None:
-                (chunk, here, along), (slope, dA, growth) = part, _room(seen)
-                points.straining(np.zeros((seen.chunk, 10, 3)), w.u[chunk], TET_DN, here.F, here.A, slope, dA, growth)
-                dhydrostatic = _at_points(w.hydrostatic[chunk], seen.chunk)
+                (chunk, here, along), (slope, dA, growth) = part, _room(elements)
+                points.straining(
+                    np.zeros((elements.chunk, 10, 3)), w.u[chunk], TET_DN, here.F, here.A, slope, dA, growth
+                )
+                dhydrostatic = _at_points(w.hydrostatic[chunk], elements.chunk)
                 stress, dilation, dstress, _ = along(slope, dhydrostatic)
                 integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
                 points.shape_forces(integrand, stress, dstress, slope, here.F, here.A, here.measure, TET_DN, X[chunk])
@@ -154,7 +156,7 @@ class Solid(ElementEnergy):
 
         return pull
 
-    def blocks(self, seen: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks:
+    def blocks(self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks:
         """Second derivatives of every element by u and u (M, 55, 9), by u and π (M, 10, c, 3), by π and π (M, c, c).
 
         With volume ratios (4, M) at the points, elements without π have the stress U'(J) of these in place of their
@@ -162,7 +164,7 @@ class Solid(ElementEnergy):
 
         Parameters
         ----------
-        seen : Connectivity
+        elements : Connectivity
             Of the E elements of a nodes and c unknowns π.
         at : Local
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
@@ -171,14 +173,14 @@ class Solid(ElementEnergy):
         ratios : (4, M) array, optional
             Volume ratios at the quadrature points.
         """
-        count, corners = len(seen.nodes), seen.hydrostatics.shape[1]
+        count, corners = len(elements.nodes), elements.hydrostatics.shape[1]
         if ratios is not None:
-            ratios = np.hstack([ratios, np.ones((4, count - seen.count))])
+            ratios = np.hstack([ratios, np.ones((4, count - elements.count))])
         motion, coupling = np.empty((count, 55, 9)), np.zeros((count, 10, corners, 3))
         compression = np.zeros((count, corners, corners))
 
         def work(chunk: slice) -> None:
-            here = strained(seen, at, chunk)
+            here = strained(elements, at, chunk)
             excess = None if ratios is None else float(self.parameters[-1]) * (ratios[:, chunk] - volume_ratio(here.F))
             if self.energy_density.of_invariants is not None:
                 # Nine derivatives instead of eighty-one: half the time of the whole assembly.
@@ -196,8 +198,8 @@ class Solid(ElementEnergy):
                 coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
                 compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
-        each(work, seen.chunks())
-        return motion[: seen.count], coupling[: seen.count], compression[: seen.count]
+        each(work, elements.chunks())
+        return motion[: elements.count], coupling[: elements.count], compression[: elements.count]
 
 
 def _forces(at: Local, u: np.ndarray, hydrostatic: np.ndarray) -> Forces:
@@ -219,12 +221,12 @@ class StrainedPoints(NamedTuple):
     measure: np.ndarray
 
 
-def strained(seen: Connectivity, at: Local, chunk: slice) -> StrainedPoints:
+def strained(elements: Connectivity, at: Local, chunk: slice) -> StrainedPoints:
     """The quadrature points of a chunk."""
-    F, A = np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk))
-    measure = np.empty((4, seen.chunk))
+    F, A = np.empty((3, 3, 4, elements.chunk)), np.empty((3, 3, 4, elements.chunk))
+    measure = np.empty((4, elements.chunk))
     points.strain(at.X[chunk], at.u[chunk], TET_DN, TET_WEIGHT, F, A, measure)
-    return StrainedPoints(F, A, _at_points(at.hydrostatic[chunk], seen.chunk), measure * seen.weight[chunk])
+    return StrainedPoints(F, A, _at_points(at.hydrostatic[chunk], elements.chunk), measure * elements.weight[chunk])
 
 
 def _at_points(hydrostatic: np.ndarray, count: int) -> np.ndarray:
@@ -236,8 +238,8 @@ Along = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndar
 Linearised = tuple[slice, StrainedPoints, Along]
 
 
-def _linearised(solid: Solid, seen: Connectivity, at: Local, chunk: slice, several: bool) -> Linearised:
-    here = strained(seen, at, chunk)
+def _linearised(solid: Solid, elements: Connectivity, at: Local, chunk: slice, several: bool) -> Linearised:
+    here = strained(elements, at, chunk)
     return chunk, here, _along(solid, here, several)
 
 
@@ -286,9 +288,9 @@ def _second_of_ratio(F: np.ndarray) -> np.ndarray:
     return found.reshape(9, 9, *F.shape[2:])
 
 
-def _room(seen: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _room(elements: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Empty arrays for δF, δA and tr(A δJ) of a chunk."""
-    return np.empty((3, 3, 4, seen.chunk)), np.empty((3, 3, 4, seen.chunk)), np.empty((4, seen.chunk))
+    return np.empty((3, 3, 4, elements.chunk)), np.empty((3, 3, 4, elements.chunk)), np.empty((4, elements.chunk))
 
 
 @jax.jit

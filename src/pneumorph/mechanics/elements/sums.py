@@ -21,38 +21,38 @@ Measure = Callable[..., Array]
 """A function of nodes X (E, a, 3), displacements u, element data (E, k), weights (E,), and further arguments."""
 
 
-def summed(measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, *given: Values) -> np.ndarray:
+def summed(measure: Measure, elements: Connectivity, X: np.ndarray, u: np.ndarray, *given: Values) -> np.ndarray:
     """The sum over all elements, for nodes X (N, 3) displaced by u.
 
     Parameters
     ----------
     measure : Measure
-    seen : Connectivity
+    elements : Connectivity
         Of the elements.
     X, u : (N, 3) array
         Nodes and their displacements, mm.
     *given
         Further arguments of the function.
     """
-    at, moved = X[seen.nodes], u[seen.nodes]
+    at, moved = X[elements.nodes], u[elements.nodes]
     if not len(at):
-        return np.zeros(jax.eval_shape(measure, at, moved, seen.data, seen.weight, *given).shape)
+        return np.zeros(jax.eval_shape(measure, at, moved, elements.data, elements.weight, *given).shape)
     parts = [
-        np.asarray(_value(measure, at[chunk], moved[chunk], seen.data[chunk], seen.weight[chunk], given))
-        for chunk in seen.chunks()
+        np.asarray(_value(measure, at[chunk], moved[chunk], elements.data[chunk], elements.weight[chunk], given))
+        for chunk in elements.chunks()
     ]
     return sum(parts[1:], parts[0])
 
 
 def pulled_back(
-    measure: Measure, seen: Connectivity, X: np.ndarray, u: np.ndarray, cotangents: np.ndarray, *given: Values
+    measure: Measure, elements: Connectivity, X: np.ndarray, u: np.ndarray, cotangents: np.ndarray, *given: Values
 ) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives (k, N, 3) of cotangent·sum by X and by u, for k cotangents at once.
 
     Parameters
     ----------
     measure : Measure
-    seen : Connectivity
+    elements : Connectivity
         Of the elements.
     X, u : (N, 3) array
         Nodes and their displacements, mm.
@@ -61,13 +61,13 @@ def pulled_back(
     *given
         Further arguments of the function.
     """
-    at, moved = X[seen.nodes], u[seen.nodes]
+    at, moved = X[elements.nodes], u[elements.nodes]
     by_X, by_u = np.zeros((2, len(cotangents), *X.shape))
-    for chunk in seen.chunks():
-        arguments = at[chunk], moved[chunk], seen.data[chunk], seen.weight[chunk], given
+    for chunk in elements.chunks():
+        arguments = at[chunk], moved[chunk], elements.data[chunk], elements.weight[chunk], given
         for parts, out in zip(_back(measure, *arguments, cotangents), (by_X, by_u), strict=True):
             for part, one in zip(np.array(parts), out, strict=True):
-                add_rows(part, seen.nodes[chunk], one)
+                add_rows(part, elements.nodes[chunk], one)
     return by_X, by_u
 
 

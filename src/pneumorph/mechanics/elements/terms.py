@@ -17,8 +17,8 @@ class Loads(NamedTuple):
     """The loads: chamber pressures (C,) MPa, acceleration g (3,) mm/s², springs and dead loads of the plate (6,).
 
     `shift` (K, 6) are the poses of rigid obstacles, in the order of `Contact.obstacles`: the displacement of each from
-    its place in mm, and its rotation vector about its centre in rad; see `pose.py`. `laid` (R, 2) are changes of the
-    stiffness, N/mm, and of the coverage of sheets or the winding angle of fibres, rad, in the order of
+    its place in mm, and its rotation vector about its centre in rad; see `pose.py`. `reinforcement` (R, 2) are
+    changes of the stiffness, N/mm, and of the coverage of sheets or the winding angle of fibres, rad, in the order of
     `Model.reinforcements`.
     """
 
@@ -27,7 +27,7 @@ class Loads(NamedTuple):
     spring: Values
     wrench: Values
     shift: Values = np.zeros((0, 6))
-    laid: Values = np.zeros((0, 2))
+    reinforcement: Values = np.zeros((0, 2))
 
 
 class Local(NamedTuple):

@@ -133,13 +133,13 @@ def build_loads(
     spring: np.ndarray | None = None,
     wrench: np.ndarray | None = None,
     moves: Mapping[str, Sequence[float]] = MappingProxyType({}),
-    laid: np.ndarray | None = None,
+    reinforcement: np.ndarray | None = None,
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
     They are given for the whole body. A part gets its share; they must be symmetric (see `part.part_of`).
     `moves` are the displacements (3,) in mm of obstacles by their names, or their poses (6,) with a rotation vector in
-    rad; the others are in their places. `laid` are the changes (R, 2) of what lies on surfaces.
+    rad; the others are in their places. `reinforcement` are the changes (R, 2) of what lies on surfaces.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def build_loads(
         Of the plate, N/mm and N·mm/rad; N and N·mm.
     moves : {obstacle: (3,) or (6,)}
         Displacements in mm, or poses with a rotation vector in rad.
-    laid : (R, 2) array, optional
-        See `Loads.laid`.
+    reinforcement : (R, 2) array, optional
+        See `Loads.reinforcement`.
     """
     obstacles = () if model.contact is None else model.contact.obstacles
     zero = np.zeros(6)
@@ -163,7 +163,7 @@ def build_loads(
         spring=share * np.asarray(zero if spring is None else spring, dtype=float),
         wrench=share * np.asarray(zero if wrench is None else wrench, dtype=float),
         shift=np.array([pose_of(moves.get(name, ())) for name in obstacles]).reshape(-1, 6),
-        laid=np.zeros((len(model.reinforcements), 2)) if laid is None else laid,
+        reinforcement=np.zeros((len(model.reinforcements), 2)) if reinforcement is None else reinforcement,
     )
 
 

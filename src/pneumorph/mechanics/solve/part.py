@@ -66,8 +66,8 @@ def _turns_chambers(problem: Problem, rotation: np.ndarray, applied: list[Pressu
         name = chambers[other].name
         if other != number and any(given.get(chamber.name, 0.0) != given.get(name, 0.0) for given in applied):
             return False
-        laid = reinforcements(problem)
-        if any((chamber.name in each.surfaces) != (name in each.surfaces) for each in laid):
+        reinforced = reinforcements(problem)
+        if any((chamber.name in each.surfaces) != (name in each.surfaces) for each in reinforced):
             return False
     return True
 

@@ -46,7 +46,7 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
     return guess_after(at, state, moved, found)
 
 
-def guess_after(at: Configuration, state: State, there: Configuration, found: State) -> Guess:
+def guess_after(at: Configuration, state: State, there: Configuration, predicted: State) -> Guess:
     """A predicted state, with deformation gradients and metrics that turn with the body; nodes may have moved too.
 
     Parameters
@@ -57,14 +57,14 @@ def guess_after(at: Configuration, state: State, there: Configuration, found: St
         An equilibrium of it.
     there : Configuration
         The one after it.
-    found : State
+    predicted : State
         What was predicted there.
     """
     model = at.model
-    u, after = (displacement(model.tip, each.X, one) for each, one in ((at, state), (there, found)))
+    u, after = (displacement(model.tip, each.X, one) for each, one in ((at, state), (there, predicted)))
     dX, du = there.X - at.X, after - u
     gradients = gradients_after(model.tets.nodes[: model.elements], at.X, u, dX, du)
-    return Guess(found, gradients, metrics_after(model, at.X, state, dX + du))
+    return Guess(predicted, gradients, metrics_after(model, at.X, state, dX + du))
 
 
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:

@@ -40,6 +40,6 @@ class ContactArea(ObjectiveTable):
         """See `ObjectiveTable.inconsistencies`."""
         return unknown_obstacle(self.obstacle, obstacles)
 
-    def achieved(self, found: Result) -> Amount:
+    def achieved(self, result: Result) -> Amount:
         """The area."""
-        return Amount(found.contact_area[self.obstacle], "mm²", f"contact with {self.obstacle}").aimed_at(self.area)
+        return Amount(result.contact_area[self.obstacle], "mm²", f"contact with {self.obstacle}").aimed_at(self.area)

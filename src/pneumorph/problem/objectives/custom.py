@@ -90,6 +90,6 @@ class Custom(ObjectiveTable):
         """See `ObjectiveTable.section_count`."""
         return "sections", self.sections
 
-    def achieved(self, found: Result) -> Amount:
+    def achieved(self, result: Result) -> Amount:
         """The value of the function."""
-        return Amount(found.objective, "", "objective")
+        return Amount(result.objective, "", "objective")

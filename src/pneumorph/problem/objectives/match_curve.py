@@ -73,6 +73,6 @@ class MatchCurve(ObjectiveTable):
         """See `ObjectiveTable.bends`."""
         return farthest(np.array(self.control_points)[:, :2] @ np.array([[0.0, 1.0], [-1.0, 0.0]]), LEAST * length)
 
-    def achieved(self, found: Result) -> Amount:
+    def achieved(self, result: Result) -> Amount:
         """Of a shape it is the orientation that counts, unless it has no weight."""
-        return self.errors(found.errors)[-1 if self.orientation_weight > 0.0 else 0]
+        return self.errors(result.errors)[-1 if self.orientation_weight > 0.0 else 0]

@@ -66,6 +66,6 @@ class Maximize(ObjectiveTable):
         """See `ObjectiveTable.bends`."""
         return np.array([self.component == "bending_x", self.component == "bending_y"], float)
 
-    def achieved(self, found: Result) -> Amount:
+    def achieved(self, result: Result) -> Amount:
         """The motion."""
-        return motion_amount(self.component, self.sign, found)
+        return motion_amount(self.component, self.sign, result)

@@ -74,10 +74,10 @@ class TargetMotion(ObjectiveTable):
         sideways = np.array([-(self.shift_y or 0.0), self.shift_x or 0.0])
         return turned if turned is not None else longer(sideways, LEAST * length)
 
-    def achieved(self, found: Result) -> Amount:
+    def achieved(self, result: Result) -> Amount:
         """The motion if there is only one, else the first distance from the target."""
         if len(self.targets) > 1:
-            return super().achieved(found)
+            return super().achieved(result)
         ((name, wanted),) = self.targets.items()
-        done = motion_amount(name, 1.0, found)
+        done = motion_amount(name, 1.0, result)
         return done.aimed_at(float(np.degrees(wanted)) if done.unit == "°" else wanted)

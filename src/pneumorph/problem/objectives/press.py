@@ -55,11 +55,11 @@ class Press(ObjectiveTable):
         """See `ObjectiveTable.inconsistencies`."""
         return unknown_obstacle(self.obstacle, obstacles)
 
-    def achieved(self, found: Result) -> Amount:
+    def achieved(self, result: Result) -> Amount:
         """The force."""
         if self.direction is None:
-            done = Amount(found.contact_normal[self.obstacle], "N", f"normal force on {self.obstacle}")
+            done = Amount(result.contact_normal[self.obstacle], "N", f"normal force on {self.obstacle}")
         else:
-            value = float(np.dot(found.contact[self.obstacle], self.direction))
+            value = float(np.dot(result.contact[self.obstacle], self.direction))
             done = Amount(value, "N", f"force on {self.obstacle}")
         return done.aimed_at(self.force)

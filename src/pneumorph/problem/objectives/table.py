@@ -64,17 +64,17 @@ class ObjectiveTable(Table):
         """
         return None
 
-    def achieved(self, found: Result) -> Amount:
+    def achieved(self, result: Result) -> Amount:
         """The amount that it is about, from a result; the first of its errors, if it is no other."""
-        return self.errors(found.errors)[0]
+        return self.errors(result.errors)[0]
 
-    def errors(self, found: Mapping[str, float]) -> list[Amount]:
+    def errors(self, values: Mapping[str, float]) -> list[Amount]:
         """Its distances from the target."""
-        units = {name: UNITS[name.rpartition("_")[2]] for name in found}
+        units = {name: UNITS[name.rpartition("_")[2]] for name in values}
         return [
-            Amount(units[name][1] * found[name], units[name][0], word)
+            Amount(units[name][1] * values[name], units[name][0], word)
             for name, word in self.error_words.items()
-            if name in found
+            if name in values
         ]
 
     def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:

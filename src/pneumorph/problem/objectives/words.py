@@ -67,9 +67,9 @@ class Result(Protocol):
     def contact_area(self) -> Mapping[str, float]: ...
 
 
-def motion_amount(name: str, sign: float, found: Result) -> Amount:
+def motion_amount(name: str, sign: float, result: Result) -> Amount:
     """A motion of the tip, one of `MOTIONS`, or its opposite."""
     word, number = ("−" if sign < 0 else "") + MOTION_WORDS[name], MOTIONS.index(name)
     if number < 3:
-        return Amount(sign * found.translation[number], "mm", word)
-    return Amount(sign * float(np.degrees(found.rotation[number - 3])), "°", word)
+        return Amount(sign * result.translation[number], "mm", word)
+    return Amount(sign * float(np.degrees(result.rotation[number - 3])), "°", word)

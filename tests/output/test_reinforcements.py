@@ -11,7 +11,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.make.mould.sheet import reinforcing
 from pneumorph.output.export import export
-from pneumorph.output.laid import laid_handles, laid_of
+from pneumorph.output.reinforcements import covering_handles, coverings_of
 from pneumorph.problem import loads
 
 SHEET = '[[membrane]]\nname = "paper"\nstiffness = "200 N/mm"\nangles = ["-90 deg", "90 deg"]\n'
@@ -26,7 +26,7 @@ def problem():
 def test_pictures_show_sheets_as_areas_and_fibres_as_strokes(problem):
     mesh = mesh_of(problem, starting_body(problem.body), ()).mesh
     u = mesh.points * [0.0, 0.0, 0.5]
-    sheet, braid = laid_of(problem, mesh, u)
+    sheet, braid = coverings_of(problem, mesh, u)
     radius = problem.body.radius
     assert np.hypot(*sheet.rest.T[:2]) == pytest.approx(radius, rel=0.02)
     assert sheet.points == pytest.approx(sheet.rest * [1.0, 1.0, 1.5])
@@ -40,8 +40,8 @@ def test_pictures_show_sheets_as_areas_and_fibres_as_strokes(problem):
     middle = braid.rest[braid.cells].mean(axis=1)
     turning = (middle[:, 0] * strokes[:, 1] - middle[:, 1] * strokes[:, 0]) * strokes[:, 2]
     assert (turning[0::2] > 0).all() and (turning[1::2] < 0).all()
-    assert [handle.get_label() for handle in laid_handles([sheet, braid])] == ["sheet", "fibres"]
-    assert laid_of(loads(tiny()), mesh, u) == ()
+    assert [handle.get_label() for handle in covering_handles([sheet, braid])] == ["sheet", "fibres"]
+    assert coverings_of(loads(tiny()), mesh, u) == ()
 
 
 def test_assembly_sheets_say_what_is_laid_where(problem):

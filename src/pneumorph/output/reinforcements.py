@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 
 from pneumorph.mesh import Covered, TetMesh
 from pneumorph.mesh.tets import RULE, triangle_gradient, triangle_shape
-from pneumorph.output.view import LAID, Laid
+from pneumorph.output.view import COVERING, Covering
 from pneumorph.problem import FibresSpec, Problem, reinforcements
 
 _FOUR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
@@ -20,7 +20,7 @@ LENGTH = 0.8
 """Length of a stroke, relative to the root of the area of what is around it."""
 
 
-def laid_of(problem: Problem, mesh: TetMesh, u: np.ndarray) -> tuple[Laid, ...]:
+def coverings_of(problem: Problem, mesh: TetMesh, u: np.ndarray) -> tuple[Covering, ...]:
     """The reinforcements of a problem on a mesh at rest with the displacements u (N, 3) of its nodes in mm."""
     found = []
     for spec in reinforcements(problem):
@@ -29,17 +29,18 @@ def laid_of(problem: Problem, mesh: TetMesh, u: np.ndarray) -> tuple[Laid, ...]:
             shape = triangle_shape(local)
             rest, moved = (np.einsum("eka,eai->eki", shape, places[own.nodes]) for places in (mesh.points, u))
             cells = cells + local.shape[1] * np.arange(len(local))[:, None, None]
-            found.append(Laid(rest.reshape(-1, 3), (rest + moved).reshape(-1, 3), cells.reshape(-1, cells.shape[-1])))
+            places = rest.reshape(-1, 3), (rest + moved).reshape(-1, 3)
+            found.append(Covering(*places, cells.reshape(-1, cells.shape[-1])))
     return tuple(found)
 
 
-def laid_handles(laid: Sequence[Laid]) -> list[Line2D | Patch]:
+def covering_handles(coverings: Sequence[Covering]) -> list[Line2D | Patch]:
     """What a legend has for them."""
     found: list[Line2D | Patch] = []
-    if any(each.cells.shape[1] == 3 for each in laid):
-        found.append(Patch(label="sheet", facecolor=LAID, alpha=0.35))
-    if any(each.cells.shape[1] == 2 for each in laid):
-        found.append(Line2D([], [], color=LAID, linewidth=1.5, label="fibres"))
+    if any(each.cells.shape[1] == 3 for each in coverings):
+        found.append(Patch(label="sheet", facecolor=COVERING, alpha=0.35))
+    if any(each.cells.shape[1] == 2 for each in coverings):
+        found.append(Line2D([], [], color=COVERING, linewidth=1.5, label="fibres"))
     return found
 
 
