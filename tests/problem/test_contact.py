@@ -7,10 +7,10 @@ import pytest
 from records import task_result
 from tiny import tiny
 
+from pneumorph.cad import stl
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.mechanics import mirrors_of, setup
 from pneumorph.output.obstacles import obstacles_of
-from pneumorph.cad import stl
 from pneumorph.problem import loads
 from pneumorph.verify.solids import tube
 
