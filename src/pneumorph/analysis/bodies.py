@@ -37,6 +37,17 @@ def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None)
 
     What cannot be meshed so is tried with finer elements.
 
+    Parameters
+    ----------
+    problem : Problem
+        Whose regions and covers the body has.
+    body : Body
+        One of its designs.
+    part : Part
+        Of the body that is meshed.
+    size : float, optional
+        Edge length of the elements, mm; by default that of the problem.
+
     Raises
     ------
     MeshError

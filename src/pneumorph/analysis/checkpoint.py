@@ -49,7 +49,18 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
 def unpack(
     problem: Problem, space: DesignSpace, arrays: dict[str, Any], heights: Sequence[float] = ()
 ) -> tuple[Discretisation, Analysis]:
-    """Restore a mesh and the analysed design from the arrays of `pack`; see `build_morph` for the heights.
+    """Restore a mesh and the analysed design from the arrays of `pack`.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the run.
+    space : DesignSpace
+        Its design space, of n variables.
+    arrays : dict of arrays
+        What `pack` made.
+    heights : sequence of float
+        Of planes across the axis in which nodes stay, mm.
 
     Raises
     ------

@@ -37,7 +37,23 @@ def fill(points: np.ndarray, triangles: np.ndarray, size: float) -> tuple[np.nda
 def optimise(
     points: np.ndarray, tets: np.ndarray, triangles: np.ndarray, size: float, moves: str, steps: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A better mesh; letters name the optimiser's moves: c combine, d divide, m move points, s t u swap."""
+    """A better mesh of straight tetrahedra: its points (N, 3) and tetrahedra (M, 4).
+
+    Parameters
+    ----------
+    points : (N, 3) array
+        Places of the vertices, mm.
+    tets : (M, 4) int
+        Tetrahedra by their vertices.
+    triangles : (T, 3) int
+        The surface, which stays.
+    size : float
+        Edge length, mm.
+    moves : str
+        Kinds of moves, in their order: c combine, d divide, m move points, s t u swap.
+    steps : int
+        How often they are gone through.
+    """
     mesh = _mesh(points, triangles)
     mesh.AddElements(dim=3, index=1, data=np.ascontiguousarray(tets[:, [0, 2, 1, 3]], dtype=np.int32), base=0)
     mesh.SetMaterial(1, "solid")

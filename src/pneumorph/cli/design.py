@@ -30,7 +30,28 @@ def design(
     verbose: bool = False,
     trust: bool = False,
 ) -> None:
-    """Design a body for a problem file."""
+    """Design a body for a problem file.
+
+    Parameters
+    ----------
+    problem : Path
+        The problem file.
+    out : Path or None
+        The run directory; by default in ``runs``, with the name of the file.
+    iterations : int or None
+        Most designs, in place of those of the problem.
+    resume : bool
+        Whether an interrupted run is resumed.
+    quiet, verbose : bool
+        Whether less or more is printed of every design.
+    trust : bool
+        Whether code in the problem file is trusted.
+
+    Raises
+    ------
+    ProblemError
+        If an option or the problem has a mistake.
+    """
     if quiet and verbose:
         raise ProblemError("--quiet: is the opposite of --verbose; leave one of them out")
     if quiet:

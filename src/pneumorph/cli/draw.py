@@ -23,7 +23,24 @@ def draw(
     out: Path | None,
     trust: bool,
 ) -> None:
-    """Draw a picture of a run, or all of them."""
+    """Draw a picture of a run, or all of them.
+
+    Parameters
+    ----------
+    source : Path
+        The run directory.
+    picture : str
+        One of those of `Run.draw`, or "all".
+    design, cut, at, task, format, out
+        As in `Run.draw`, of a single picture.
+    trust : bool
+        Whether code in the problem file is trusted.
+
+    Raises
+    ------
+    ProblemError
+        If an option does not fit the picture or the run.
+    """
     run = open_run(source, asking(trust))
     if picture != "all":
         print(f"written to {run.draw(picture, out, design, cast(Cut | None, cut), at, task, format)}")

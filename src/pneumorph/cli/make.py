@@ -17,7 +17,28 @@ from pneumorph.interface.runs import open_run
 
 
 def make(run: Path, design: int | None, out: Path | None, chord: str, trust: bool) -> None:
-    """Write the files of a design and print the results of their checks."""
+    """Write the files of a design and print the results of their checks.
+
+    Parameters
+    ----------
+    run : Path
+        The run directory.
+    design : int or None
+        Number of the design, by default the last.
+    out : Path or None
+        Folder of the files; by default ``make`` in the run directory.
+    chord : str
+        Largest distance of triangles from the body, with its unit.
+    trust : bool
+        Whether code in the problem file is trusted.
+
+    Raises
+    ------
+    ProblemError
+        If an option has a mistake, a package is missing, or the folder cannot be written.
+    ComputationError
+        If a file fails one of its checks.
+    """
     began = time.perf_counter()
     allowed = units.parse_positive("--chord", chord, units.LENGTH)
     chosen = open_run(run, asking(trust)).design(design)

@@ -88,7 +88,25 @@ def fit_(
 ) -> None:
     """Fit models to tension tests, judge them in all modes, and write the best as a table [material].
 
-    `options` are further arguments of `fit_material`.
+    Parameters
+    ----------
+    data : list of "[MODE=]FILE"
+        Files of tests.
+    model : str
+        A model's name, or "all".
+    out : Path or None
+        Folder of the results; by default named by the first file.
+    density : str
+        For the table, with its unit.
+    weights : list of "MODE=NUMBER"
+        How much the tests of a mode count.
+    options : dict
+        Further arguments of `fit_material`.
+
+    Raises
+    ------
+    ProblemError
+        If a file or an option has a mistake.
     """
     tests: dict[str, list[Path]] = {}
     for entry in data:

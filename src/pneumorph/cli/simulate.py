@@ -41,7 +41,40 @@ def simulate(
     quiet: bool,
     trust: bool,
 ) -> None:
-    """Simulate the starting body of a problem file or a design of a run; `files` are the output files by option."""
+    """Simulate the starting body of a problem file or a design of a run.
+
+    Parameters
+    ----------
+    source : Path
+        A problem file or a run directory.
+    pressures : list of "CHAMBER=60kPa" or "CHAMBER=0:60:5kPa"
+        Constant and swept pressures.
+    moves : list of "OBSTACLE.AXIS=-3mm" or "OBSTACLE.AXIS=0:-3:-0.5mm"
+        Constant and swept poses.
+    friction : float or None
+        Coefficient; by default that of the problem.
+    one_by_one : bool
+        Whether chambers are swept one after another.
+    block : list of str
+        Motions of the plate that are blocked.
+    files : {"--json", "--csv", "--png": Path or None}
+        Output files.
+    number : int or None
+        Of a run's design, by default the last.
+    task : str or None
+        The only one simulated.
+    quiet : bool
+        Whether no steps are printed.
+    trust : bool
+        Whether code in the problem file is trusted.
+
+    Raises
+    ------
+    ProblemError
+        If an option or the problem has a mistake.
+    ComputationError
+        If a step has no equilibrium.
+    """
     began = time.perf_counter()
     if quiet:
         compiling.announce(None)

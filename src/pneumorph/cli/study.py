@@ -34,7 +34,32 @@ def study(
     tls: Mapping[str, Path | None],
     trust: bool,
 ) -> None:
-    """Run every design of a study; finished members are not run again."""
+    """Run every design of a study; finished members are not run again.
+
+    Parameters
+    ----------
+    source : Path
+        The study file.
+    out : Path or None
+        The study's directory; by default in ``runs``, with the name of the file.
+    cluster : str or None
+        Address of a Dask scheduler, or "slurm"; by default processes on this machine.
+    workers : int or None
+        Number of these.
+    quiet : bool
+        Whether only the place of the results is printed.
+    tls : {option: Path or None}
+        Certificates and key for an address with tls.
+    trust : bool
+        Whether code in problem files is trusted.
+
+    Raises
+    ------
+    ProblemError
+        If an option or the study has a mistake.
+    ComputationError
+        If a member has failed.
+    """
     if quiet:
         compiling.announce(None)
     asked = load_study(source, asking(trust))

@@ -14,7 +14,24 @@ from pneumorph.serve.server import Server
 
 
 def view(runs: Sequence[Path], port: int, browser: bool, trust: bool) -> None:
-    """Serve runs until Ctrl-C."""
+    """Serve runs until Ctrl-C.
+
+    Parameters
+    ----------
+    runs : sequence of Path
+        Run directories.
+    port : int
+        On this machine; 0 for a free one.
+    browser : bool
+        Whether the page is opened in a browser.
+    trust : bool
+        Whether code in problem files is trusted.
+
+    Raises
+    ------
+    ProblemError
+        If a directory is not a run, or the port cannot be used.
+    """
     for path in runs:
         open_run(path, asking(trust))
     server = Server(runs, port)

@@ -194,7 +194,18 @@ class Design:
         moves: Mapping[str, Any] | None = None,
         friction: float | None = None,
     ) -> Simulation:
-        """Prepare what `simulate` does, to be run step by step; parameters and errors are the same."""
+        """Prepare what `simulate` does, to be run step by step.
+
+        Parameters
+        ----------
+        pressures, block, one_by_one, task, moves, friction
+            As for `simulate`.
+
+        Raises
+        ------
+        ProblemError, MeshError
+            As for `simulate`.
+        """
         names = [block] if isinstance(block, str) else block
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
         return prepare_simulation(self.problem, self.body, own, pressures or {}, names, one_by_one, moves, friction)
@@ -322,8 +333,23 @@ class Design:
     ) -> None:
         """Save how the body inflates to the pressures of a task, by default the first, as a GIF.
 
-        Every frame is an equilibrium. They are stored of the last design of a run, and computed for others. Other
-        parameters and errors are those of `plot`.
+        Every frame is an equilibrium. They are stored of the last design of a run, and computed for others.
+
+        Parameters
+        ----------
+        path : str or Path
+            The GIF; a file of this name is replaced.
+        task : str, optional
+            The one shown, by default the first.
+        cut, at
+            As for `plot`.
+
+        Raises
+        ------
+        ComputationError
+            If this machine cannot draw off-screen, or an equilibrium is not found.
+        ProblemError
+            If there is no such cut or task, or the file cannot be written.
         """
         from pneumorph.interface.drawing import saved_gif
         from pneumorph.output.animation import inflation

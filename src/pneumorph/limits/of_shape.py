@@ -42,7 +42,15 @@ class ShapeLimits(Protocol):
         places: Mapping[str, Points] | None = None,
         broken: Places | None = None,
     ) -> Rows:
-        """The limits linearised at a body, see `limits.linearised`."""
+        """The limits linearised at a body.
+
+        Parameters
+        ----------
+        body : Body
+            mm.
+        reach, least, places, broken
+            See `limits.linearised`.
+        """
         ...
 
     def certify(self, body: Body) -> LimitReport:
@@ -72,6 +80,13 @@ class TubeLimits:
         places: Mapping[str, Points] | None = None,
         broken: Places | None = None,
     ) -> Rows:
+        """See `ShapeLimits.rows`.
+
+        Parameters
+        ----------
+        body, reach, least, places, broken
+            See `ShapeLimits.rows`.
+        """
         return linearised(self.samples, body, reach, least, places, broken)
 
     def certify(self, body: Body) -> LimitReport:

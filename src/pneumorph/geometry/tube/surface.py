@@ -106,12 +106,28 @@ class TubeSurface:
         return np.ones(len(self.net)) if self.ends == "flat" else dome_fit(self.basis_r, dome(self.basis_r, *self.size))
 
     def points(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
-        """Positions in mm, or derivatives of order (dq, dr), at parameter pairs q, r (n,); shape (n, 3)."""
+        """Positions in mm, or derivatives of order (dq, dr), at parameter pairs q, r (n,); shape (n, 3).
+
+        Parameters
+        ----------
+        q, r : (n,) array
+            Parameters of the points, in pairs.
+        dq, dr : int
+            Order of the derivative by q and by r.
+        """
         values_r, values_q = self.basis_r.matrix(r, dr), self.basis_q.matrix(q, dq)
         return np.einsum("nj,nji->ni", values_r, np.einsum("nk,jki->nji", values_q, self.net, optimize=True))
 
     def sample(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
-        """Positions in mm, or derivatives of order (dq, dr), on the grid of all r and q; shape (len(r), len(q), 3)."""
+        """Positions in mm, or derivatives of order (dq, dr), on the grid of all r and q; shape (len(r), len(q), 3).
+
+        Parameters
+        ----------
+        q, r : 1-D arrays
+            Parameters of the grid's lines; q may have any length, r any other.
+        dq, dr : int
+            Order of the derivative by q and by r.
+        """
         return np.einsum(
             "rj,jki,qk->rqi", self.basis_r.matrix(r, dr), self.net, self.basis_q.matrix(q, dq), optimize=True
         )
@@ -148,7 +164,19 @@ def dome_fit(basis: Basis, radius: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def cap_points(surface: TubeSurface, tip: bool, q: ArrayLike, s: ArrayLike) -> NDArray[np.float64]:
-    """Points (n, 3) in mm of an end disc, on rays from its centre (s = 0) to its rim (s = 1); linear in the net."""
+    """Points (n, 3) in mm of an end disc, on rays from its centre (s = 0) to its rim (s = 1); linear in the net.
+
+    Parameters
+    ----------
+    surface : TubeSurface
+        With flat ends.
+    tip : bool
+        Whether the disc is that at the tip, not at the base.
+    q : (n,) array
+        Parameter around.
+    s : (n,) array
+        Distance from the centre over that of the rim, from 0 to 1.
+    """
     s = np.atleast_1d(np.asarray(s, dtype=float))[:, None]
     row = surface.end_rows[int(tip)]
     return (1.0 - s) * row.mean(axis=0) + s * (surface.basis_q.matrix(q) @ row)

@@ -75,7 +75,21 @@ def bought(plan: Plan, rods: int, height: float) -> list[Item]:
 
 
 def weighed(what: str, rubber: str, density: float, volume: float, waste: float) -> list[Item]:
-    """The lines of a rubber: its volume with the waste, its weight, and the weights of its parts A and B."""
+    """The lines of a rubber: its volume with the waste, its weight, and the weights of its parts A and B.
+
+    Parameters
+    ----------
+    what : str
+        What it is for.
+    rubber : str
+        Its name.
+    density : float
+        t/mm³.
+    volume : float
+        Of the part, mm³.
+    waste : float
+        What is poured beyond the part, over its volume.
+    """
     poured = volume * (1.0 + waste)
     grams = poured * density * 1e6
     items = [

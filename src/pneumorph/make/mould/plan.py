@@ -174,7 +174,19 @@ def before_curing(body: Body, spec: MakeSpec) -> tuple[Body, tuple[Samples, ...]
 
 
 def shared_plan(body: Body, samples: Sequence[Samples], spec: MakeSpec, stems: Sequence[Stem]) -> Plan:
-    """What every way to make a body needs, from the results of `before_curing` and its stems."""
+    """What every way to make a body needs, from the results of `before_curing` and its stems.
+
+    Parameters
+    ----------
+    body : Body
+        As it is before curing.
+    samples : sequence of Samples
+        Of the exterior and of every chamber.
+    spec : MakeSpec
+        The table ``[make]``.
+    stems : sequence of Stem
+        Of all cores.
+    """
     exterior = samples[0]
     widest = np.hypot(*exterior.points[:, :2].T)
     low = exterior.points[:, 2] <= spec.flange.thickness + 1.0

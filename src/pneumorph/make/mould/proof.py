@@ -105,7 +105,19 @@ def _thin(each: Part, least: float) -> int:
 
 
 def room(name: str, product: Part, around: Sequence[Part], chord: float) -> Iterator[Check]:
-    """The space between pieces of the mould `name` is the rubber part: distances in both directions, and volume."""
+    """Check that the space between pieces of a mould is the rubber part: by distances both ways, and by volume.
+
+    Parameters
+    ----------
+    name : str
+        Of the mould.
+    product : Part
+        The rubber part.
+    around : sequence of Part
+        The pieces around it.
+    chord : float
+        Largest distance of triangles from their surfaces, mm; distances must not be larger.
+    """
     away = distances(together([each.mesh.triangles for each in around]), product.mesh.triangles.points)
     yield Check(name, "distance of the part's points from the mould's surfaces", float(away.max()), chord, "mm")
     away = distances(product.mesh.triangles, np.concatenate([curved(each) for each in around]))

@@ -38,7 +38,17 @@ def point(coordinates: Sequence[float] | Array) -> gp_Pnt:
 def cylinder(
     start: Sequence[float] | Array, direction: Sequence[float] | Array, radius: float, height: float
 ) -> TopoDS_Shape:
-    """A cylinder from the centre of its first end."""
+    """A cylinder.
+
+    Parameters
+    ----------
+    start : (3,)
+        Centre of the first end, mm.
+    direction : (3,)
+        Of the axis, away from there.
+    radius, height : float
+        mm.
+    """
     axis = gp_Ax2(point(start), gp_Dir(*map(float, direction)))
     return BRepPrimAPI_MakeCylinder(axis, float(radius), float(height)).Shape()
 
@@ -46,7 +56,19 @@ def cylinder(
 def cone(
     start: Sequence[float] | Array, direction: Sequence[float] | Array, first: float, last: float, height: float
 ) -> TopoDS_Shape:
-    """A truncated cone with its radius at the start and at the end; a cylinder where these are equal."""
+    """A truncated cone; a cylinder where both radii are equal.
+
+    Parameters
+    ----------
+    start : (3,)
+        Centre of the first end, mm.
+    direction : (3,)
+        Of the axis, away from there.
+    first, last : float
+        Radii of both ends, mm.
+    height : float
+        mm.
+    """
     if abs(first - last) < 1e-9:
         return cylinder(start, direction, first, height)
     axis = gp_Ax2(point(start), gp_Dir(*map(float, direction)))

@@ -50,7 +50,22 @@ def write_sheet(
 def write_pages(
     path: Path, title: str, drawings: Sequence[Figure], to_do: Sequence[str], told: Sequence[str], items: Sequence[Item]
 ) -> None:
-    """Write drawings, what to do in order with remarks below, and the bill as PDF.
+    """Write drawings, the steps with remarks below, and the bill of materials as PDF.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    title : str
+        In its properties.
+    drawings : sequence of Figure
+        The first pages.
+    to_do : sequence of str
+        Steps in their order.
+    told : sequence of str
+        Remarks below them.
+    items : sequence of Item
+        The bill.
 
     Raises
     ------
@@ -174,7 +189,18 @@ def _sections(plan: SplitPlan, parts: Sequence[Part], title: str) -> Figure:
 
 
 def finish(figure: Figure, drawn: Sequence[Axes], title: str, numbers: Mapping[str, int]) -> None:
-    """Draw axes to scale without frames, and write the title and the numbered names."""
+    """Finish a figure: axes to scale without frames, the title, and the pieces' names by number.
+
+    Parameters
+    ----------
+    figure : Figure
+    drawn : sequence of Axes
+        In mm, which are drawn to scale and without frames.
+    title : str
+        Of the figure.
+    numbers : {name: number}
+        Of the pieces, written below the title.
+    """
     for axes in drawn:
         axes.set_aspect("equal")
         axes.autoscale_view()
@@ -184,7 +210,21 @@ def finish(figure: Figure, drawn: Sequence[Axes], title: str, numbers: Mapping[s
 
 
 def fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers: Mapping[str, int]) -> None:
-    """Fill the outlines of a section, holes left out, and write the piece's number in the largest one."""
+    """Fill the outlines of a section, holes left out, and write the piece's number in the largest one.
+
+    Parameters
+    ----------
+    axes : Axes
+        In mm.
+    polygons : sequence of (n, 2 or more) arrays
+        Outlines of the section, mm; those of holes too.
+    part : Part
+        The piece.
+    sense : (2,)
+        Signs of the axes.
+    numbers : {name: number}
+        Of all pieces.
+    """
     if not len(polygons):
         return
     loops = [np.asarray(polygon)[:, :2] * sense for polygon in polygons]
@@ -199,6 +239,17 @@ def fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers: 
 
 
 def dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float], text: str) -> None:
+    """Draw a dimension line.
+
+    Parameters
+    ----------
+    axes : Axes
+        In mm.
+    start, stop : (2,)
+        Ends of the line, mm.
+    text : str
+        In its middle.
+    """
     axes.annotate("", start, stop, arrowprops={"arrowstyle": "<->", "lw": 0.6, "shrinkA": 0, "shrinkB": 0})
     middle = (start[0] + stop[0]) / 2.0, (start[1] + stop[1]) / 2.0
     upright = start[0] == stop[0]

@@ -99,9 +99,20 @@ def _planes(
 
 
 def cap(place: Array, direction: Array, radius: float, gap: float) -> TopoDS_Shape:
-    """A key: the cap of a sphere on a plane at a place (3,), which stands out in a direction; a larger one with a gap.
+    """A key: the cap of a sphere on a parting plane.
 
     It begins below the plane: faces that only touch are the hard case of a union.
+
+    Parameters
+    ----------
+    place : (3,) array
+        On the parting plane, mm.
+    direction : (3,) array
+        In which it stands out, a unit vector.
+    radius : float
+        Of its rim, mm.
+    gap : float
+        By which it is larger, mm: for the recess.
     """
     ball = radius * (1.0 + KEY**2) / (2.0 * KEY)
     sphere = BRepPrimAPI_MakeSphere(point(place + (KEY * radius - ball) * direction), ball + gap).Shape()

@@ -106,7 +106,22 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
 def port_in_plane(
     number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, plane: Plane
 ) -> Stem | None:
-    """The port of the chamber with this number with its axis in a plane; None if no straight way is free."""
+    """The port of a chamber with its axis in a plane; None if no straight way is free.
+
+    Parameters
+    ----------
+    number : int
+        Of the chamber, from 1; its index in `samples`.
+    chamber : TubeSurface
+    samples : sequence of Samples
+        Of the exterior and of every chamber.
+    radius : float
+        Of the stem, mm.
+    wall : float
+        Least rubber around it, mm.
+    plane : Plane
+        In which its axis is.
+    """
     found = upright(number, chamber, samples, radius, wall, tip=False, plane=plane)
     normal, offset = plane
     middle = samples[number].points.mean(axis=0)
@@ -126,9 +141,25 @@ def upright(
     tip: bool,
     plane: Plane | None = None,
 ) -> Stem | None:
-    """The stem of the chamber with this number along z, through the base or the tip; None if no straight way is free.
+    """The stem of a chamber along z, through the base or the tip; None if no straight way is free.
 
-    That through the tip only supports the core, and its hole is closed after casting. With a plane, its axis is there.
+    That through the tip only supports the core, and its hole is closed after casting.
+
+    Parameters
+    ----------
+    number : int
+        Of the chamber, from 1; its index in `samples`.
+    chamber : TubeSurface
+    samples : sequence of Samples
+        Of the exterior and of every chamber.
+    radius : float
+        Of the stem, mm.
+    wall : float
+        Least rubber around it, mm.
+    tip : bool
+        Whether it goes through the tip, not through the base.
+    plane : Plane, optional
+        In which its axis is.
     """
     own, length = samples[number].points, float(samples[0].points[:, 2].max())
     sign = 1.0 if tip else -1.0
@@ -163,7 +194,19 @@ def support(
 ) -> Stem | None:
     """A second stem, which holds the upper end of a core: through the tip, or else through the side; None without room.
 
-    Angles at which there are partings anyway are tried first.
+    Parameters
+    ----------
+    number : int
+        Of the chamber, from 1; its index in `samples`.
+    chamber : TubeSurface
+    samples : sequence of Samples
+        Of the exterior and of every chamber.
+    radius : float
+        Of the stem, mm.
+    wall : float
+        Least rubber around it, mm.
+    angles : sequence of float
+        Of partings, which are tried first, rad.
     """
     straight = upright(number, chamber, samples, radius, wall, tip=True)
     if straight is not None:

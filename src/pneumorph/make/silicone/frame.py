@@ -56,7 +56,17 @@ class Frame:
         return prism([*corners, self.at(across[0], up[0], z[1])], (up[1] - up[0]) * self.up)
 
     def block(self, across: Range, z: Range, height: float, slope: float) -> TopoDS_Shape:
-        """A block on the parting plane, whose sides draw in by `slope` with the height; on side b if it is negative."""
+        """A block on the parting plane, whose sides draw in with the height.
+
+        Parameters
+        ----------
+        across, z : (2,)
+            Its range across the parting plane's normal and the axis, and along the axis, mm.
+        height : float
+            Above the plane, mm; negative on side b.
+        slope : float
+            By how much its sides draw in per height.
+        """
         size, side = (across[1] - across[0], abs(height), z[1] - z[0]), np.sign(height)
         # Its local axes are x, y = z × x upwards, and z: on side b both others are reversed.
         ahead = self.across * side
