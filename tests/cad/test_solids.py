@@ -183,3 +183,36 @@ def _step(shape):
 
     with tempfile.TemporaryDirectory() as folder:
         return written(shape, Path(folder) / "a.step").read_bytes()
+
+
+PORT = """
+[[body.chamber]]
+name = "A"
+inside = ["0 mm", "0 mm", "12 mm"]
+port = "{plane}"
+"""
+
+
+@pytest.mark.parametrize(("hole", "plane"), [((-1, 4), "z = 0"), ((20, 25), "z = 24 mm")])
+def test_a_cap_closes_a_port_for_pressure_and_volume(folder, tmp_path, hole, plane):
+    written(cylinder(8, 0, 24) - cylinder(5, 3, 21) - cylinder(1.5, *hole, x=1), tmp_path / "port.step")
+    opened, closed = (
+        starting_design(loads(problem(name, more, "3.5 mm"), folder=where)).simulate({"A": "0:60:60kPa"}).steps
+        for name, more, where in (("port.step", PORT.format(plane=plane), tmp_path), ("tube.step", "", folder))
+    )
+    bore = np.pi * 1.5**2 * 3
+    assert opened[0].volumes["A"] == pytest.approx(np.pi * 25 * 18 + bore, rel=2e-3)
+    # The load of a closed volume is balanced: only the material that the bore takes away changes the motion.
+    assert opened[1].translation[2] == pytest.approx(closed[1].translation[2], rel=0.02)
+    grown = [steps[1].volumes["A"] - steps[0].volumes["A"] for steps in (opened, closed)]
+    assert grown[0] == pytest.approx(grown[1], rel=0.02)
+    assert abs(opened[1].translation[0]) < 0.05
+
+
+@pytest.mark.parametrize("plane", ["z = 24 mm", "x = 1 mm"])
+def test_ports_that_are_not_there(tmp_path, plane):
+    written(cylinder(8, 0, 24) - cylinder(5, 3, 21) - cylinder(1.5, -1, 4), tmp_path / "port.step")
+    with pytest.raises(ProblemError, match="port"):
+        loads(problem("port.step", PORT.format(plane=plane)), folder=tmp_path)
+    with pytest.raises(ProblemError, match="port"):
+        loads(problem("port.step"), folder=tmp_path)

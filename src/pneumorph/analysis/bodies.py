@@ -21,7 +21,9 @@ def mesher_of(problem: Problem, part: Part, size: float | None = None) -> Mesher
     size : of the elements, mm; by default that of the problem.
     """
     if isinstance(problem.body, SolidSpec):
-        return FacesMesher(problem.body.faces, problem.body.places, problem.body.inside, size or problem.mesh.size)
+        return FacesMesher(
+            problem.body.faces, problem.body.ends_at, problem.body.chambers_at, size or problem.mesh.size
+        )
     return TubeMesher(
         size or problem.mesh.size,
         part,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.cad.faces import Faces
+from pneumorph.cad.ports import Open, open_chamber
 from pneumorph.cad.shells import Shell, encloses, place, shells_of
 from pneumorph.errors import MeshError
 
@@ -92,25 +93,54 @@ def faces_where(faces: Faces, where: Where) -> np.ndarray:
     return ~wrong[faces.face]
 
 
-def parts_of(faces: Faces, base: Where, tip: Where, inside: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The triangles (k,) of every part: "base", "tip", "exterior", and "chamber <name>" of every chamber.
+@dataclass(frozen=True)
+class Place:
+    """Where a chamber is: around a point, mm, and open in the plane of a port, if it has one."""
+
+    point: tuple[float, float, float]
+    port: InPlane | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """The parts of a body's surface.
+
+    Attributes
+    ----------
+    triangles : dict of (k,) int
+        Of "base", "tip", "exterior", and "chamber <name>" of every chamber, in `Faces.triangles`.
+    chambers : dict of Shell or Open
+        By their names.
+    """
+
+    triangles: dict[str, np.ndarray]
+    chambers: dict[str, Shell | Open]
+
+    @property
+    def caps(self) -> dict[str, np.ndarray]:
+        """The caps (c, 4) of chambers that open through ports, see `Open.cap`, by the names of chambers."""
+        return {name: found.cap for name, found in self.chambers.items() if isinstance(found, Open)}
+
+
+def parts_of(faces: Faces, base: Where, tip: Where, places: Mapping[str, Place]) -> Parts:
+    """The parts of a body's surface.
 
     Parameters
     ----------
     faces : Faces
     base, tip : where they are.
-    inside : a point (3,) in every chamber, mm, by its name.
+    places : where chambers are, by their names.
 
     Raises
     ------
     MeshError
-        If there is no such face or void, or one that has no name; a sentence whose subject is the file.
+        If there is no such face, void or opening, or a void that has no name; a sentence whose subject is the file.
     """
     shells = shells_of(faces)
-    chambers = dict(zip(inside, voids_at(faces, shells.voids, inside), strict=True))
-    named = [id(void) for void in chambers.values()]
+    chambers = chambers_at(faces, shells.voids, places)
+    closed = [id(void) for void in chambers.values()]
     for void in shells.voids:
-        if id(void) not in named:
+        if id(void) not in closed:
             raise MeshError(
                 f"has a void of {-void.volume:.3g} mm³ at {place(void.centre)} that is no chamber; add a table "
                 "[[body.chamber]] for it, or fill it in CAD"
@@ -118,6 +148,8 @@ def parts_of(faces: Faces, base: Where, tip: Where, inside: Mapping[str, np.ndar
     parts: dict[str, np.ndarray] = {}
     own = np.zeros(len(faces.triangles), bool)
     own[shells.outside.triangles] = True
+    for found in chambers.values():
+        own[found.triangles] = False
     for name, where in (("base", base), ("tip", tip)):
         chosen = own & faces_where(faces, where)
         if not chosen.any():
@@ -129,29 +161,36 @@ def parts_of(faces: Faces, base: Where, tip: Where, inside: Mapping[str, np.ndar
     if len(both):
         where = place(faces.points[faces.triangles[both[0], 0]])
         raise MeshError(f"has a face at {where} that is base and tip at once; give body.base and body.tip apart")
-    rest = np.setdiff1d(shells.outside.triangles, np.concatenate(list(parts.values())))
-    parts["exterior"] = rest
-    return parts | {f"chamber {name}": void.triangles for name, void in chambers.items()}
+    parts["exterior"] = np.setdiff1d(np.flatnonzero(own), np.concatenate(list(parts.values())))
+    return Parts(parts | {f"chamber {name}": found.triangles for name, found in chambers.items()}, chambers)
 
 
-def voids_at(faces: Faces, voids: tuple[Shell, ...], inside: Mapping[str, np.ndarray]) -> list[Shell]:
-    """The void around each point.
+def chambers_at(faces: Faces, voids: tuple[Shell, ...], places: Mapping[str, Place]) -> dict[str, Shell | Open]:
+    """The chamber at each place, by their names.
 
     Raises
     ------
     MeshError
-        If there is none, or two points are in one.
+        If there is none, or two places are in one.
     """
-    found: list[Shell] = []
-    for name, point in inside.items():
+    found: dict[str, Shell | Open] = {}
+    for name, where in places.items():
+        point = np.array(where.point)
+        if where.port is not None:
+            opened = open_chamber(faces, point, where.port.holds(faces, FLAT * faces.diagonal))
+            shared = [other for other, each in found.items() if np.isin(each.triangles, opened.triangles).any()]
+            if shared:
+                raise MeshError(f'has the points of "{shared[0]}" and "{name}" in one chamber; leave one of them out')
+            found[name] = opened
+            continue
         around = next((void for void in voids if encloses(faces, void, point)), None)
         if around is None:
-            places = ", ".join(place(void.centre) for void in voids[:8])
-            there = f"its voids are at {places}" if voids else "it has no closed void"
+            centres = ", ".join(place(void.centre) for void in voids[:8])
+            there = f"its closed voids are at {centres}" if voids else "give the plane of its port"
             raise MeshError(f'has no closed void around {place(point)}, chamber "{name}"; {there}')
-        if any(around is other for other in found):
+        if any(around is other for other in found.values()):
             raise MeshError(f'has the points of two chambers in one void at {place(around.centre)}; leave "{name}" out')
-        found.append(around)
+        found[name] = around
     return found
 
 

@@ -88,8 +88,13 @@ def pieces(triangles: np.ndarray, between: np.ndarray | None = None) -> tuple[in
 
 
 def encloses(faces: Faces, shell: Shell, point: np.ndarray) -> bool:
-    """Whether a closed surface of straight triangles winds around a point (Van Oosterom and Strackee 1983)."""
-    a, b, c = np.moveaxis(faces.points[faces.triangles[shell.triangles, :3]] - point, 1, 0)
+    """Whether a closed surface is around a point (3,)."""
+    return winds_around(faces.points, quarters(faces.triangles[shell.triangles]), point)
+
+
+def winds_around(points: np.ndarray, triangles: np.ndarray, point: np.ndarray) -> bool:
+    """Whether closed flat triangles (t, 3) wind around a point (3,) (Van Oosterom and Strackee 1983)."""
+    a, b, c = np.moveaxis(points[triangles] - point, 1, 0)
     x, y, z = (np.linalg.norm(each, axis=1) for each in (a, b, c))
     volume = np.einsum("ti,ti->t", a, np.cross(b, c))
     below = x * y * z + _dot(a, b) * z + _dot(b, c) * x + _dot(c, a) * y

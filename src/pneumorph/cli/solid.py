@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from pneumorph.cad.findings import Findings, findings_of
-from pneumorph.cad.parts import voids_at
 from pneumorph.cad.shells import place
 from pneumorph.problem import SolidSpec
 
@@ -24,10 +23,11 @@ def found_in(body: SolidSpec, size: float) -> Iterator[tuple[str, str]]:
         f"{found.volume:.4g} mm³ of rubber",
         "",
     )
-    voids = voids_at(body.outline, found.shells.voids, body.inside)
-    for chamber, void in zip(body.chamber, voids, strict=True):
-        yield f"chamber   {chamber.name}: {-void.volume:.4g} mm³, centroid {place(void.centre)}", ""
-    for name, where, at in zip(("base", "tip"), body.places, body.ends, strict=True):
+    for chamber in body.chamber:
+        void = body.parts.chambers[chamber.name]
+        port = "" if chamber.port is None else f", with a port in the plane {chamber.port}"
+        yield f"chamber   {chamber.name}: {-void.volume:.4g} mm³, centroid {place(void.centre)}{port}", ""
+    for name, where, at in zip(("base", "tip"), body.ends_at, body.ends, strict=True):
         yield f"{name:9} faces {where}, centroid {place(np.asarray(at))}", ""
     yield from _faults(found, size)
 

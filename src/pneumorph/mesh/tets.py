@@ -129,6 +129,10 @@ class TetMesh:
         Indices of the tetrahedra made of each rubber, without overlap; empty if the whole body is of one rubber.
     covers : dict of Covered
         Where sheets and fibres lie, by their names.
+    caps : dict of (c, 4) int
+        What closes the ports of chambers, by their names, for volume and pressure alone: the nodes of six-node
+        triangles whose edges are straight but for the one from the second to the third, whose mid-side node is the
+        fourth. Normals point into the chamber.
     """
 
     points: np.ndarray
@@ -136,6 +140,7 @@ class TetMesh:
     faces: dict[str, np.ndarray]
     regions: dict[str, np.ndarray] = field(default_factory=dict)
     covers: dict[str, Covered] = field(default_factory=dict)
+    caps: dict[str, np.ndarray] = field(default_factory=dict)
 
     def at(self, points: np.ndarray) -> TetMesh:
         """The same mesh with other node positions (N, 3) in mm."""

@@ -204,7 +204,7 @@ def element_sums(
         centre = tip_centre(model.tip, X, X)
         face = sums.summed(_face_moments, model.face, X, u, centre)
         below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
-    volume = sums.summed(sums.volumes, model.cavities, X, u)
+    volume = sums.summed(sums.volumes, model.cavities, X, u) + sums.summed(sums.cap_volumes, model.caps, X, u)
     poses = _poses(model, state, shift)
     touching = pressing.pressed(model.contact, X + u, poses)
     return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below, touching, poses)
@@ -239,6 +239,8 @@ def sums_pulled_back(
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
     parts = [(sums.volumes, model.cavities, cotangents.volume, ())]
+    if model.caps.count:
+        parts.append((sums.cap_volumes, model.caps, cotangents.volume, ()))
     for number, elements in enumerate(_tets_of_slabs(model, X, slabs)):
         parts.append((_slab_moments, elements, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
     if not model.plate:

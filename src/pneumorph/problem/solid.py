@@ -17,7 +17,8 @@ from pydantic_core import CoreSchema
 
 from pneumorph import units
 from pneumorph.cad.faces import Faces, Format, read_faces
-from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Where, parts_of, point_inside
+from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Parts, Where, parts_of, point_inside
+from pneumorph.cad.parts import Place as PlaceOf
 from pneumorph.cad.shells import shells_of
 from pneumorph.errors import ComputationError, MeshError, ProblemError, short
 from pneumorph.problem.directions import Number
@@ -60,38 +61,49 @@ class Selection(Table):
             wrong = "is given together with " + given[0] if given else "is missing"
             raise InvalidKey(given[1] if given else "faces", f"{wrong}; give one of faces, within and name")
         if self.faces is not None:
-            _plane(self.faces)
+            _plane("faces", self.faces)
         return self
 
     @property
     def where(self) -> Where:
         """The same for `cad.parts`."""
         if self.faces is not None:
-            return InPlane(*_plane(self.faces))
+            return InPlane(*_plane("faces", self.faces))
         if self.within is not None:
             lower, upper = np.sort(np.array(self.within), axis=0).tolist()
             return InBox(tuple(lower), tuple(upper))
         return Named(self.name or "")
 
 
-def _plane(text: str) -> tuple[int, float]:
+def _plane(key: str, text: str) -> tuple[int, float]:
     found = _PLANE.fullmatch(text)
     if found is None:
-        raise InvalidKey("faces", f'"{short(text)}" is not a plane; write e.g. faces = "z = 0 mm"')
+        raise InvalidKey(key, f'"{short(text)}" is not a plane; write e.g. {key} = "z = 0 mm"')
     axis, at = found.groups()
     try:
         return "xyz".index(axis), 0.0 if re.fullmatch(r"[+-]?0+(\.0*)?", at) else _LENGTH.read(at)
     except ValueError as error:
-        raise InvalidKey("faces", str(error)) from None
+        raise InvalidKey(key, str(error)) from None
 
 
 class VoidSpec(Table):
-    """A chamber of a body from a file: a closed void in it."""
+    """A chamber of a body from a file: a closed void in it, or one that opens through a port.
+
+    A port stays open; a cap without mass or stiffness over its rim counts in volume and pressure alone.
+    """
 
     name: Annotated[Name, Example('e.g. name = "A"')]
     """Name of the chamber in tasks and results."""
     inside: Annotated[Place, Example('e.g. inside = ["0 mm", "0 mm", "40 mm"]')]
     """A point in the void."""
+    port: Annotated[str, StringConstraints(max_length=60)] | None = None
+    """The plane in which the rim of its opening lies, e.g. "z = 0 mm"; by default the void is closed."""
+
+    @model_validator(mode="after")
+    def _port_is_a_plane(self) -> VoidSpec:
+        if self.port is not None:
+            _plane("port", self.port)
+        return self
 
     @property
     def center(self) -> tuple[float, float]:
@@ -162,7 +174,7 @@ class SolidSpec(Table):
         try:
             if not self.chamber:
                 object.__setattr__(self, "chamber", self._voids())
-            parts_of(self.outline, *self.places, self.inside)
+            assert self.parts
         except ComputationError as error:
             raise InvalidKey("file", f"it {error}") from None
         return self
@@ -194,15 +206,21 @@ class SolidSpec(Table):
         return self.faces(0.0)
 
     @property
-    def places(self) -> tuple[Where, Where]:
+    def ends_at(self) -> tuple[Where, Where]:
         """Where base and tip are."""
         base = Extreme(-1.0) if self.base is None else self.base.where
         return base, Extreme(1.0) if self.tip is None else self.tip.where
 
     @property
-    def inside(self) -> dict[str, np.ndarray]:
-        """The point (3,) in every chamber, mm."""
-        return {chamber.name: np.array(chamber.inside) for chamber in self.chamber}
+    def chambers_at(self) -> dict[str, PlaceOf]:
+        """Where chambers are, by their names."""
+        ports = {each.name: None if each.port is None else InPlane(*_plane("port", each.port)) for each in self.chamber}
+        return {each.name: PlaceOf(each.inside, ports[each.name]) for each in self.chamber}
+
+    @property
+    def parts(self) -> Parts:
+        """The parts of its outline."""
+        return parts_of(self.outline, *self.ends_at, self.chambers_at)
 
     @property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
@@ -223,7 +241,9 @@ class SolidSpec(Table):
     def _voids(self) -> tuple[VoidSpec, ...]:
         voids = shells_of(self.outline).voids
         if not voids:
-            raise MeshError("has no closed void, so no chamber; cut one out of the solid in CAD")
+            raise MeshError(
+                "has no closed void; add a table [[body.chamber]] with inside and port, or close its chamber"
+            )
         if len(voids) > MOST_CHAMBERS:
             raise MeshError(
                 f"has {len(voids)} closed voids, more than {MOST_CHAMBERS}; fill those that are no chambers"
@@ -249,7 +269,7 @@ class SolidSpec(Table):
 
 @lru_cache(maxsize=8)
 def _ends(body: SolidSpec) -> tuple[np.ndarray, np.ndarray]:
-    faces, parts = body.outline, parts_of(body.outline, *body.places, body.inside)
+    faces, parts = body.outline, body.parts.triangles
     found = []
     for name in ("base", "tip"):
         corners = faces.points[faces.triangles[parts[name], :3]]

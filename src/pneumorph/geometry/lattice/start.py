@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.cad.faces import Faces
-from pneumorph.cad.parts import parts_of
 from pneumorph.cad.shells import quarters
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.design_space import DesignSpace, build_space, tied_coordinates
@@ -24,7 +23,7 @@ a little outside the box of coarse ones."""
 def lattice_body(spec: SolidSpec) -> Body[LatticeSurface]:
     """The body in a file, each of its surfaces in a lattice of its own."""
     faces = spec.outline
-    parts = parts_of(faces, *spec.places, spec.inside)
+    parts = spec.parts.triangles
     outside = np.concatenate([parts[name] for name in ("base", "tip", "exterior")])
     chambers = [_surface(faces, each.name, parts[f"chamber {each.name}"]) for each in spec.chamber]
     return Body(_surface(faces, "exterior", outside), tuple(chambers))

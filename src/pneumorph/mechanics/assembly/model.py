@@ -17,7 +17,7 @@ from pneumorph.mechanics.contact.free import Carried, Resting, resting
 from pneumorph.mechanics.elements import element
 from pneumorph.mechanics.elements.energy import Term
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.elements.loading import ChamberPressure, Plate, Weight
+from pneumorph.mechanics.elements.loading import CapPressure, ChamberPressure, Plate, Weight
 from pneumorph.mechanics.elements.reinforcement import Reinforcement, connect_covered
 from pneumorph.mechanics.elements.solid import Solid
 from pneumorph.mechanics.elements.terms import Connectivity, connect
@@ -49,9 +49,9 @@ class Model:
         Whether accelerations act on it.
     nodes : int
         Number of nodes.
-    tets, cavities, face : Connectivity
-        All tetrahedra; the chambers' triangles, whose data are their shares (C,) in the chambers' volumes; and the
-        triangles of the tip.
+    tets, cavities, caps, face : Connectivity
+        All tetrahedra; the chambers' triangles, and caps on their ports, whose data are their shares (C,) in the
+        chambers' volumes; and the triangles of the tip.
     part : Part
         The part of the whole body that is meshed; elsewhere, states are images of this one's.
     supports : (nodes, 3) bool
@@ -82,6 +82,7 @@ class Model:
     nodes: int
     tets: Connectivity
     cavities: Connectivity
+    caps: Connectivity
     face: Connectivity
     part: Part
     supports: np.ndarray
@@ -239,7 +240,7 @@ def build_model(
     number = np.where(own, np.cumsum(own) - 1, -1)
     number[tied.nodes] = number[tied.sources]
     chambers = tuple(chamber for face in mesh.faces for chamber in chambers_of(face))
-    tets, cavities = connect(mesh.tets), _cavities(mesh)
+    tets, cavities, caps = connect(mesh.tets), _cavities(mesh), _caps(mesh, chambers)
     terms = []
     for row, (name, solid) in enumerate(rubbers.items()):
         tets_of = mesh.tets[regions[name]]
@@ -251,6 +252,8 @@ def build_model(
             terms.append(Term(connectivity, Weight(np.asarray(solid.density))))
     if cavities.count:
         terms.append(Term(cavities, ChamberPressure()))
+    if caps.count:
+        terms.append(Term(caps, CapPressure()))
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     if contact is not None:
@@ -271,6 +274,7 @@ def build_model(
         nodes=count,
         tets=tets,
         cavities=cavities,
+        caps=caps,
         face=connect(tip.triangles),
         part=mesh.part,
         supports=supports,
@@ -389,6 +393,13 @@ def _cavities(mesh: TetMesh) -> Connectivity:
     chamber = np.concatenate([*(nodes for _, nodes in triangles), np.zeros((0, 6), int)])
     shares = [np.full((len(names), len(nodes)), -1.0 / len(names)) for names, nodes in triangles]
     return connect(chamber, data=np.asarray(block_diag(*shares)).T if shares else np.zeros((0, 0)))
+
+
+def _caps(mesh: TetMesh, chambers: tuple[str, ...]) -> Connectivity:
+    """The parts of the caps on ports, with their shares in the chambers' volumes."""
+    nodes = np.concatenate([np.zeros((0, 4), int), *mesh.caps.values()])
+    owner = np.repeat([chambers.index(name) for name in mesh.caps], [len(each) for each in mesh.caps.values()])
+    return connect(nodes, data=-np.eye(len(chambers))[owner.astype(int)])
 
 
 def near_tip(groups: Iterable[Group], number: np.ndarray) -> tuple[Group, ...]:

@@ -115,6 +115,12 @@ def triangle_points(x: Array) -> tuple[Array, Array]:
     return place, jnp.cross(along, across, axis=0)
 
 
+def cap_triangles(x: Array) -> Array:
+    """Six-node triangles (S, 6, 3) of the parts x (S, 4, 3) of caps, see `TetMesh.caps`."""
+    apex, first, second, middle = jnp.moveaxis(x, 1, 0)
+    return jnp.stack([apex, first, second, (apex + first) / 2, middle, (second + apex) / 2], axis=1)
+
+
 def triangle_volumes(x: Array) -> Array:
     """⅓ ∫ x·n dA over triangles x (S, 6, 3): summed over a closed surface the volume it bounds, mm³."""
     place, normal = triangle_points(x)

@@ -10,7 +10,7 @@ import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.elements.element import TRIANGLE_VOLUME, tet_works, triangle_volumes
+from pneumorph.mechanics.elements.element import TRIANGLE_VOLUME, cap_triangles, tet_works, triangle_volumes
 from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
 
@@ -47,6 +47,15 @@ class ChamberPressure(ElementEnergy):
         zero = np.zeros_like(x)
         motion = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1)
         return motion, np.zeros((count, 6, 0, 3)), np.zeros((count, 0, 0))
+
+
+@partial(register_dataclass, data_fields=[], meta_fields=[])
+@dataclass(frozen=True, eq=False)
+class CapPressure(ElementEnergy):
+    """−Σ p_c V_c over the parts of caps on ports, as `ChamberPressure`."""
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return -(local.data @ loads.pressure) * triangle_volumes(cap_triangles(local.X + local.u))
 
 
 @partial(register_dataclass, data_fields=[], meta_fields=[])

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from pneumorph.mechanics.elements.element import triangle_volumes
+from pneumorph.mechanics.elements.element import cap_triangles, triangle_volumes
 from pneumorph.mechanics.elements.points import add_rows
 from pneumorph.mechanics.elements.terms import Connectivity, Values
 
@@ -80,6 +80,11 @@ def _value(measure: Measure, X: Values, u: Values, data: Values, weight: Values,
 def _back(measure: Measure, X: Values, u: Values, data: Values, weight: Values, given: tuple, cotangents: Values):
     _, back = jax.vjp(lambda X, u: measure(X, u, data, weight, *given), X, u)
     return jax.vmap(back)(cotangents)
+
+
+def cap_volumes(X: Values, u: Values, data: Values, weight: Values) -> Array:
+    """What caps (E, 4, 3) over ports add to the volumes of chambers (C,), mm³; see `volumes`."""
+    return (weight * triangle_volumes(cap_triangles(jnp.asarray(X + u)))) @ jnp.asarray(data)
 
 
 def volumes(X: Values, u: Values, data: Values, weight: Values) -> Array:

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import sparse
 
 from pneumorph.cad.faces import Faces
-from pneumorph.cad.parts import Where, parts_of
+from pneumorph.cad.parts import Place, Where, parts_of
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
 from pneumorph.mesh.build import Boundary, mesh_within
 from pneumorph.mesh.morph import Morph
+from pneumorph.mesh.tets import TetMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Capped(Boundary):
+    """The faces of a file, with caps over the ports of chambers, see `TetMesh.caps`."""
+
+    caps: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def followed(self, straight: TetMesh) -> tuple[TetMesh, sparse.csr_array, np.ndarray]:
+        """The filled mesh with the caps."""
+        return replace(straight, caps=self.caps), self.B, self.offset
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,16 +36,15 @@ class FacesMesher:
     ----------
     faces : function of a size in mm
         The faces in triangles with edges of about this length.
-    places : where base and tip are.
-    inside : {chamber: (3,)}
-        A point in every chamber, mm.
+    ends : where base and tip are.
+    chambers : where chambers are, by their names.
     size : float
         Of the elements, mm.
     """
 
     faces: Callable[[float], Faces]
-    places: tuple[Where, Where]
-    inside: Mapping[str, np.ndarray]
+    ends: tuple[Where, Where]
+    chambers: Mapping[str, Place]
     size: float
     heights: Sequence[float] = ()
 
@@ -43,12 +54,16 @@ class FacesMesher:
 
     def _bound(self, body: Body[LatticeSurface], finer: float, _: float) -> Boundary:
         found = self.faces(finer * self.size)
-        parts = parts_of(found, *self.places, self.inside)
-        faces = {name: found.triangles[own] for name, own in parts.items() if len(own)}
+        parts = parts_of(found, *self.ends, self.chambers)
+        faces = {name: found.triangles[own] for name, own in parts.triangles.items() if len(own)}
+        moved = np.zeros(len(found.points), bool)
         offset, values, rows, columns = found.points.copy(), [], [], []
         for surface, where in zip(body.surfaces, body.slices, strict=True):
             own = [f"chamber {surface.name}"] if surface.cavity else ["base", "tip", "exterior"]
             nodes = np.unique(np.concatenate([faces[name].ravel() for name in own if name in faces]))
+            # Nodes of the rim of a port are moved with the exterior.
+            nodes = nodes[~moved[nodes]]
+            moved[nodes] = True
             weights = surface.lattice.weights(found.points[nodes]).tocoo()
             offset[nodes] -= weights @ surface.lattice.points()
             values.append(weights.data)
@@ -56,4 +71,5 @@ class FacesMesher:
             columns.append(where.start + weights.col)
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         B = sparse.csr_array(entries, (len(found.points), body.n_points))
-        return Boundary(B, offset, faces, B @ body.control_points() + offset, {"": found.triangles})
+        nodes = B @ body.control_points() + offset
+        return Capped(B, offset, faces, nodes, {"": found.triangles}, caps=parts.caps)
