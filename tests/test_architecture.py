@@ -14,6 +14,7 @@ PACKAGES = [
     "processes",
     "atomic",
     "compiling",
+    "kept",
     "numerics",
     "threads",
     "symmetry",

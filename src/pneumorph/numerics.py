@@ -11,6 +11,7 @@
   ten seconds, reading the kernels back one.
 """
 
+import contextlib
 import os
 from pathlib import Path
 
@@ -39,6 +40,21 @@ def _keep_compiled(folder: Path) -> None:
     if os.access(folder, os.W_OK):
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+
+
+def tells_of_kernels(warning: str) -> bool:
+    """Whether a warning is jax's about a kernel in its cache; where one cannot be read, all in our folder are removed.
+
+    jax never replaces a kernel: one that was written in part would be compiled in every process from then on.
+    """
+    if "persistent compilation cache entry" not in warning:
+        return False
+    folder = cache_folder()
+    if warning.startswith("Error reading") and jax.config.jax_compilation_cache_dir == str(folder):
+        for path in folder.glob("*-cache"):
+            with contextlib.suppress(OSError):
+                path.unlink()
+    return True
 
 
 jax.config.update("jax_enable_x64", True)

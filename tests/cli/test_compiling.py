@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 SAID = "compiling (once)\n"
 
 
@@ -22,7 +24,15 @@ def test_it_is_said_when_something_is_compiled_and_not_again(tiny, tmp_path):
     first, again = simulated("one"), simulated("one")
     assert (first.stderr, again.stderr) == (SAID, "")
     assert SAID not in first.stdout and len(json.loads(steps.read_text())["steps"]) == 1
-    assert simulated("other", "--quiet").stderr == ""
+    (tmp_path / "file").touch()
+    assert simulated("file/other", "--quiet").stderr == "", "a folder that cannot be made is none"
+    kernels = sorted((tmp_path / "one").glob("*-cache"))
+    for number, kernel in enumerate(kernels):
+        # As after a crash, a full disk and a faulty one.
+        kernel.write_bytes((b"", kernel.read_bytes()[:99], b"garbage" * 99)[number % 3])
+    assert simulated("one").stderr == SAID
+    assert len(kernels) > 3 and min(kernel.stat().st_size for kernel in kernels) > 0
+    assert simulated("one").stderr == "", "they are kept again"
 
 
 def test_help_compiles_nothing():
@@ -49,3 +59,51 @@ def test_a_program_says_nothing():
 
     assert printed() == ""
     assert printed("announced") == "said\n"
+
+
+ANOTHER = """
+import sys
+import pneumorph.kept
+from kernel import twice
+print(twice(21), sum(twice.stats.cache_hits.values()))
+"""
+SPOILED = {
+    "emptied": lambda path: path.write_bytes(b""),
+    "cut off": lambda path: path.write_bytes(path.read_bytes()[:40]),
+    "garbage": lambda path: path.write_bytes(b"\x80\x04garbage"),
+    "a folder": lambda path: (path.unlink(), path.mkdir()),
+    "removed": lambda path: path.unlink(),
+}
+
+
+@pytest.fixture
+def hits(tmp_path):
+    """Computes with a kernel in a process of its own, and says how often one was read from a folder."""
+    (tmp_path / "kernel.py").write_text("import numba\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
+    path = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+
+    def count(**places):
+        env = os.environ | {"PYTHONPATH": path} | places
+        found = subprocess.run([sys.executable, "-c", ANOTHER], env=env, capture_output=True, text=True)
+        assert (found.returncode, found.stderr) == (0, "")
+        value, read = found.stdout.split()
+        assert value == "42"
+        return int(read)
+
+    return count
+
+
+@pytest.mark.parametrize("spoil", SPOILED)
+def test_kernels_that_cannot_be_read_are_compiled_again(tmp_path, hits, spoil):
+    folder = {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    assert (hits(**folder), hits(**folder)) == (0, 1)
+    for file in sorted((tmp_path / "kept").rglob("*.nb?")):
+        SPOILED[spoil](file)
+    assert (hits(**folder), hits(**folder)) == (0, int(spoil != "a folder"))
+
+
+def test_where_no_folder_can_be_written_kernels_are_compiled(tmp_path, hits):
+    for name in ("file", "__pycache__"):
+        (tmp_path / name).touch()
+    within = str(tmp_path / "file" / "within")
+    assert hits(NUMBA_CACHE_DIR=within, HOME=within, XDG_CACHE_HOME=within, LOCALAPPDATA=within) == 0

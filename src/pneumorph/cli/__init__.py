@@ -42,11 +42,17 @@ class Commands(WholeSentences):
 
 
 def _warn(message: Warning | str, category: type[Warning], *rest: Any) -> None:
-    """Report renamed keys in one line, and warnings of libraries as Python does."""
+    """Report renamed keys in one line, and warnings of libraries as Python does; but kernels are just compiled again."""
     if issubclass(category, Renamed):
         _report(message)
-    else:
-        print(warnings.formatwarning(message, category, *rest[:2]), file=sys.stderr)
+        return
+    if "jax" in sys.modules:
+        # Loaded by whatever has used jax.
+        from pneumorph.numerics import tells_of_kernels
+
+        if tells_of_kernels(str(message)):
+            return
+    print(warnings.formatwarning(message, category, *rest[:2]), file=sys.stderr)
 
 
 def _report(error: BaseException | str) -> None:

@@ -1,5 +1,6 @@
 """Meshes of quadratic tetrahedra that follow the exact surfaces of a body."""
 
+import pneumorph.kept  # noqa: F401 (before anything of Numba)
 from pneumorph.mesh.build import Mesher, SurfaceMesher
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import scaled_jacobian

@@ -1,5 +1,6 @@
 """Bodies of tubes: B-spline surfaces along z, where they start, and what lies along, across and between them."""
 
+import pneumorph.kept  # noqa: F401 (before anything of Numba)
 from pneumorph.geometry.tube.cover import Cover, build_covers
 from pneumorph.geometry.tube.level import Level, build_levels
 from pneumorph.geometry.tube.lining import Lining, build_linings
