@@ -1,7 +1,7 @@
 """Kernels that Numba keeps in files: where these cannot be read or written, kernels are compiled, as without files.
 
-Imported before the first kernel is defined. Files end early or are missing after a full disk, a crash or a clean-up, and
-nothing can be written where neither the package nor the user's cache folder is writable; Numba would raise.
+Imported before the first kernel is defined. Numba itself raises where a file ends early, as after a crash or on a full
+disk, and where neither the package's folder nor the user's cache folder can be written.
 """
 
 from __future__ import annotations

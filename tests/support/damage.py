@@ -16,7 +16,7 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mesh.tube import mesh_body
 from pneumorph.problem import loads
-from pneumorph.run import RunDirectory, StoredDesign, create
+from pneumorph.run import StoredDesign, create
 from pneumorph.run.complete import Outcome, result
 from pneumorph.run.directory import _checkpoint_arrays as checkpoint_arrays
 

@@ -42,7 +42,7 @@ class Commands(WholeSentences):
 
 
 def _warn(message: Warning | str, category: type[Warning], *rest: Any) -> None:
-    """Report renamed keys in one line, and warnings of libraries as Python does; but kernels are just compiled again."""
+    """Report renamed keys in one line, warnings of libraries as Python does, and of kernels in caches nothing."""
     if issubclass(category, Renamed):
         _report(message)
         return

@@ -1,6 +1,6 @@
 """Hyperelastic equilibrium under follower pressure, gravity and an end-effector, on any quadratic tetrahedral mesh."""
 
-import pneumorph.kept  # noqa: F401 (before anything of Numba)
+import pneumorph.kept
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.model import Model, build_model
