@@ -19,7 +19,19 @@ def with_cut_regions(
 ) -> tuple[Faces, Faces, np.ndarray]:
     """Close every region, whose triangles are `solids`, and join their faces in mirror planes to those of the body.
 
-    Other parameters, results and errors are those of `with_cuts`.
+    Parameters
+    ----------
+    faces : dict of (nf, 6) int
+        Triangles of the surfaces, which are open in the planes.
+    solids : dict of (nf, 6) int
+        Triangles around every region, open in the planes.
+    nodes, mirrors, size
+        As for `with_cuts`.
+
+    Raises
+    ------
+    MeshError
+        If profiles cross.
     """
     closed: Faces = {}
     for region, triangles in solids.items():
@@ -74,9 +86,20 @@ def with_cuts(faces: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: f
 
 
 def filled(rim: np.ndarray, nodes: np.ndarray, normal: int, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (nf, 6) between edges (n, 3) in a plane across a component, and all nodes with those added.
+    """Triangles (nf, 6) between edges in a plane, and all nodes with those added.
 
     Their normals are against the component.
+
+    Parameters
+    ----------
+    rim : (n, 3) int
+        Edges around the face: their ends and mid-side nodes.
+    nodes : (N, 3) array
+        mm.
+    normal : int
+        The component across which the plane is.
+    size : float
+        Edge length away from the rim, mm.
     """
     axes = [(normal + 2) % 3, (normal + 1) % 3]  # ordered so that counter-clockwise triangles face the missing side
     vertices, edges = np.unique(rim[:, :2], return_inverse=True)
@@ -119,9 +142,18 @@ def _rims(edges: np.ndarray, nodes: np.ndarray, mirrors: tuple[str, ...]) -> dic
 
 
 def line(ends: np.ndarray, nodes: np.ndarray, size: float, along: int) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (n, 3) along a component on a line where that is in the solid, and all nodes with those added.
+    """Edges (n, 3) on a line where that is in the solid, and all nodes with those added.
 
-    `ends` are the nodes where surfaces meet the line; there it enters and leaves the solid by turns.
+    Parameters
+    ----------
+    ends : (k,) int
+        Nodes where surfaces meet the line; there it enters and leaves the solid by turns.
+    nodes : (N, 3) array
+        mm.
+    size : float
+        Edge length, mm.
+    along : int
+        The component along which the line is.
     """
     onwards = ends[np.argsort(nodes[ends, along])]
     edges = []

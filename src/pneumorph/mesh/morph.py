@@ -164,7 +164,22 @@ def build_morph(
 ) -> Morph:
     """Build a morph by factorising the extension on a straight mesh whose first nodes are the surface nodes.
 
-    `heights` are those of planes across the axis, in mm, in which nodes stay.
+    Parameters
+    ----------
+    straight : TetMesh
+        The mesh with straight edges; its first nodes are the surface nodes.
+    B : (n_surface, n_points) sparse
+        From control points to surface nodes.
+    offset : (n_surface, 3) array
+        b, mm.
+    P : (n_points, 3) array
+        The control points for which the mesh was made, mm.
+    size : float
+        Edge length of the mesh, mm.
+    param : dict of (nf, 6, 2) array
+        (q, r) of the nodes of the tubes' triangles, by surface name.
+    heights : sequence of float
+        Of planes across the axis in which nodes stay, mm.
     """
     stiffness = _stiffness(straight)
     n_surface = len(B.indptr) - 1

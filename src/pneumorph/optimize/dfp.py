@@ -72,7 +72,13 @@ class PaperStepper:
     last_slope: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
-        """See `Stepper.step`; the paper's proxy (31) is linear."""
+        """The step by the paper's sub-problem; its proxy (31) is linear.
+
+        Parameters
+        ----------
+        phi, proxy, radius, states
+            As for `Stepper.step`.
+        """
         space, limits, slope = self.space, self.limits, proxy.slope
         scale = proxy_scale(slope, self.reference)
         start = space.control_points(phi)

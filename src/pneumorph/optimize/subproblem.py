@@ -83,7 +83,13 @@ class SequentialQuadratic:
     multipliers: np.ndarray
 
     def step(self, phi: np.ndarray, proxy: Proxy, radius: float, states: StateLimits) -> Step:
-        """See `Stepper.step`."""
+        """The step by a few quadratic programs.
+
+        Parameters
+        ----------
+        phi, proxy, radius, states
+            As for `Stepper.step`.
+        """
         space = self.space
         unit = max(float(np.abs(proxy.slope).mean()), 1e-300)
         scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))

@@ -187,6 +187,16 @@ def filled_in(mesh: TetMesh, skin: np.ndarray, u: np.ndarray, guess: np.ndarray)
     """Displacements (N, 3) of all nodes from those (S, 3) of the surfaces, near a guess: only the cut face shows them.
 
     What the guess misses at the surfaces is spread inside, so that every node has the mean of its neighbours.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    skin : (S,) int
+        Numbers of the surfaces' nodes.
+    u : (S, 3) array
+        Their displacements, mm.
+    guess : (N, 3) array
+        Of all displacements, mm.
     """
     moved = guess.copy()
     moved[skin] = u

@@ -65,7 +65,18 @@ def lay_out(
     columns: int | None = None,
     narrowest: float = NARROWEST,
 ) -> Layout:
-    """Lay out panels of one size and scale on a width in inches, with the bases at one height."""
+    """Lay out panels of one size and scale, with the bases at one height.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    wide, tall : float
+        Width of all panels in a row and largest height of one, inches.
+    columns : int, optional
+        Panels in a row; by default by their number.
+    narrowest : float
+        Least width of a panel, inches, where there is room.
+    """
     own = np.array([scene.extent() for scene in scenes])
     columns = columns or _columns(len(scenes))
     width, bottom, top = (own[:, 1] - own[:, 0]).max(), own[:, 2].min(), own[:, 3].max()
@@ -118,7 +129,18 @@ def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: 
 
 
 def job_of(scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS) -> Job:
-    """The pictures of scenes, with `dots` dots per inch."""
+    """The pictures of scenes, to be drawn.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    layout : Layout
+        Of their panels.
+    stretch : (2,)
+        Ends of the scale of colours.
+    dots : float
+        Per inch.
+    """
     panels = [
         Panel(scene.shape, scene.view, extent, scene.obstacles, scene.coverings)
         for scene, extent in zip(scenes, layout.extents, strict=True)
@@ -134,7 +156,22 @@ def compose(
     title: str,
     lines: int = 0,
 ) -> Figure:
-    """The figure of drawn pictures with titles, marks, scales and legend; titles have space for `lines` lines."""
+    """The figure of drawn pictures with titles, marks, scales and legend.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    layout : Layout
+        Of their panels.
+    pictures : sequence of arrays
+        What was drawn of the `job_of` them.
+    stretch : (2,)
+        Ends of the scale of colours.
+    title : str
+        Of the figure; it may be empty.
+    lines : int
+        For how many lines the titles of panels have space at least.
+    """
     wide, high = layout.size
     coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
     total = layout.columns * wide + (SIDE if coloured else 0.1)
@@ -209,7 +246,18 @@ def title_lines(scene: Scene, layout: Layout) -> int:
 
 
 def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray) -> None:
-    """Draw a picture with its marks on axes in mm."""
+    """Draw a picture with its marks.
+
+    Parameters
+    ----------
+    axes : Axes
+        In mm.
+    scene : Scene
+    picture : array
+        What was drawn of it.
+    extent : (4,) array
+        Left, right, bottom and top, mm.
+    """
     left, right, bottom, top = extent
     draw_clamp(axes, scene.view, scene.shape)
     axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos", zorder=2)
@@ -221,7 +269,18 @@ def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray
 
 
 def draw_strip(axes: Axes, scene: Scene, wide: float, scale: float | None) -> None:
-    """Draw the directions of the axes and, where inches per mm are given, a bar with its length."""
+    """Draw the directions of the axes and, where inches per mm are given, a bar with its length.
+
+    Parameters
+    ----------
+    axes : Axes
+        Below a panel, in inches.
+    scene : Scene
+    wide : float
+        Width, inches.
+    scale : float or None
+        Inches per mm; None for no bar.
+    """
     axes.set(xlim=(0.0, wide), ylim=(0.0, STRIP))
     axes.set_axis_off()
     start = draw_axes(axes, scene.view, scene.gravity)

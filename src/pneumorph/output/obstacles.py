@@ -22,9 +22,17 @@ MARGIN = 0.25
 def obstacles_of(
     problem: Problem, points: np.ndarray, task: Task | None = None, result: TaskResult | None = None
 ) -> tuple[Shell, ...]:
-    """The obstacles of a problem as triangles, in their places or where a task moves and turns them.
+    """The obstacles of a problem as triangles, in their places or at the poses of a task.
 
-    Free ones are where they are in its result. Of planes there is the part beside a body with these points (N, 3) mm.
+    Parameters
+    ----------
+    problem : Problem
+    points : (N, 3) array
+        Of the body, mm: of planes there is the part beside it.
+    task : Task, optional
+        Whose poses obstacles have.
+    result : TaskResult, optional
+        Of the task, with the poses of free obstacles.
     """
     views = views_of(problem, task, result)
     shells = shells_of(problem, {name: view.in_frame(points) for name, view in views.items()})
@@ -34,7 +42,18 @@ def obstacles_of(
 def views_of(
     problem: Problem, task: Task | None = None, result: TaskResult | SweepStep | None = None, part: float = 1.0
 ) -> dict[str, View]:
-    """Where the obstacles of a problem are: at this part of a task's poses, free ones where they are in a result."""
+    """Where the obstacles of a problem are, by their names.
+
+    Parameters
+    ----------
+    problem : Problem
+    task : Task, optional
+        Whose poses obstacles have.
+    result : TaskResult or SweepStep, optional
+        With poses in their place.
+    part : float
+        How much of the task's poses is gone, from 0 to 1.
+    """
     views = {}
     for spec in problem.obstacle:
         pose = part * pose_of((task.poses if task else {}).get(spec.name, ()))

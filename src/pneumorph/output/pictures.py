@@ -102,7 +102,18 @@ def compared_profiles(run: RunDirectory, history: list[HistoryEntry], number: in
 
 
 def compared_shapes(run: RunDirectory, history: list[HistoryEntry], name: str, number: int | None = None) -> Figure:
-    """Target and achieved shape in a task, of the start and of a design, by default the last."""
+    """Target and achieved shape in a task, of the start and of a design, by default the last.
+
+    Parameters
+    ----------
+    run : RunDirectory
+    history : list of HistoryEntry
+        Of its designs.
+    name : str
+        Of the task.
+    number : int, optional
+        Of the design, by default the last.
+    """
     number = history[-1].iteration if number is None else number
     task = next(task for task in run.problem.task if task.name == name)
     entry = next(entry for entry in history if entry.iteration == number)
@@ -167,7 +178,20 @@ def design_figure(
     view: View | None = None,
     only: str | None = None,
 ) -> Figure:
-    """A figure of one design at rest and inflated; other parameters as of `scenes_of`, errors as of `bodies_figure`."""
+    """A figure of one design at rest and inflated.
+
+    Parameters
+    ----------
+    problem, fields, results, view, only
+        As for `scenes_of`.
+    title : str
+        Of the figure.
+
+    Raises
+    ------
+    NoPicture
+        If this machine cannot draw off-screen.
+    """
     scenes = scenes_of(problem, fields, results, view, only)
     return bodies_figure(scenes, (1.0, highest_stretch(scene.shape for scene in scenes)), title)
 

@@ -55,7 +55,17 @@ def _outermost(heights: np.ndarray, z: np.ndarray, radius: np.ndarray) -> np.nda
 
 
 def profile_figure(start: Body, final: Body, envelope: float | None, words: tuple[str, str]) -> Figure:
-    """A figure of the profiles of two bodies, one column wide, with a title for each; `envelope` is a radius in mm."""
+    """A figure of the profiles of two bodies, one column wide.
+
+    Parameters
+    ----------
+    start, final : Body
+        Both bodies.
+    envelope : float or None
+        The envelope's radius, mm.
+    words : (2,) of str
+        Their titles.
+    """
     length = max(np.ptp(body.exterior.net[..., 2]) for body in (start, final))
     radius = 1.08 * max(envelope or 0.0, *(radius_along_z(body.exterior)[1][2].max() for body in (start, final)))
     high = min(TALL, WIDE * radius / length)

@@ -62,8 +62,19 @@ def facts_and_shapes(
 ) -> bytes:
     """Pack everything that the page shows, and more facts, into one block.
 
-    `level` is that of its compression, `numbers` are the most displacements and stretches in it; `known` is for
-    `packed_usage`.
+    Parameters
+    ----------
+    run : RunDirectory
+    history : list of HistoryEntry
+        The designs that are shown.
+    more : mapping, optional
+        Other facts for the page.
+    level : int
+        Of compression, from 0 to 9.
+    numbers : int, optional
+        Most displacements and stretches in the block.
+    known : Known, optional
+        For `packed_usage`.
     """
     designs = [run.load_design(entry.iteration) for entry in history]
     surfaces, nets = packed_nets(run.problem, designs)

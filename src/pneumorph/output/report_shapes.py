@@ -162,7 +162,17 @@ def _free(problem: Problem) -> list[str]:
 def packed_state(
     problem: Problem, fields: Fields, pressures: Mapping[str, float], found: SweepStep
 ) -> tuple[dict[str, Any], Arrays]:
-    """The description for a page of a state that is not of a run, and its arrays; `fields` have one task."""
+    """The description for a page of a state that is not of a run, and its arrays.
+
+    Parameters
+    ----------
+    problem : Problem
+    fields : Fields
+        Of one task.
+    pressures : {chamber: MPa}
+    found : SweepStep
+        Its result.
+    """
     whole = fields.whole()
     ((task, u),) = whole.u.items()
     stop = Stop(pressures, u, whole.stretch[task], _moved(problem, task, found))

@@ -149,7 +149,16 @@ def directions(angle: Array) -> Array:
 
 
 def arc(center: Sequence[float], radius: float, first: float, last: float) -> Array:
-    """A fine polygon (n, 2) of an arc from one angle to another, both ends included."""
+    """A fine polygon (n, 2) of an arc from one angle to another, both ends included.
+
+    Parameters
+    ----------
+    center : (2,)
+    radius : float
+        In the unit of the centre.
+    first, last : float
+        Angles of both ends, rad.
+    """
     steps = max(1, math.ceil(abs(last - first) / _STEP - 1e-9))
     return np.asarray(center) + radius * directions(np.linspace(first, last, steps + 1))
 

@@ -89,7 +89,18 @@ class RunDirectory:
     problem: Problem
 
     def record(self, entry: HistoryEntry, design: StoredDesign, fields: Fields, state: Checkpoint) -> None:
-        """Store an accepted design: history entry, shape and pressures, fields, and the state for resuming after it."""
+        """Store an accepted design.
+
+        Parameters
+        ----------
+        entry : HistoryEntry
+        design : StoredDesign
+            Shape and pressures.
+        fields : Fields
+            Of it.
+        state : Checkpoint
+            For resuming after it.
+        """
         iteration = entry.iteration
         with self._writing():
             atomic.write_arrays(self._design_path(iteration), self._design_arrays(design), follow=False)

@@ -74,8 +74,17 @@ def gradient(
 ) -> NodalGradient:
     """Gradient of an objective, or another function of the state, by every node and load: one adjoint solve.
 
-    `tangent` is factorised at the equilibrium if its last factorisation is not of a state near it; else the adjoint has
-    the relative `accuracy` (see `Tangent.solve_at`).
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        Factorised at the equilibrium, if its last factorisation is not of a state near it.
+    equilibrium : Equilibrium
+    objective : Sloped
+        The function.
+    accuracy : float
+        Relative, of the adjoint where the factorisation is of a state nearby (see `Tangent.solve_at`).
     """
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
@@ -95,7 +104,15 @@ def residual_jacobian(
 ) -> NodalJacobian:
     """Derivatives of an objective's residuals, from one adjoint for each, all in one call of the linear solver.
 
-    `tangent` is factorised at the equilibrium if its last factorisation is of another state (see `Tangent.solve_at`).
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        Factorised at the equilibrium, if its last factorisation is of another state (see `Tangent.solve_at`).
+    equilibrium : Equilibrium
+    objective : Objective
+        Of k residuals.
     """
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)

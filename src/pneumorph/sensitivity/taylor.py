@@ -43,9 +43,23 @@ def taylor_test(
     count: int = 4,
     start: float | None = None,
 ) -> TaylorTest:
-    """Test the gradient (n,) of `value` at the point `at` (n,) along a direction (n,), with steps h, h/2, …
+    """Test a gradient by the remainders of Taylor's expansion along a direction.
 
-    `start` is the value at `at`, if it is known.
+    Parameters
+    ----------
+    value : callable
+        A function of a point (n,).
+    at : (n,) array
+        The point.
+    gradient : (n,) array
+        Its gradient there, which is tested.
+    direction : (n,) array
+    step : float
+        h, the first multiple of the direction.
+    count : int
+        Number of steps h, h/2, h/4, ….
+    start : float, optional
+        The value at the point, if it is known.
     """
     steps = step * 0.5 ** np.arange(count)
     start, slope = value(at) if start is None else start, float(gradient @ direction)

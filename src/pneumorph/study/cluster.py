@@ -145,7 +145,15 @@ def run_members(
 ) -> Iterator[MemberEnd]:
     """Run members, each in its directory under `out`, and yield their ends as they come.
 
-    `on_design` is called with the member's name and the history entry of every accepted design.
+    Parameters
+    ----------
+    client : Client
+        Of Dask, with its workers.
+    members : {name: Member}
+    out : Path
+        The study's directory.
+    on_design : callable
+        Takes the member's name and the history entry of every accepted design.
     """
 
     def received(event: tuple[Any, dict[str, Any]]) -> None:

@@ -46,7 +46,20 @@ def placed(at: NDArray[np.float64], matrix: NDArray[np.float64], length: float) 
 def image(
     chambers: Sequence[Chamber], index: int, matrix: NDArray[np.float64], length: float, within: float = 1e-6
 ) -> int | None:
-    """Index of the chamber that is the image of the given one; None if there is no such chamber."""
+    """Index of the chamber that is the image of the given one; None if there is no such chamber.
+
+    Parameters
+    ----------
+    chambers : sequence of Chamber
+    index : int
+        Of the given one.
+    matrix : (3, 3) array
+        The operation.
+    length : float
+        Of the body, mm.
+    within : float
+        Largest difference of place and radius, mm.
+    """
     wanted = placed(place(chambers[index]), matrix, length)
     places = np.array([(*other.center, *other.span, other.radius) for other in chambers])
     near = np.flatnonzero(np.abs(places - wanted).max(axis=1) <= within)

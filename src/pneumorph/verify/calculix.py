@@ -38,9 +38,22 @@ def version() -> str | None:
 def equilibrium(
     mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (N, 3) in mm and the motion of the plate (6,) found by CalculiX; for part of a body, of the whole.
+    """Displacements (N, 3) in mm and the motion of the plate (6,) found by CalculiX.
 
-    `increment` is the first fraction of the load, `tolerance` the residual over the mean force for convergence.
+    Parameters
+    ----------
+    mesh : TetMesh
+    at : Configuration
+        Its model, nodes and loads; for part of a body the whole is solved.
+    increment : float
+        The first fraction of the load.
+    tolerance : float
+        Residual over the mean force at which CalculiX has converged.
+
+    Raises
+    ------
+    ComputationError
+        If CalculiX finds no solution.
     """
     mesh, at = as_whole(mesh, at)
     rows = last_table(_solved(abaqus_input(mesh, at, increment, tolerance)))

@@ -164,7 +164,16 @@ def _touches(touched) -> float:
 def cap(radius: float, cells: tuple[int, int], fine: float, size: float) -> TetMesh:
     """A quarter of a block under which is a sphere: its face "bottom" touches z = 0 at the origin.
 
-    `fine` is the edge in mm of the part with equal cells, `size` that of the whole.
+    Parameters
+    ----------
+    radius : float
+        Of the sphere, mm.
+    cells : (2,) of int
+        Numbers of equal cells, and of those that grow, along each edge.
+    fine : float
+        Edge of the part with equal cells, mm.
+    size : float
+        Edge of the whole, mm.
     """
     equal, growing = cells
 

@@ -86,7 +86,18 @@ def tension(
     pulled: tuple[int, ...],
     stretches: tuple[float, ...] = (0.8, 1.2, 1.5, 2.0),
 ) -> Iterator[Verdict]:
-    """A unit cube with a distorted mesh, pulled along the axes `pulled`, its other sides free."""
+    """A unit cube with a distorted mesh, pulled along some axes, its other sides free.
+
+    Parameters
+    ----------
+    solid : Rubber
+    isochoric : IsochoricStress
+        Of the same rubber.
+    pulled : tuple of int
+        The axes along which it is pulled.
+    stretches : tuple of float
+        Along these.
+    """
     mesh = distorted_cube(2)
     X = mesh.points
     near, far = np.abs(X) < 1e-9, np.abs(X - 1) < 1e-9
@@ -110,6 +121,16 @@ def homogeneous(
     """Principal stretches (3,) and the nominal stress (MPa) along the first axis, with the other sides free.
 
     With s_i = λ̄_i ∂ψ_iso/∂λ̄_i the principal Cauchy stresses are (s_i − ⅓Σs)/J + κ(J − 1).
+
+    Parameters
+    ----------
+    bulk : float
+        κ, MPa.
+    isochoric : IsochoricStress
+    pulled : tuple of int
+        The axes along which the body is pulled.
+    stretch : float
+        Along these.
     """
 
     def state(side: float) -> tuple[np.ndarray, np.ndarray, float]:

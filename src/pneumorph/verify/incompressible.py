@@ -23,5 +23,17 @@ def tube_pressure(a: float, A: float, B: float) -> float:
 def radius_at(
     pressure: float, closed_form: Callable[[float, float, float], float], A: float, B: float, stretch: float = 1.5
 ) -> float:
-    """The inner radius a, between A and stretch·A, at which the closed form gives this p/μ."""
+    """The inner radius a, between A and stretch·A, at which a closed form gives a pressure.
+
+    Parameters
+    ----------
+    pressure : float
+        p/μ.
+    closed_form : callable
+        p/μ of a, A and B.
+    A, B : float
+        Undeformed radii, mm.
+    stretch : float
+        The largest of the inner surface.
+    """
     return root_scalar(lambda a: closed_form(a, A, B) - pressure, bracket=(A, stretch * A), xtol=1e-12).root

@@ -138,7 +138,25 @@ def _tet_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def inflate(mesh: TetMesh, supports: np.ndarray, rubber: Rubber, pressure: float, mixed: bool = False) -> np.ndarray:
-    """Displacements (N, 3) in mm of a mesh with chamber A under pressure (MPa)."""
+    """Displacements (N, 3) in mm of a mesh under pressure.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        With the face "chamber A".
+    supports : (N, 3) bool
+        Components fixed at zero.
+    rubber : Rubber
+    pressure : float
+        In chamber A, MPa.
+    mixed : bool
+        Whether elements are mixed.
+
+    Raises
+    ------
+    ComputationError
+        If no equilibrium is found.
+    """
     built = build_model(mesh, rubber, plate=False, supports=supports, mixed=mixed)
     found = solve(configure(built, mesh.points, build_loads(built, {"A": pressure})), Tangent(built))
     if isinstance(found, NoEquilibrium):
@@ -162,7 +180,18 @@ def tube_supports(mesh: TetMesh, lids: np.ndarray) -> np.ndarray:
 
 
 def wall_displacement(mesh: TetMesh, u: np.ndarray, radius: float, axes: list[int]) -> float:
-    """Mean radial displacement of the nodes at a radius, mm."""
+    """Mean radial displacement of the nodes at a radius, mm.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    u : (N, 3) array
+        Displacements, mm.
+    radius : float
+        Undeformed, mm.
+    axes : list of int
+        The coordinates of which the radius is: all of a sphere's, two of a tube's.
+    """
     on = np.abs(np.linalg.norm(mesh.points[:, axes], axis=1) - radius) < 1e-6
     return float((np.sum(u[on][:, axes] * mesh.points[on][:, axes], axis=1) / radius).mean())
 

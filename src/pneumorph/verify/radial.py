@@ -27,7 +27,17 @@ Displacement = Callable[[np.ndarray], np.ndarray]
 
 
 def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved: int) -> Displacement:
-    """The radial displacement of a sphere or tube (`curved` is `SPHERE` or `TUBE`) under internal pressure (MPa).
+    """The radial displacement of a sphere or tube under internal pressure.
+
+    Parameters
+    ----------
+    rubber : Rubber
+    inner, outer : float
+        Undeformed radii, mm.
+    pressure : float
+        Inside, MPa.
+    curved : int
+        `SPHERE` or `TUBE`.
 
     Raises
     ------
@@ -93,7 +103,21 @@ def _evaluated(function, radial, hoop) -> np.ndarray:
 
 
 def lame(young: float, poisson: float, inner: float, outer: float, pressure: float, curved: int) -> Displacement:
-    """The radial displacement in linear elasticity (Lamé; Timoshenko & Goodier 1970, arts. 28 and 142)."""
+    """The radial displacement in linear elasticity (Lamé; Timoshenko & Goodier 1970, arts. 28 and 142).
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus, MPa.
+    poisson : float
+        Poisson's ratio.
+    inner, outer : float
+        Undeformed radii, mm.
+    pressure : float
+        Inside, MPa.
+    curved : int
+        `SPHERE` or `TUBE`.
+    """
     if curved == SPHERE:
         scale = pressure * inner**3 / (young * (outer**3 - inner**3))
         return lambda R: scale * ((1 - 2 * poisson) * R + (1 + poisson) * outer**3 / (2 * R**2))

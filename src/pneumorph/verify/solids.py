@@ -41,9 +41,16 @@ def distorted_cube(count: int, amount: float = 0.3) -> TetMesh:
 
 
 def tube(inner: float, outer: float, length: float, counts: Sequence[int]) -> TetMesh:
-    """Hollow cylinder about the z axis; `counts` are the numbers of cells radially, around and along.
+    """Hollow cylinder about the z axis.
 
     Faces: base (z = 0), tip (z = length), chamber A (the bore), exterior.
+
+    Parameters
+    ----------
+    inner, outer, length : float
+        mm.
+    counts : (3,) of int
+        Numbers of cells radially, around and along.
     """
 
     def mapping(r):

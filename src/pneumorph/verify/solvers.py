@@ -55,7 +55,18 @@ def calculix(body: Callable[[], Body], size: float = SIZE, problem: Make = linea
 
 
 def compared(equilibrium: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: float) -> Iterator[Verdict]:
-    """Compare an equilibrium with the displacements (N, 3) and the plate's motion (6,) of another solver."""
+    """Compare an equilibrium with that of another solver.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+    u : (N, 3) array
+        Displacements by the other solver, mm.
+    plate : (6,) array
+        Its motion of the plate, mm and rad.
+    tolerance : float
+        Relative.
+    """
     yield relative("axial motion of the plate, mm", equilibrium.plate[2], plate[2], tolerance)
     off = float(np.linalg.norm(equilibrium.plate[:3] - plate[:3]) / np.linalg.norm(plate[:3]))
     yield absolute("difference of the plate's translations / its length", off, 0.0, tolerance)

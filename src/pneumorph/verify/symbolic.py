@@ -156,8 +156,19 @@ def equilibrium(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (N, 3) and plate motion (6,) at which NGSolve's residual vanishes, by Newton's method.
 
-    `energies` are those of the rubbers of the mesh's regions. It starts from `u` and `plate`. The base is clamped, the
+    The base is clamped, the
     tip is bonded to a rigid plate. Residual and tangent are NGSolve's.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    energies : sequence of callable
+        Of the rubbers of the mesh's regions.
+    pressures : {chamber: MPa}
+    u : (N, 3) array
+        Displacements from which it starts, mm.
+    plate : (6,) array
+        Motion of the plate from which it starts, mm and rad.
     """
     body = ngsolve_mesh(mesh)
     work = forms(body, energies, pressures)

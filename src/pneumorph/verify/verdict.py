@@ -54,12 +54,32 @@ class Unavailable(Exception):
 
 
 def relative(quantity: str, ours: float, reference: float, tolerance: float) -> Verdict:
-    """A verdict with the error |ours − reference| / |reference|."""
+    """A verdict with the error |ours − reference| / |reference|.
+
+    Parameters
+    ----------
+    quantity : str
+        Its name and unit.
+    ours, reference : float
+        In that unit.
+    tolerance : float
+        Largest error.
+    """
     return Verdict(quantity, float(reference), float(ours), float(abs(ours - reference) / abs(reference)), tolerance)
 
 
 def absolute(quantity: str, ours: float, reference: float, tolerance: float) -> Verdict:
-    """A verdict with the error |ours − reference|."""
+    """A verdict with the error |ours − reference|.
+
+    Parameters
+    ----------
+    quantity : str
+        Its name and unit.
+    ours, reference : float
+        In that unit.
+    tolerance : float
+        Largest error.
+    """
     return Verdict(quantity, float(reference), float(ours), float(abs(ours - reference)), tolerance)
 
 

@@ -72,7 +72,19 @@ class Actuator:
     def at(
         self, pressure: float, spring: float = 0.0, force: float = 0.0, blocked: np.ndarray | None = None
     ) -> Configuration:
-        """The configuration under a pressure (MPa), an axial spring (N/mm) and an axial dead force (N)."""
+        """The configuration under pressure, an axial spring and an axial dead force.
+
+        Parameters
+        ----------
+        pressure : float
+            MPa.
+        spring : float
+            Axial, N/mm.
+        force : float
+            Axial dead force, N.
+        blocked : (6,) bool, optional
+            Components of the plate that are held.
+        """
         acting = build_loads(self.model, {"A": pressure}, spring=spring * AXIAL, wrench=force * AXIAL)
         return configure(self.model, self.X, acting, blocked)
 

@@ -61,7 +61,7 @@ class Frame:
         Parameters
         ----------
         across, z : (2,)
-            Its range across the parting plane's normal and the axis, and along the axis, mm.
+            Ranges along `Frame.across` and along z, mm.
         height : float
             Above the plane, mm; negative on side b.
         slope : float

@@ -167,7 +167,16 @@ class Tangent:
     ) -> None:
         """Factorise the tangent at a state with the stress of others than its own.
 
-        The volumetric stress is that of volume ratios (4, E), the tension of sheets and fibres that of metrics.
+        Parameters
+        ----------
+        at : Configuration
+            The model with its nodes and loads.
+        state : State
+            The unknowns.
+        ratios : (4, E) array or None
+            Volume ratios at the quadrature points, of which the volumetric stress is; None for the state's own.
+        metrics : Metrics, optional
+            Of the faces under sheets and fibres, of which their tension is.
         """
         began = time.perf_counter()
         self.refactorise(self._assembled(at, state, ratios, metrics), Origin(at, state, False, metrics))

@@ -26,7 +26,13 @@ class Weight(ElementEnergy):
         return -tet_works(local.X, local.u, self.density * loads.acceleration)
 
     def blocks(self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> None:
-        """None: it is linear in u."""
+        """None: it is linear in u.
+
+        Parameters
+        ----------
+        elements, at, loads, ratios
+            As for `ElementEnergy.blocks`.
+        """
         return None
 
 
@@ -39,7 +45,13 @@ class ChamberPressure(ElementEnergy):
         return -(local.data @ loads.pressure) * triangle_volumes(local.X + local.u)
 
     def blocks(self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> Blocks:
-        """−p ∂²V of every triangle: V = Σ A_abc det(x_a, x_b, x_c), so ∂²V/∂x_a∂x_b is −6 Σ_c A_abc [x_c]×."""
+        """−p ∂²V of every triangle: V = Σ A_abc det(x_a, x_b, x_c), so ∂²V/∂x_a∂x_b is −6 Σ_c A_abc [x_c]×.
+
+        Parameters
+        ----------
+        elements, at, loads, ratios
+            As for `ElementEnergy.blocks`.
+        """
         count, (b, a) = elements.count, np.tril_indices(6)
         pressure = at.data[:count] @ np.asarray(loads.pressure)
         turning = (6.0 * TRIANGLE_VOLUME[a, b]) @ (at.X[:count] + at.u[:count])

@@ -93,7 +93,19 @@ def tube_rings(
 ) -> list[Ring]:
     """Rings of the tube; towards a pole they have fewer vertices, as their circumference shrinks.
 
-    Where a layer begins or ends there is a line, and where the tube is `crossed`.
+    Parameters
+    ----------
+    surface : TubeSurface
+    size : float
+        Edge length, mm.
+    turn : float
+        Largest angle by which the surface turns along an edge, rad.
+    around : Around
+        The lines along which rings are joined.
+    linings : sequence of Lining
+        Layers; where one begins or ends there is a ring.
+    crossed : sequence of float
+        Other values of r at which there is a ring.
     """
     seam, parts, turns, alike = around.seam, around.parts, around.turns, around.alike
     q = _lines(surface, "q", size, turn, seam, alike)
@@ -141,7 +153,21 @@ def _through(lines: np.ndarray, places: np.ndarray) -> np.ndarray:
 def disc_rings(
     surface: TubeSurface, rim: Ring, size: float, around: Around, lining: Lining | None = None
 ) -> list[Ring]:
-    """Rings of an end disc, from the one next to the rim to the centre; a layer that ends in it has its own."""
+    """Rings of an end disc, from the one next to the rim to the centre; a layer that ends in it has its own.
+
+    Parameters
+    ----------
+    surface : TubeSurface
+        With flat ends.
+    rim : Ring
+        That of the tube at this end.
+    size : float
+        Edge length, mm.
+    around : Around
+        The lines along which rings are joined.
+    lining : Lining, optional
+        The layer that ends in the disc.
+    """
     if lining is not None:
         steps = steps_through(lining, size)
         through = [replace(rim, depth=k / steps) for k in range(1, steps + 1)]

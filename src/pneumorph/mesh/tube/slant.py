@@ -36,6 +36,12 @@ def slant_of(chamber: TubeSurface, exterior: TubeSurface, begin: float, q: float
 
     It is the path of least cost: the distance relative to the least one at each r, and the square of the steepness. A
     cut between these lines goes straight through the wall, also where both wind around the axis.
+
+    Parameters
+    ----------
+    chamber, exterior : TubeSurface
+    begin, q : float
+        The lines of the exterior and of the chamber, parameters around.
     """
     r, around = np.linspace(0.0, 1.0, _ALONG), np.arange(_AROUND) / _AROUND
     line = exterior.sample(np.array([begin]), np.linspace(0.0, 1.0, 8 * _ALONG))[:, 0]
