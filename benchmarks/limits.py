@@ -11,8 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.limits.functions import build_limit_functions
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import build_limit_functions, certified
 from pneumorph.problem import BodySpec, Limits
 
 DENSITIES = (0.22, 0.4, 0.6, 0.9, 1.27)  # control points per mm: 1k to 30k variables
@@ -52,7 +51,7 @@ def costs(density: float, spec: Limits) -> tuple[int, int, float, float, float]:
         sum(len(grid.q) * len(grid.r) for grid in limits.grids),
         milliseconds(lambda: jax.block_until_ready(value_and_gradient(points, partners)), 30),
         milliseconds(lambda: limits.partners(points), 3),
-        1e-3 * milliseconds(lambda: certify(body, spec), 3),
+        1e-3 * milliseconds(lambda: certified(body, spec), 3),
     )
 
 

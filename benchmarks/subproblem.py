@@ -17,9 +17,7 @@ import numpy as np
 from pneumorph.geometry import DesignSpace
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.limits.functions import build_limit_functions
-from pneumorph.limits.of_shape import TubeLimits, tube_limits
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import ShapeLimits, build_limit_functions, certified, tube_limits
 from pneumorph.optimize.dfp import PaperStepper
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing
@@ -59,14 +57,14 @@ def main() -> None:
             stepped = time.perf_counter()
             found = brought(space, smooth, limits, phi + step.change)
             ended = time.perf_counter()
-            certify(space.body(found.phi), problem.limits)
-            certified = time.perf_counter() - ended
+            certified(space.body(found.phi), problem.limits)
+            certifying = time.perf_counter() - ended
             gain = slope @ (phi - found.phi) / (RADIUS * np.abs(slope).sum())
-            line = f"{stepped - began:7.2f} {ended - stepped:7.2f} {certified:11.2f} {gain:6.3f}"
+            line = f"{stepped - began:7.2f} {ended - stepped:7.2f} {certifying:11.2f} {gain:6.3f}"
             print(f"{space.n:9d} {name:>6s} {line}", flush=True)
 
 
-def brought(space: DesignSpace, smooth: Smoothing, limits: TubeLimits, phi: np.ndarray) -> Within:
+def brought(space: DesignSpace, smooth: Smoothing, limits: ShapeLimits, phi: np.ndarray) -> Within:
     """The design within its limits, which it must come to here."""
     found = within(space, smooth, limits, phi, RADIUS)
     if not isinstance(found, Within):

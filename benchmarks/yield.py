@@ -220,13 +220,13 @@ def predict(folder: Path) -> None:
 
 def measure_limits(folder: Path) -> None:
     """Write measured.json: for every design whether all limits are held, and the excess over each."""
-    from pneumorph.limits.report import certify
+    from pneumorph.limits.of_shape import certified
     from pneumorph.run import open_run
 
     stored = open_run(folder / "run") if (folder / "run" / "problem.toml").exists() else None
     designs = []
     for line in history(folder):
-        found = certify(stored.load_design(line["iteration"]).body(stored.problem), stored.problem.limits)
+        found = certified(stored.load_design(line["iteration"]).body(stored.problem), stored.problem.limits)
         designs.append(
             {
                 "iteration": line["iteration"],

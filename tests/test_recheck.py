@@ -11,7 +11,7 @@ from records import entry, one_element
 from tiny import tiny
 
 from pneumorph.geometry.tube import starting_body
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import certified
 from pneumorph.problem import loads
 from pneumorph.results import to_json
 from pneumorph.run import StoredDesign, create
@@ -40,7 +40,7 @@ def stored(request, tmp_path_factory):
     body = starting_body(problem.body)
     path = tmp_path_factory.mktemp("recheck") / "run"
     run = create(path, problem)
-    line = entry(0, limits=certify(body, problem.limits).values())
+    line = entry(0, limits=certified(body, problem.limits).values())
     names = [chamber.name for chamber in problem.body.chamber]
     run.record(line, StoredDesign.of(body, {"extend": dict.fromkeys(names, 0.06)}), one_element(), {})
     return path, line

@@ -143,6 +143,10 @@ class WallAlone:
     wall: float
     cells: int = 642
 
+    @property
+    def spec(self):
+        return SimpleNamespace(wall=self.wall)
+
     def pairs(self, body):
         (B, b), (C, c) = (surface.at(sphere(3)[0]) for surface in body.surfaces)
         one, other = (M @ s.points + m for M, m, s in ((B, b, body.exterior), (C, c, body.chambers[0])))

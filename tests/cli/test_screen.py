@@ -14,7 +14,7 @@ from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tas
 from pneumorph.cli.screen import Screen
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import Run
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import certified
 from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
 from pneumorph.results import RunResult
@@ -103,21 +103,21 @@ def test_tasks_are_shown_from_start_to_end():
 @pytest.mark.parametrize("width", [60, 100])
 def test_limits_have_their_worst_value_and_its_place(width):
     body = starting_body(PROBLEM.body)
-    readings = certify(body, PROBLEM.limits).readings
-    text = printed(limits_table(body, readings), width=width)
+    readings = certified(body, PROBLEM.limits).readings
+    text = printed(limits_table(readings), width=width)
     firsts = [one.split()[0] for one in text.splitlines() if not one.startswith(" ")]
     assert firsts == ["limit", "wall", "fold", "curvature", "skew", "stretch", "envelope"]
     assert max(len(one.rstrip()) for one in text.splitlines()) <= width and "!" not in text
     wall = readings[0]
-    place = place_of(body, wall)
+    place = place_of(wall)
     assert place.surface == "A" and place.point[2] == pytest.approx(3.0) and str(place).endswith("3.0)")
     broken = tuple(replace(reading, bound=4.0) if reading.limit == "wall" else reading for reading in readings)
-    assert "3 mm !" in printed(limits_table(body, broken))
+    assert "3 mm !" in printed(limits_table(broken))
     skew = next(each for each in readings if each.limit == "skew")
     assert "skew is 0, must be at most 0.2 " in str(skew) and "e-" not in text.split("skew")[1].split("≤")[0]
     # What nobody has asked for is shown where it is broken.
     area = tuple(replace(each, value=0.01) for each in readings if each.limit == "area")
-    assert "area" not in text and "0.01 !" in printed(limits_table(body, area))
+    assert "area" not in text and "0.01 !" in printed(limits_table(area))
 
 
 def test_the_last_words_say_which_design_is_the_best_and_where(tmp_path):

@@ -8,7 +8,7 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.limits.tube.measures import expansion
 from pneumorph.limits.tube.measures.distances import sampled_surface
 from pneumorph.limits.tube.measures.grid import SampledFields
-from pneumorph.limits.tube.rows.samples import sample_limits
+from pneumorph.limits.tube.samples import sample_limits
 from pneumorph.problem import loads
 
 REST = '[[task]]\nname = "t"\npressure = { A = "10 kPa" }\nobjective = { kind = "maximize", motion = "extension" }\n'

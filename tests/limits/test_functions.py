@@ -3,8 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.limits.functions import build_limit_functions
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import build_limit_functions, certified
 
 
 def two_walls(make_body, table, **other):
@@ -190,7 +189,7 @@ def test_a_chamber_may_not_lie_flat_on_its_own_end(make_body, table, slope, exce
     net[row, :, 2] = 3.0 + slope * along[row, None]
     net[row, :, :2] *= (1.0 - 0.08 * along[row])[:, None, None]
     rim = float(limits.values(points, limits.partners(points))["rim"].max())
-    reading = certify(body.with_control_points(points), table())["fold"]
+    reading = certified(body.with_control_points(points), table())["fold"]
     if excess:
         assert rim == pytest.approx(excess, abs=0.02)
         assert (reading.seen, reading.surface) == (pytest.approx(0.6, abs=0.02), "A")

@@ -6,7 +6,8 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import cap_points
-from pneumorph.limits.tube.certify.cells import Accuracy, knot_spans
+from pneumorph.limits.certify.enclosed import Accuracy
+from pneumorph.limits.tube.certify.cells import knot_spans
 from pneumorph.limits.tube.certify.patch_distances import gaps, nearest, patches, without_discs
 from pneumorph.limits.tube.certify.quadratic_bounds import clears, workspace
 from pneumorph.limits.tube.certify.slabs import slab

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pneumorph.limits.tube.rows.peaks import expected_peaks, peaks_at
-from pneumorph.limits.tube.rows.samples import DIGITS, worst_samples
+from pneumorph.limits.rows.sampled import DIGITS
+from pneumorph.limits.tube.peaks import expected_peaks, peaks_at
+from pneumorph.limits.tube.samples import worst_samples
 
 fields = st.builds(
     lambda seed, scale: np.round(scale * np.random.default_rng(seed).normal(size=(2, 17, 12)), 1),

@@ -5,11 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.limits.linearised import linearised
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import certified, tube_limits
 from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.limits.tube.measures.shape import measured
-from pneumorph.limits.tube.rows.samples import sample_limits
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
@@ -22,14 +20,14 @@ def test_rows_are_first_derivatives(make_body, table, waved, chambers):
     body = make_body(length=30.0, chambers=CHAMBERS[chambers])
     points = waved(body, 3, wave=0.6, noise=0.1)
     body = body.with_control_points(points)
-    limits = sample_limits(body, table(envelope=8.5))
-    here = linearised(limits, body, 2.0, -0.9)
+    limits = tube_limits(body, table(envelope=8.5))
+    here = limits.rows(body, 2.0, -0.9)
     # Smooth motions keep the same samples the worst of their cells nearly everywhere.
     way = 0.02 * np.sin(points[:, [1, 2, 0]] / 2.5) * np.where(points[:, 2:] % 30.0 < 1e-9, 0.0, 1.0)
     linear = here.jacobian @ way.ravel()
     errors = {}
     for step in (1.0, 0.5):
-        there = linearised(limits, body.with_control_points(points + step * way), 2.2, -0.95)
+        there = limits.rows(body.with_control_points(points + step * way), 2.2, -0.95)
         known = {}
         for key, value in zip(zip(there.kind, there.cell, strict=True), there.value, strict=True):
             known.setdefault(key, []).append(value)
@@ -50,7 +48,7 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
     body = make_body(length=30.0, chambers=CHAMBERS["flat"])
     body = body.with_control_points(waved(body, 1, wave=1.2))
     spec = table(envelope=9.0)
-    rows, found = linearised(sample_limits(body, spec), body, 5.0, -0.99), certify(body, spec)
+    rows, found = tube_limits(body, spec).rows(body, 5.0, -0.99), certified(body, spec)
     for kind, sense in (("wall", -1.0), ("curvature", 1.0), ("stretch", 1.0), ("fold", -1.0)):
         reading = found[kind]
         worst = reading.bound * (1.0 + sense * float(rows.value[rows.kind == ROWS.index(kind)].max()))
@@ -63,11 +61,11 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
 def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, waved):
     body = make_body(length=30.0, chambers=CHAMBERS["flat"])
     body = body.with_control_points(waved(body, 1, wave=1.2))
-    limits = sample_limits(body, table().model_copy(update={"curvature": 0.05}))
-    places = linearised(limits, body, 0.0, -0.5).places
-    count = {name: len(found.q) for name, found in places.items()}
+    limits = tube_limits(body, table().model_copy(update={"curvature": 0.05}))
+    places = limits.rows(body, 0.0, -0.5).places
+    count = {name: len(found.at) for name, found in places.items()}
     assert count["curvature"] > 5
-    again = linearised(limits, body, 0.0, 1e9, places)
+    again = limits.rows(body, 0.0, 1e9, places)
     for name, found in places.items():
         of_kind = again.kind == ROWS.index(name)
         assert np.count_nonzero(of_kind) == count[name]
@@ -85,9 +83,9 @@ def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_bod
         points[part][beside, 2] += 2.0 * np.sin(2.0 * np.arctan2(points[part][beside, 1], points[part][beside, 0]))
     body = body.with_control_points(points)
     spec = table(envelope=7.5)
-    limits, found = sample_limits(body, spec), certify(body, spec)
-    assert not len(linearised(limits, body, -1e6, 1e9).value)
-    rows = linearised(limits, body, -1e6, 1e9, broken=found.places)
+    limits, found = tube_limits(body, spec), certified(body, spec)
+    assert not len(limits.rows(body, -1e6, 1e9).value)
+    rows = limits.rows(body, -1e6, 1e9, broken=found.places)
     places = found.places
     for name in ("wall", "planes", "fold", "rim", "ends", "envelope"):
         limit = BY_NAME[name]
@@ -98,29 +96,29 @@ def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_bod
         assert np.sort(value) == pytest.approx(np.sort(beyond), rel=5e-3, abs=5e-3), name
     way = np.random.default_rng(2).normal(size=points.shape) * 1e-6
     way[np.min(np.abs(points[:, 2, None] - [0.0, 1.5, 28.5, 30.0]), axis=1) < 1e-9] = 0.0
-    moved = linearised(limits, body.with_control_points(points + way), -1e6, 1e9, broken=found.places)
+    moved = limits.rows(body.with_control_points(points + way), -1e6, 1e9, broken=found.places)
     assert moved.value - rows.value == pytest.approx(rows.jacobian @ way.ravel(), rel=1e-4, abs=1e-9)
 
 
 def test_a_wall_that_has_been_passed_is_told_by_its_sign(make_body, table):
     body = make_body(length=30.0, chambers=((4.0, (0.0, 0.0), (3.0, 27.0), "flat"),))
-    limits = sample_limits(body, table())
+    limits = tube_limits(body, table())
     points = body.control_points()
     middle = np.abs(points[:, 2] - 15.0) < 5.0
     inner = np.arange(len(points)) >= body.slices[1].start
     points[inner & middle, :2] *= 2.15
-    rows = linearised(limits, body.with_control_points(points), 1.0, -0.3)
+    rows = limits.rows(body.with_control_points(points), 1.0, -0.3)
     assert float(rows.value[rows.kind == ROWS.index("wall")].max()) > 1.0
 
 
 def test_what_lies_beyond_a_sharp_rim_has_not_been_passed(make_body, table):
     """The tube of the chamber is nearly level before its end disc, whose rim is below that of the exterior."""
     body = make_body(length=30.0, chambers=((4.0, (0.0, 0.0), (3.0, 27.0), "flat"),))
-    limits = sample_limits(body, table())
+    limits = tube_limits(body, table())
     points = body.control_points()
     rim = (np.arange(len(points)) >= body.slices[1].start) & (np.abs(points[:, 2] - 27.0) < 1e-9)
     points[rim, :2] *= 7.5 / 4.0
-    rows = linearised(limits, body.with_control_points(points), 2.0, -0.9)
+    rows = limits.rows(body.with_control_points(points), 2.0, -0.9)
     wall = rows.value[rows.kind == ROWS.index("wall")]
     assert 0.0 < float(wall.max()) < 1.0
 
@@ -159,7 +157,7 @@ def test_peaks_between_samples_that_are_far_below_them_are_found(make_body, tabl
     points[body.slices[0]] = net.reshape(-1, 3)
     body, spec = body.with_control_points(points), table()
     for _ in range(2):  # certificates are accurate near a bound only
-        worst = certify(body, spec)["stretch"].seen
+        worst = certified(body, spec)["stretch"].seen
         spec = spec.model_copy(update={"stretch": spec.stretch.model_copy(update={"limit": worst})})
-    rows = linearised(sample_limits(body, spec), body, 0.1, -0.3)
+    rows = tube_limits(body, spec).rows(body, 0.1, -0.3)
     assert -0.005 < rows.value[rows.kind == ROWS.index("stretch")].max() < 0.005

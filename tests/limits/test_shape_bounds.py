@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from pneumorph.geometry.regions import Cylinder, box
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.limits.certify.enclosed import Accuracy
 from pneumorph.limits.tube import rim
-from pneumorph.limits.tube.certify.cells import Accuracy, Bounds, Cells, knot_spans, recentred, refine, whole
+from pneumorph.limits.tube.certify.cells import Bounds, Cells, knot_spans, recentred, refine, whole
 from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
 from pneumorph.limits.tube.certify.shape_bounds import enclosed, polynomials
 from pneumorph.limits.tube.certify.taylor import attained, bottom, inverse, modelled, taylor, top
@@ -76,10 +77,10 @@ def test_seen_values_are_attained_where_it_says():
     at = grid(surface, (1, 1))
     here = replace(
         at,
-        q=found.q[k : k + 1],
-        r=found.r[k : k + 1],
-        values_q=tuple(surface.basis_q.matrix(found.q[k], d) / surface.size[0] ** d for d in range(3)),
-        frame=frame(surface, [found.r[k]]),
+        q=found.at[k : k + 1, 0],
+        r=found.at[k : k + 1, 1],
+        values_q=tuple(surface.basis_q.matrix(found.at[k, 0], d) / surface.size[0] ** d for d in range(3)),
+        frame=frame(surface, [found.at[k, 1]]),
     )
     assert float(measures(jnp.asarray(surface.net), here).curvature[0, 0]) == pytest.approx(found.seen[k], rel=0.02)
 
@@ -200,7 +201,7 @@ def test_torus(tube_from):
 
     surface: TubeSurface = tube_from(position, 60, 30, (2 * np.pi * big, np.pi * small))
     found = bounded(surface, bounds=BOUNDS | {"curvature": 0.06})["curvature"]
-    inner = (found.r > 0.2) & (found.r < 0.8)
+    inner = (found.at[:, 1] > 0.2) & (found.at[:, 1] < 0.8)
     exact = 0.5 * (small**-2 + (big + small) ** -2)
     assert exact * 0.99 <= found.upper[inner].max() <= exact * 1.02
 

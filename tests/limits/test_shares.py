@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
 
-from pneumorph.limits.report import certify
-from pneumorph.limits.shares import NAMES, PER_SPAN, usage
+from pneumorph.limits.of_shape import certified, tube_limits
+from pneumorph.limits.rows.sampled import LEAST_SHARE
+from pneumorph.limits.shares import NAMES
 from pneumorph.limits.table import BY_NAME
-from pneumorph.limits.tube.rows.pairs import LEAST_SHARE
-from pneumorph.limits.tube.rows.samples import sample_limits
+from pneumorph.limits.tube.sampled import PER_SPAN
 
 
 def of(body, spec):
-    return usage(sample_limits(body, spec), body)
+    return tube_limits(body, spec).shares(body)
 
 
 def test_a_body_at_a_bound_uses_all_of_it_there_and_only_there(make_body, table):
@@ -55,7 +55,7 @@ def test_shares_are_those_of_the_certified_values(make_body, table, waved, bulge
     start, spec = make_body(chambers=((4.0, (0.0, 0.0), (3.0, 21.0), ends),)), table(envelope=10.0)
     body = start.with_control_points(waved(start, seed, 0.8, 0.01) if ends == "flat" else bulged(start, seed))
     found = of(body, spec)
-    readings = [reading for reading in certify(body, spec).readings if reading.limit != "ends"]
+    readings = [reading for reading in certified(body, spec).readings if reading.limit != "ends"]
     used = {reading.limit: BY_NAME[reading.limit].used(reading.seen, reading.bound) for reading in readings}
     assert max(each.share.max() for each in found) == pytest.approx(max(used.values()), rel=0.03)
     counted = 0
@@ -74,7 +74,7 @@ def test_two_walls_that_touch_within_a_surface(make_body, table, waved):
     """A deep fold uses more than all of the limit on folds, on both of its walls."""
     start = make_body(radius=8.0, chambers=((3.0, (0.0, 0.0), (3.0, 21.0), "flat"),), ripple=(1.5, 4.0))
     found = of(start, table(envelope=20.0))[0]
-    report = certify(start, table(envelope=20.0))
+    report = certified(start, table(envelope=20.0))
     worst = max((each for each in report.readings if each.limit != "ends"), key=lambda each: each.excess())
     used = BY_NAME[worst.limit].used(worst.seen, worst.bound)
     assert used > 1.0 and found.share.max() == pytest.approx(used, rel=0.05)

@@ -6,10 +6,9 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.limits.linearised import linearised
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import certified, limits_at
 from pneumorph.limits.table import BY_NAME, ROWS
-from pneumorph.limits.tube.rows.samples import sample_limits
+from pneumorph.limits.tube.samples import sample_limits
 from pneumorph.problem import loads
 from pneumorph.symmetry.operations import operations
 
@@ -59,12 +58,13 @@ def problem_with(symmetry, chambers):
 def test_one_knot_span_is_certified_for_its_images(symmetry, chambers, order):
     problem = problem_with(symmetry, chambers)
     start = starting_body(problem.body)
-    own = sample_limits(start, problem.limits, operations(problem.body.symmetry)).own_spans
+    samples = sample_limits(start, problem.limits, operations(problem.body.symmetry))
+    limits, own = limits_at(samples), samples.own_spans
     assert 1 / order <= np.concatenate(own).mean() < 1 / order + 0.08
     space = build_design_space(problem, start)
     for seed, most in ((0, 0.05), (1, 0.2), (2, 0.4)):
         body = space.body(space.start + most * np.random.default_rng(seed).normal(size=space.n))
-        whole, part = certify(body, problem.limits), certify(body, problem.limits, own=own)
+        whole, part = certified(body, problem.limits), limits.certify(body)
         assert [reading.limit for reading in part.violated()] == [reading.limit for reading in whole.violated()]
         for one, other in zip(whole.readings, part.readings, strict=True):
             # Each is as bad as all points that the other has seen.
@@ -103,7 +103,7 @@ def test_one_row_stands_for_its_images(symmetry, chambers, order):
         assert mask.shape == x.shape[:2] or surface.ends == "pole"
 
     # So the worst values are the same, of every limit; a fold far within its bound is a distance between samples.
-    some, all_ = linearised(samples, body, 2.0, -0.5), linearised(every, body, 2.0, -0.5)
+    some, all_ = (limits_at(each).rows(body, 2.0, -0.5) for each in (samples, every))
     for kind, name in enumerate(ROWS):
         there = all_.value[all_.kind == kind]
         if len(there):

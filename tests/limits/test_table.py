@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import certified
 from pneumorph.limits.table import BY_NAME
 
 
@@ -19,8 +19,8 @@ def test_a_bound_is_a_bound(limit, bound, beyond):
 def test_certificates_decide_where_the_optimiser_leaves_designs(make_body, table):
     """The optimiser aims 0.2 % within bounds on distances and meets that to half; there certificates must agree."""
     body = make_body()
-    attained = {reading.limit: reading.seen for reading in certify(body, table(wall=3.0, envelope=8.1)).readings}
-    within = certify(body, table(wall=0.999 * attained["wall"], envelope=1.001 * attained["envelope"]))
+    attained = {reading.limit: reading.seen for reading in certified(body, table(wall=3.0, envelope=8.1)).readings}
+    within = certified(body, table(wall=0.999 * attained["wall"], envelope=1.001 * attained["envelope"]))
     assert within["wall"].satisfied() and within["envelope"].satisfied()
-    beyond = certify(body, table(wall=1.0001 * attained["wall"], envelope=0.9999 * attained["envelope"]))
+    beyond = certified(body, table(wall=1.0001 * attained["wall"], envelope=0.9999 * attained["envelope"]))
     assert {"wall", "envelope"} <= {reading.limit for reading in beyond.violated()}

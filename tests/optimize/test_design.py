@@ -12,7 +12,7 @@ from texts import EXTEND, problem_text
 from tiny import tiny
 
 from pneumorph.errors import MeshError, ProblemError
-from pneumorph.limits.report import certify
+from pneumorph.limits.of_shape import certified
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Skin
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, MeshKept, Started, design
@@ -59,7 +59,7 @@ def test_extension_grows_threefold_in_three_designs(three):
     last = events[-1]
     assert isinstance(last, Finished)
     assert last.held
-    assert certify(designs[-1].body, problem.limits).satisfied()
+    assert certified(designs[-1].body, problem.limits).satisfied()
 
 
 def test_the_history_line_is_as_documented(three):

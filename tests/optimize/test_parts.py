@@ -11,10 +11,8 @@ from texts import problem_text
 
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.limits import of_shape
-from pneumorph.limits.functions import build_limit_functions
-from pneumorph.limits.of_shape import tube_limits
-from pneumorph.limits.report import certify
+from pneumorph.limits import of_shape, report
+from pneumorph.limits.of_shape import build_limit_functions, certified, tube_limits
 from pneumorph.limits.table import ROWS
 from pneumorph.optimize import design
 from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened
@@ -215,12 +213,12 @@ def test_a_design_beyond_its_limits_is_brought_within(stage):
     points = body.control_points()
     bulge = (points * [1.0, 1.0, 0.0]) * np.exp(-(((points[:, 2] - 15.0) / 4.0) ** 2))[:, None]
     phi = space.start + np.concatenate([(space.L.T @ (0.6 * bulge).ravel()) / smooth.entries, [0.0]])
-    broken = {reading.limit for reading in certify(space.body(phi), problem.limits).violated()}
+    broken = {reading.limit for reading in certified(space.body(phi), problem.limits).violated()}
     assert {"wall", "envelope"} & broken
     found = within(space, smooth, limits, phi)
     assert isinstance(found, Within)
     assert found.report.satisfied()
-    assert certify(space.body(found.phi), problem.limits).satisfied()
+    assert certified(space.body(found.phi), problem.limits).satisfied()
     moved = np.abs(found.phi - phi).max()
     assert moved < 3.0
     again = within(space, smooth, limits, phi, 1.01 * moved)
@@ -257,7 +255,7 @@ def test_a_hopeless_design_is_given_up_at_once(stage, monkeypatch):
     tight = problem.limits.model_copy(update={"curvature": 1e-5})
     certificates = []
     monkeypatch.setattr(
-        of_shape, "certify", lambda *given, **own: certificates.append(certify(*given, **own)) or certificates[-1]
+        of_shape, "certify", lambda *given: certificates.append(report.certify(*given)) or certificates[-1]
     )
     found = within(space, smooth, tube_limits(body, tight), space.start)
     assert not isinstance(found, Within)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.limits.report import LimitReport, certify
+from pneumorph.limits.of_shape import certified
+from pneumorph.limits.report import LimitReport
 from pneumorph.optimize import within
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.within import Within
@@ -24,10 +25,10 @@ def bulged(setup: Setup, amount: float) -> np.ndarray:
 
 def test_bumps_are_smoothed(setup: Setup) -> None:
     phi = bulged(setup, 0.5)
-    assert not certify(setup.space.body(phi), setup.problem.limits).satisfied()
+    assert not certified(setup.space.body(phi), setup.problem.limits).satisfied()
     found = setup.within(phi)
     assert isinstance(found, Within)
-    assert certify(setup.space.body(found.phi), setup.problem.limits).satisfied()
+    assert certified(setup.space.body(found.phi), setup.problem.limits).satisfied()
 
 
 def test_what_cannot_be_repaired_ends_soon(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,11 +18,11 @@ import pneumorph as pm
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import cap_points
-from pneumorph.limits.report import certify
+from pneumorph.limits import of_shape
+from pneumorph.limits.of_shape import certified
 from pneumorph.limits.shares import usage
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mesh.tube import mesh_body
-from pneumorph.output import report_limits
 from pneumorph.output.packed import Steps, in_parts, in_steps, pack, unpack
 from pneumorph.output.report import facts_and_shapes, page_of, write_report
 from pneumorph.output.report_limits import MOST, packed_usage
@@ -106,7 +106,7 @@ def test_what_the_page_has_is_what_is_stored(run, fields):
 def test_shares_of_limits_agree_with_the_certificate(run, problem):
     facts, arrays = block_of(write_report(run))
     for number in (0, 2):
-        readings = certify(run.load_design(number).body(problem), problem.limits).readings
+        readings = certified(run.load_design(number).body(problem), problem.limits).readings
         used = {
             each.limit: BY_NAME[each.limit].used(each.seen, each.bound) for each in readings if each.limit != "ends"
         }
@@ -124,7 +124,7 @@ def test_shares_that_are_known_are_not_computed_again(run, problem, monkeypatch)
     known = {}
     _, arrays = packed_usage(problem, designs[:2], known)
     asked = []
-    monkeypatch.setattr(report_limits, "usage", lambda samples, body: asked.append(body) or usage(samples, body))
+    monkeypatch.setattr(of_shape, "usage", lambda kinds, at: asked.append(at.body) or usage(kinds, at))
     _, more = packed_usage(problem, designs, known)
     assert len(asked) == 1 and len(known) == 3
     for name, array in arrays.items():

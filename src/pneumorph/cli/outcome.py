@@ -11,7 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.cli.columns import MARK
-from pneumorph.geometry import Body
 from pneumorph.interface.runs import Run
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
@@ -30,7 +29,7 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     if last.reinforcements:
         yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")
     of_states = [(limit, last.limits[key], bound) for limit, key, bound in in_history(run.problem.limits)]
-    yield limits_table(best.body, best.limits, [each for each in of_states if each[0] in OF_STATES])
+    yield limits_table(best.limits, [each for each in of_states if each[0] in OF_STATES])
     number = best.iteration
     which = "the start" if number == 0 else f"number {number}, the last"
     stored = run.path / "designs" / f"{number:04d}.npz"
@@ -71,16 +70,13 @@ class Place(NamedTuple):
         return f"{self.surface} ({', '.join(f'{round(part, 1) + 0.0:.1f}' for part in self.point)})"
 
 
-def place_of(body: Body, reading: LimitReading) -> Place:
+def place_of(reading: LimitReading) -> Place:
     """Where the worst value of a limit is."""
-    names = ["exterior", *(chamber.name for chamber in body.chambers)]
-    surface = body.surfaces[names.index(reading.surface)]
-    x, y, z = surface.sample([reading.q], [reading.r])[0, 0]
-    return Place(reading.surface, (float(x), float(y), float(z)))
+    return Place(reading.surface, reading.point)
 
 
 def limits_table(
-    body: Body, readings: tuple[LimitReading, ...], of_states: Iterable[tuple[Limit, float | None, float]] = ()
+    readings: tuple[LimitReading, ...], of_states: Iterable[tuple[Limit, float | None, float]] = ()
 ) -> Table:
     """Every limit: its worst value, what it must be, and where the worst value is; marked if it is not kept.
 
@@ -98,7 +94,7 @@ def limits_table(
             style="" if kept else "red",
         )
         bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
-        table.add_row(limit.name, worst, bound, str(place_of(body, reading)))
+        table.add_row(limit.name, worst, bound, str(place_of(reading)))
     for limit, value, bound in of_states:
         kept = value is not None and limit.satisfied(value, bound)
         shown = "–" if value is None else f"{value:.3g}"

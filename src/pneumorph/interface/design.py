@@ -32,7 +32,8 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
-from pneumorph.limits.report import LimitReading, certify
+from pneumorph.limits.of_shape import certified
+from pneumorph.limits.report import LimitReading
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.problem import Problem, SolidSpec
 from pneumorph.results import Fields, HistoryEntry, TaskResult
@@ -93,7 +94,7 @@ class Design:
         """The worst value of every limit, certified for all points of the surfaces; none for a body from a file."""
         if isinstance(self.problem.body, SolidSpec):
             return ()
-        return certify(self.body, self.problem.limits).readings
+        return certified(self.body, self.problem.limits).readings
 
     @property
     def results(self) -> Mapping[str, TaskResult]:

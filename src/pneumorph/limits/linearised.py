@@ -1,24 +1,24 @@
-"""Linearised limits near a design: a sparse row for the worst point of every knot-span cell.
+"""Linearised limits near a design: a sparse row for the worst point of every cell of its surfaces.
 
-A limit on a surface must hold at infinitely many points. For each limit only the worst sample of every knot-span cell
-(or half a cell) is kept, and only if it is near its bound. This gives hundreds or thousands of rows, each with the
-sixteen control points on which it depends (for a distance those of both walls). The samples change from one
+A limit on a surface must hold at infinitely many points. For each limit only the worst sample of every cell (a knot
+span of a spline, or half of one) is kept, and only if it is near its bound. This gives hundreds or thousands of rows,
+each with the few control points on which it depends (for a distance those of both walls). The samples change from one
 linearisation to the next: an exchange method for semi-infinite programs (Hettich & Kortanek 1993).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from pneumorph.geometry import Body
 from pneumorph.limits.certify.places import Places, Points, joined
-from pneumorph.limits.table import KINDS, ROWS
-from pneumorph.limits.tube.rows.samples import LimitSamples, Near, RowBlock, SampledBody
+from pneumorph.limits.kinds.kind import Kind, Sampled
+from pneumorph.limits.rows.sampled import Near, RowBlock
+from pneumorph.limits.table import ROWS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -32,7 +32,7 @@ class Rows(NamedTuple):
     kind : (m,) int
         Indices into `ROWS`.
     cell : (m,) int
-        The knot-span cells, numbered over all surfaces.
+        The cells, numbered over all surfaces.
     value : (m,) float
         c relative to the bound: 0.01 is one per cent beyond it.
     jacobian : csr (m, 3·n_points)
@@ -49,8 +49,8 @@ class Rows(NamedTuple):
 
 
 def linearised(
-    limits: LimitSamples,
-    body: Body,
+    kinds: Sequence[Kind[Sampled, Any, Any]],
+    at: Sampled,
     reach: float,
     least: float,
     places: Mapping[str, Points] | None = None,
@@ -60,9 +60,10 @@ def linearised(
 
     Parameters
     ----------
-    limits : LimitSamples
-    body : Body
-        With nets of the shapes for which the samples were made.
+    kinds : sequence of Kind
+        Of limits.
+    at : SampledBody
+        The body at its samples.
     reach : float
         Distances within their bounds by up to this much get a row, mm.
     least : float
@@ -74,26 +75,26 @@ def linearised(
         Places where certificates have found limits broken; they get rows too, those of curvature, skew, stretch and
         area only as a part of `places`.
     """
-    at, near = SampledBody(limits, body), Near(reach, least, places)
-    kinds, blocks, close = [], [], {}
+    near = Near(reach, least, places)
+    numbers, blocks, close = [], [], {}
 
-    def add(numbers: list[int], found: Iterable[RowBlock]) -> None:
+    def add(own: list[int], found: Iterable[RowBlock]) -> None:
         for block in found:
-            kinds.append(np.array(numbers)[block.kind])
+            numbers.append(np.array(own)[block.kind])
             blocks.append(block)
             for name, points in block.close.items():
                 close[name] = joined(close[name], points) if name in close else points
 
-    for kind in KINDS:
+    for kind in kinds:
         add([ROWS.index(limit.name) for limit in kind.limits], kind.rows(at, near))
     if broken is not None:
-        for kind in KINDS:
+        for kind in kinds:
             for limit in kind.limits:
                 if limit.name in broken:
                     add([ROWS.index(limit.name)], kind.rows_at(at, limit.name, broken[limit.name]))
     column, entry = (np.concatenate([getattr(block, name).ravel() for block in blocks]) for name in ("column", "entry"))
     width = np.concatenate([np.full(len(block.cell), block.column.shape[1]) for block in blocks])
     start = np.concatenate([[0], np.cumsum(width)])
-    jacobian = sparse.csr_array((entry, column, start), shape=(len(width), 3 * body.n_points))
+    jacobian = sparse.csr_array((entry, column, start), shape=(len(width), 3 * at.body.n_points))
     cell, value = (np.concatenate([getattr(block, name) for block in blocks]) for name in ("cell", "value"))
-    return Rows(np.concatenate(kinds), cell, value, jacobian, close)
+    return Rows(np.concatenate(numbers), cell, value, jacobian, close)

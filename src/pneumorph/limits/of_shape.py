@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
+from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places, Points
+from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.linearised import Rows, linearised
 from pneumorph.limits.report import LimitReport, certify
-from pneumorph.limits.tube.rows.samples import LimitSamples, sample_limits
+from pneumorph.limits.rows.sampled import SampledBody
+from pneumorph.limits.shares import Usage, usage
+from pneumorph.limits.table import KINDS
+from pneumorph.limits.tube.enclosed import enclosed_tubes
+from pneumorph.limits.tube.measures.grid import grid
+from pneumorph.limits.tube.sampled import SampledTubes
+from pneumorph.limits.tube.samples import LimitSamples, sample_limits
+from pneumorph.limits.tube.smooth import LimitFunctions
 from pneumorph.problem.solid import require_tube
 from pneumorph.symmetry.operations import operations
 
@@ -21,18 +30,25 @@ if TYPE_CHECKING:
     from pneumorph.problem import Limits, Problem
 
 
-class ShapeLimits(Protocol):
-    """Limits on the shapes of bodies that differ in their control points alone."""
+@dataclass(frozen=True, eq=False)
+class ShapeLimits:
+    """Limits on the shapes of bodies that differ in their control points alone.
 
-    @property
-    def cells(self) -> int:
-        """Number of cells of all surfaces: the rows of a limit in a cell share its multiplier."""
-        ...
+    Attributes
+    ----------
+    spec : problem.Limits
+    kinds : tuple of Kind
+    cells : int
+        Number of cells of all surfaces: the rows of a limit in a cell share its multiplier.
+    sampled, enclosed : functions
+        Return a body at its samples, and by what encloses its surfaces.
+    """
 
-    @property
-    def wall(self) -> float:
-        """The least distance between surfaces, mm: the length that distances are compared with."""
-        ...
+    spec: Limits
+    kinds: tuple[Kind[Any, Any, Any], ...]
+    cells: int
+    sampled: Callable[[Body], SampledBody]
+    enclosed: Callable[[Body], EnclosedBody]
 
     def rows(
         self,
@@ -47,57 +63,68 @@ class ShapeLimits(Protocol):
         Parameters
         ----------
         body : Body
-            mm.
         reach, least, places, broken
             See `limits.linearised`.
         """
-        ...
+        return linearised(self.kinds, self.sampled(body), reach, least, places, broken)
 
     def certify(self, body: Body) -> LimitReport:
         """The certified worst values of all limits."""
-        ...
+        return certify(self.kinds, self.enclosed(body))
+
+    def shares(self, body: Body) -> list[Usage]:
+        """The share of the nearest limit that is used everywhere on each surface, the exterior first."""
+        return usage(self.kinds, self.sampled(body))
 
 
-@dataclass(frozen=True, eq=False)
-class TubeLimits:
-    """The limits of a problem on bodies of tubes."""
-
-    samples: LimitSamples
-
-    @property
-    def cells(self) -> int:
-        return int(self.samples.first[-1])
-
-    @property
-    def wall(self) -> float:
-        return self.samples.spec.wall
-
-    def rows(
-        self,
-        body: Body,
-        reach: float,
-        least: float,
-        places: Mapping[str, Points] | None = None,
-        broken: Places | None = None,
-    ) -> Rows:
-        """See `ShapeLimits.rows`.
-
-        Parameters
-        ----------
-        body, reach, least, places, broken
-            See `ShapeLimits.rows`.
-        """
-        return linearised(self.samples, body, reach, least, places, broken)
-
-    def certify(self, body: Body) -> LimitReport:
-        return certify(body, self.samples.spec, own=self.samples.own_spans)
+def limits_at(samples: LimitSamples) -> ShapeLimits:
+    """The limits on bodies of tubes with these samples."""
+    return ShapeLimits(
+        samples.spec,
+        KINDS,
+        int(samples.first[-1]),
+        lambda body: SampledTubes(samples, body),
+        lambda body: enclosed_tubes(body, samples.spec, samples.own_spans),
+    )
 
 
-def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] = ()) -> TubeLimits:
+def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] = ()) -> ShapeLimits:
     """The limits on all bodies of a run, see `sample_limits`."""
-    return TubeLimits(sample_limits(body, spec, group))
+    return limits_at(sample_limits(body, spec, group))
 
 
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
     return tube_limits(body, problem.limits, operations(require_tube(problem.body, "designed").symmetry))
+
+
+def certified(body: Body, spec: Limits) -> LimitReport:
+    """The certified worst values of limits on a body that need not be symmetric."""
+    return certify(KINDS, enclosed_tubes(body, spec))
+
+
+def build_limit_functions(
+    body: Body, spec: Limits, per_span: tuple[int, int] = (4, 8), reach: float = 0.5
+) -> LimitFunctions:
+    """Build the limits of a problem on samples of a body of tubes.
+
+    Parameters
+    ----------
+    body : Body
+        Any body of the run: only properties that never change (net shapes, starting sizes, kinds of ends, length) are
+        used.
+    spec : problem.Limits
+    per_span : (int, int)
+        Samples per knot span in q and in r. Curvature has its peaks on knots, stretch has them anywhere: in a fold of a
+        bellows, one span of r turns by more than a right angle, and four samples would miss a quarter of h₃.
+    reach : float
+        See `LimitFunctions`.
+    """
+    return LimitFunctions(
+        kinds=KINDS,
+        grids=tuple(grid(surface, per_span) for surface in body.surfaces),
+        slices=body.slices,
+        length=float(body.exterior.net[-1, 0, 2]),
+        spec=spec,
+        reach=reach,
+    )

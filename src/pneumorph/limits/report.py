@@ -8,20 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pneumorph.geometry import Body
+from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places
-from pneumorph.limits.table import BY_NAME, KINDS, OF_SHAPE
-from pneumorph.limits.tube.certify.tally import Tally, spanned_body
-
-if TYPE_CHECKING:
-    from pneumorph.problem import Limits
-
-Mask = NDArray[np.bool_]
+from pneumorph.limits.certify.tally import Tally
+from pneumorph.limits.kinds.kind import Enclosed, Kind
+from pneumorph.limits.table import BY_NAME, OF_SHAPE
 
 NOISE = 1e-9
 """Values below it, in mm, 1/mm² or 1, are shown as 0."""
@@ -46,11 +39,13 @@ class LimitReading:
     surface : str
         Name of the surface with the worst point found.
     q, r : float
-        Parameters of that point; on an end disc those of the nearest point of its rim.
+        Parameters of that point on a tube; on an end disc those of the nearest point of its rim.
     seen : float
         The value attained there.
     scale : float
         What distances from the bound are divided by in rows, see `Limit.scale`.
+    point : (float, float, float)
+        Where it is, mm.
     """
 
     limit: str
@@ -61,6 +56,7 @@ class LimitReading:
     r: float
     seen: float
     scale: float = 1.0
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def satisfied(self) -> bool:
         """Whether no point of the surfaces is beyond the bound."""
@@ -88,9 +84,11 @@ class LimitReading:
         limit = BY_NAME[self.limit]
         unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
         kind = "at least" if limit.at_least else "at most"
+        # Rounded before it is written, so that no -0.0 is shown.
+        x, y, z = (round(part, 1) + 0.0 for part in self.point)
         return (
             f"{self.limit} is {self.shown()}{unit}, must be {kind} {self.bound:g}{unit}"
-            f" (on {self.surface}, q = {self.q:.3f}, r = {self.r:.3f})"
+            f" (on {self.surface}, at ({x:.1f}, {y:.1f}, {z:.1f}) mm)"
         )
 
 
@@ -124,39 +122,44 @@ class LimitReport:
         return not self.violated()
 
 
-def certify(body: Body, spec: Limits, own: Sequence[Mask] | None = None) -> LimitReport:
-    """Certify a body against a problem's limits.
-
-    Parameters
-    ----------
-    body : Body
-    spec : problem.Limits
-    own : sequence of (n,) bool
-        For a symmetric body the knot spans of each surface that are not images of others; the report is that of all,
-        with places in these alone. See `LimitSamples`.
-    """
-    whole = spanned_body(body, spec, own)
-    tallies = {limit.name: Tally(limit, spec) for limit in OF_SHAPE if limit.read(spec) is not None}
+def certify(kinds: Sequence[Kind[Any, Enclosed, Any]], body: Enclosed) -> LimitReport:
+    """Certify a body, as it encloses its surfaces, against its limits of some kinds."""
+    tallies = {
+        limit.name: Tally(limit, body.spec)
+        for kind in kinds
+        for limit in kind.limits
+        if limit.read(body.spec) is not None
+    }
     # Distances come last: they take longest, and need not be finer than what is known of end planes and rims.
-    for kind in reversed(KINDS):
-        kind.certify(whole, tallies)
-    names = [surface.name for surface in body.surfaces]
+    for kind in reversed(kinds):
+        kind.certify(body, tallies)
     return LimitReport(
-        readings=tuple(_readings(tallies, names)),
+        readings=tuple(_readings(body, tallies)),
         places={name: tally.places() for name, tally in tallies.items()},
     )
 
 
-def _readings(tallies: Mapping[str, Tally], names: list[str]) -> list[LimitReading]:
+def _readings(body: EnclosedBody, tallies: Mapping[str, Tally]) -> list[LimitReading]:
     """One reading for all limits that have the same name for users."""
     readings = []
     for word in dict.fromkeys(tally.limit.word for tally in tallies.values()):
         alike = [tally for tally in tallies.values() if tally.limit.word == word]
         limit, bound = alike[0].limit, alike[0].bound
         upper, worst = max(tally.upper for tally in alike), max(tally.worst for tally in alike)
-        surface, q, r = max(alike, key=lambda tally: tally.worst).place
-        # Nothing is attained if all patches are farther apart than the largest distance that is measured.
-        worst = min(worst, upper)
-        at = names[surface], q, r
-        readings.append(LimitReading(limit.name, limit.sign * upper, bound, *at, limit.sign * worst, alike[0].scale))
+        found = max(alike, key=lambda tally: tally.worst)
+        x, y, z = body.position(found.surface, found.at[None])[0].tolist()
+        readings.append(
+            LimitReading(
+                limit=limit.name,
+                value=limit.sign * upper,
+                bound=bound,
+                surface=body.body.surfaces[found.surface].name,
+                q=float(found.at[0]),
+                r=float(found.at[1]),
+                # Nothing is attained if all pieces are farther apart than the largest distance that is measured.
+                seen=limit.sign * min(worst, upper),
+                scale=alike[0].scale,
+                point=(x, y, z),
+            )
+        )
     return readings

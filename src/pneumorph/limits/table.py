@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pneumorph.limits.kinds.fold import Folds
 from pneumorph.limits.kinds.kind import Kind
@@ -16,7 +16,7 @@ from pneumorph.limits.tube.shape import Shapes
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
 
-KINDS: tuple[Kind, ...] = (
+KINDS: tuple[Kind[Any, Any, Any], ...] = (
     Walls(),
     Inside(PLANES, between_ends, cavities=True),
     Folds(),

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.limits.functions import LimitFunctions
+from pneumorph.limits.of_shape import LimitFunctions
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step

@@ -42,7 +42,7 @@ def optimality(
     whole = float(np.abs(smooth.transpose(slope)).sum())
     if whole == 0.0:
         return 0.0
-    active = linear_limits(space, limits, phi, ACTIVE * limits.wall, -ACTIVE)
+    active = linear_limits(space, limits, phi, ACTIVE * limits.spec.wall, -ACTIVE)
     near = states.jacobian[states.value > -ACTIVE]
     jacobian = sparse.csr_array(sparse.vstack([active.jacobian, near])) if len(near) else active.jacobian
     count = len(active.rows.value) + len(near)

@@ -11,8 +11,7 @@ from pneumorph.analysis.bodies import mesher_of
 from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.geometry.starting import space_of
-from pneumorph.limits.functions import build_limit_functions
-from pneumorph.limits.of_shape import ShapeLimits, limits_of
+from pneumorph.limits.of_shape import ShapeLimits, build_limit_functions, limits_of
 from pneumorph.limits.report import LimitReport
 from pneumorph.mechanics import part_of
 from pneumorph.mesh import Mesher

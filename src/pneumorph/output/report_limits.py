@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from pneumorph.geometry.starting import body_of
-from pneumorph.limits.shares import NAMES, Usage, usage
+from pneumorph.limits.of_shape import limits_of
+from pneumorph.limits.shares import NAMES, Usage
 from pneumorph.limits.table import BY_NAME
-from pneumorph.limits.tube.rows.samples import sample_limits
 from pneumorph.output.packed import Steps, in_steps
 from pneumorph.output.report_shapes import array_key
 from pneumorph.problem import Problem
@@ -35,13 +35,13 @@ def packed_usage(
     """
     known = {} if known is None else known
     start = body_of(problem)
-    samples = sample_limits(start, problem.limits)
+    limits = limits_of(problem, start)
     found = []
     for design in designs:
         body = design.body(problem)
         digest = blake2b(np.asarray(body.control_points()).tobytes(), digest_size=16).digest()
         if digest not in known:
-            known[digest] = usage(samples, body)
+            known[digest] = limits.shares(body)
         found.append(known[digest])
     words, arrays = [BY_NAME[name].word for name in NAMES], {}
     for number, surface in enumerate(start.surfaces):

@@ -19,19 +19,20 @@ class Points(NamedTuple):
     ----------
     surface : (n,) array
         Index of the surface; the exterior is 0.
-    q, r : (n,) arrays
+    at : (n, 3) array
+        Numbers by which the surface knows the points. Of a tube q, r and s: s is 1 on the tube itself; on an end disc
+        (r = 0 or 1) it is the fraction of the way from its centre to its rim.
     seen, certified : (n,) arrays
-        The value there, and the certified one for its knot span, in the limit's unit.
+        The value there, and the certified one for its cell, in the limit's unit.
     """
 
     surface: Ints
-    q: Floats
-    r: Floats
+    at: Floats
     seen: Floats
     certified: Floats
 
 
-NO_POINTS = Points(np.zeros(0, dtype=np.int64), *np.zeros((4, 0)))
+NO_POINTS = Points(np.zeros(0, dtype=np.int64), np.zeros((0, 3)), *np.zeros((2, 0)))
 
 
 class Pairs(NamedTuple):
@@ -42,10 +43,9 @@ class Pairs(NamedTuple):
     surface_a, surface_b : (n,) arrays
         Indices of the surfaces; the exterior is 0.
     a, b : (n, 3) arrays
-        q, r and s of the closest points found: s is 1 on the tube; on an end disc (r = 0 or 1) it is the fraction of
-        the way from its centre to its rim.
+        The closest points found, see `Points.at`.
     seen, certified : (n,) arrays
-        Their distance in mm, and the certified one of the two patches that contain them.
+        Their distance in mm, and the certified one of the two pieces of surfaces that contain them.
     """
 
     surface_a: Ints
@@ -59,7 +59,7 @@ class Pairs(NamedTuple):
 Places = Mapping[str, Points | Pairs]
 """All places where limits are not certified to hold, not only the worst ones, by the names of the limits.
 
-Points by knot span; pairs for every patch and the nearest other patch.
+Points by cell; pairs for every piece and the nearest other piece.
 """
 
 

@@ -9,18 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.geometry import Body
 from pneumorph.geometry.regions import Cylinder, Region, box
-from pneumorph.geometry.tube.local import point_weights
+from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Pairs, Points
+from pneumorph.limits.certify.tally import Tally
+from pneumorph.limits.kinds.kind import SmoothBody
 from pneumorph.limits.limit import Limit
-from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
-from pneumorph.limits.tube.certify.tally import SpannedBody, Tally
-from pneumorph.limits.tube.rows.samples import COARSE, Near, PointsOn, RowBlock, SampledBody, by_surface, worst_samples
+from pneumorph.limits.rows.sampled import Near, Placed, RowBlock, SampledBody, by_surface
 
 if TYPE_CHECKING:
-    from jax import Array
-
-    from pneumorph.limits.tube.rows.smooth import SmoothBody
     from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]
@@ -70,74 +68,64 @@ class Inside:
         return (self.limit,)
 
     def rows(self, at: SampledBody, near: Near) -> Iterator[RowBlock]:
-        samples = at.samples
-        for number, field in enumerate(at.fields):
-            if self._counts(samples.coarse[number].cavity, samples.spec):
-                c = self._c(samples.spec, samples.length, np.moveaxis(field.x, 0, -1))
-                if not self.ends:
-                    c[[0, -1]] = -np.inf
-                least = -near.reach / self.limit.scale(samples.spec)
-                row, column, cell = worst_samples(c, samples.own_coarse[number], COARSE, samples.spans[number], least)
-                grid = samples.coarse[number]
-                yield self._rows(at, PointsOn(number, cell, grid.q[column], grid.r[row]))
+        for number in self._surfaces(at.body, at.spec):
+            c = self._c(at.spec, at.length, at.positions(number))
+            if not self.ends:
+                c[at.in_end_planes(number)] = -np.inf
+            yield self._rows(at, at.worst(number, c, -near.reach / self.limit.scale(at.spec)))
 
     def rows_at(self, at: SampledBody, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
         assert isinstance(places, Points)
-        for points in by_surface(at.samples, places):
+        for points in by_surface(at, places):
             yield self._rows(at, points)
 
-    def certify(self, body: SpannedBody, tallies: Mapping[str, Tally]) -> None:
-        if self.limit.name not in tallies:
-            return
-        tally, length = tallies[self.limit.name], float(body.body.exterior.net[-1, 0, 2])
-        region, shift = self.region(body.spec, length), self._shift(body.spec)
+    def certify(self, body: EnclosedBody, tallies: Mapping[str, Tally]) -> None:
+        def value(x: Floats) -> Floats:
+            return self._value(body.spec, body.length, x)
 
-        def value(net: Floats) -> Floats:
-            return region.beyond(np.moveaxis(net, 1, -1)) + shift
-
-        for number, (surface, spans) in enumerate(zip(body.body.surfaces, body.spans, strict=True)):
-            if surface.cavity == self.cavities and spans.own.any():
-                tally.points(number, hull_bounds(spans.x, value, spans, tally.accuracy, tally.worst))
+        for number in self._surfaces(body.body, body.spec):
+            if number in body.own:
+                tally = tallies[self.limit.name]
+                tally.points(number, body.farthest(number, value, tally.accuracy, tally.worst))
 
     def shares(self, at: SampledBody, number: int) -> Iterator[tuple[str, Floats]]:
-        spec = at.samples.spec
-        bound = self.limit.read(spec)
-        if bound and self._counts(at.samples.coarse[number].cavity, spec):
-            beyond = self.region(spec, at.samples.length).beyond(np.moveaxis(at.fields[number].x, 0, -1))
-            yield self.limit.name, self.limit.used(self.limit.sign * (beyond + self._shift(spec)), bound)
+        bound = self.limit.read(at.spec)
+        if bound and number in self._surfaces(at.body, at.spec):
+            value = self.limit.sign * self._value(at.spec, at.length, at.positions(number))
+            yield self.limit.name, self.limit.used(value, bound)
 
-    def smooth(self, at: SmoothBody) -> dict[str, Array]:
-        spec, length = at.samples.spec, at.samples.length
-        found = [
-            self._c(spec, length, x.reshape(3, -1).T)
-            for x, grid in zip(at.tubes, at.samples.grids, strict=True)
-            if self._counts(grid.cavity, spec)
-        ]
+    def smooth(self, at: SmoothBody) -> dict[str, Any]:
+        if self.limit.read(at.spec) is None:
+            return {}
+        found = [self._c(at.spec, at.length, x) for cavity, x in at.positions() if cavity == self.cavities]
         return {self.limit.name: at.joined(found)} if found else {}
 
-    def _counts(self, cavity: bool, spec: Limits) -> bool:
-        return cavity == self.cavities and self.limit.read(spec) is not None
+    def _surfaces(self, body: Body, spec: Limits) -> list[int]:
+        """Indices of the surfaces that are kept in the region."""
+        if self.limit.read(spec) is None:
+            return []
+        return [number for number, surface in enumerate(body.surfaces) if surface.cavity == self.cavities]
 
-    def _shift(self, spec: Limits) -> float:
-        """What makes the value, with the limit's sign, of a distance beyond the region."""
-        return 0.0 if self.limit.at_least else self.limit.bound(spec)
+    def _value(self, spec: Limits, length: float, x: Floats) -> Floats:
+        """The value at points x (..., 3), with the limit's sign."""
+        return self.region(spec, length).beyond(x) + (0.0 if self.limit.at_least else self.limit.bound(spec))
 
     def _c(self, spec: Limits, length: float, x: Any) -> Any:
         """c of points x (..., 3)."""
         clearance = self.limit.bound(spec) if self.limit.at_least else 0.0
         return (self.region(spec, length).beyond(x) + clearance) / self.limit.scale(spec)
 
-    def _rows(self, at: SampledBody, points: PointsOn) -> RowBlock:
-        spec, length, surface = at.samples.spec, at.samples.length, at.body.surfaces[points.number]
-        numbers, weights = point_weights(surface, points.q, points.r)
-        x = np.einsum("mk,mkc->mc", weights, surface.net.reshape(-1, 3)[numbers])
-        slope = self.region(spec, length).outward(x) / self.limit.scale(spec)
+    def _rows(self, at: SampledBody, points: Placed) -> RowBlock:
+        numbers, weights = at.sums(points)
+        x = np.einsum("mk,mkc->mc", weights, at.body.control_points()[numbers])
+        slope = self.region(at.spec, at.length).outward(x) / self.limit.scale(at.spec)
         # Coordinates along which the region has no boundary are left out.
         some = np.flatnonzero(slope.any(axis=0))
+        wide = numbers.shape[1] * len(some)
         return RowBlock(
             np.zeros(len(x), dtype=np.int64),
-            at.samples.first[points.number] + points.cell,
-            self._c(spec, length, x),
-            (3 * (at.body.slices[points.number].start + numbers)[..., None] + some).reshape(len(x), 16 * len(some)),
-            (weights[..., None] * slope[:, None, some]).reshape(len(x), 16 * len(some)),
+            points.cell,
+            self._c(at.spec, at.length, x),
+            (3 * numbers[..., None] + some).reshape(len(x), wide),
+            (weights[..., None] * slope[:, None, some]).reshape(len(x), wide),
         )

@@ -16,28 +16,24 @@ from numpy.typing import NDArray
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.local import nonzero_functions, point_weights
 from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.limits.certify.enclosed import Accuracy, CellBounds
 from pneumorph.limits.certify.places import Pairs, Points
+from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.limit import Limit
-from pneumorph.limits.tube.certify.cells import BACKWARDS, Accuracy, Cells, KnotSpans, SpanBounds
+from pneumorph.limits.rows.sampled import Near, Placed, RowBlock, by_surface
+from pneumorph.limits.tube.certify.cells import BACKWARDS, Cells, KnotSpans
 from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
-from pneumorph.limits.tube.certify.tally import SpannedBody, Tally
+from pneumorph.limits.tube.enclosed import EnclosedTubes
 from pneumorph.limits.tube.measures.grid import Grid
 from pneumorph.limits.tube.measures.spline_fields import combined
-from pneumorph.limits.tube.rows.samples import (
-    FINE,
-    LimitSamples,
-    Near,
-    PointsOn,
-    RowBlock,
-    SampledBody,
-    by_surface,
-    worst_samples,
-)
+from pneumorph.limits.tube.points import on_tube
+from pneumorph.limits.tube.sampled import SampledTubes
+from pneumorph.limits.tube.samples import FINE, LimitSamples, worst_samples
 
 if TYPE_CHECKING:
     from jax import Array
 
-    from pneumorph.limits.tube.rows.smooth import SmoothBody
+    from pneumorph.limits.tube.smooth import SmoothTubes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -54,17 +50,17 @@ class Rims:
 
     limits: tuple[Limit, ...] = (RIM,)
 
-    def rows(self, at: SampledBody, near: Near) -> Iterator[RowBlock]:
+    def rows(self, at: SampledTubes, near: Near) -> Iterator[RowBlock]:
         for number, samples in enumerate(at.samples.coarse):
             if len(samples.rings):
                 yield _rows(at, _worst(at.samples, at.body, number, near.reach))
 
-    def rows_at(self, at: SampledBody, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
+    def rows_at(self, at: SampledTubes, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
         assert isinstance(places, Points)
-        for points in by_surface(at.samples, places):
+        for points in by_surface(at, places):
             yield _rows(at, points)
 
-    def certify(self, body: SpannedBody, tallies: Mapping[str, Tally]) -> None:
+    def certify(self, body: EnclosedTubes, tallies: Mapping[str, Tally]) -> None:
         tally = tallies[RIM.name]
         for number in body.own:
             surface, spans = body.body.surfaces[number], body.spans[number]
@@ -72,14 +68,14 @@ class Rims:
                 for found in bounds(surface, spans, body.spec.fold.neighbourhood, tally.accuracy, tally.worst):
                     tally.points(number, found)
 
-    def shares(self, at: SampledBody, number: int) -> Iterator[tuple[str, Floats]]:
+    def shares(self, at: SampledTubes, number: int) -> Iterator[tuple[str, Floats]]:
         samples, spec, x = at.samples.coarse[number], at.samples.spec.fold, at.fields[number].x
         if len(samples.rings):
             base, tip = _ratios(x, samples, spec.neighbourhood)
             ratio = np.minimum(base, tip)
             yield RIM.name, RIM.used(np.concatenate([ratio[:1], ratio, ratio[-1:]]), spec.distance)
 
-    def smooth(self, at: SmoothBody) -> dict[str, Array]:
+    def smooth(self, at: SmoothTubes) -> dict[str, Array]:
         found, spec = [], at.samples.spec.fold
         for x, grid in zip(at.tubes, at.samples.grids, strict=True):
             if len(grid.rings):
@@ -99,7 +95,7 @@ def _ratios(x: Any, grid: Grid, neighbourhood: float) -> tuple[Any, Any]:
     return base[1:-1] / np.minimum(along, 1.0), tip[1:-1] / np.minimum(along[::-1], 1.0)
 
 
-def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> PointsOn:
+def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> Placed:
     """The worst fine samples of every cell; the nearer end counts."""
     samples, surface = limits.fine[number], body.surfaces[number]
     r = np.clip(samples.r, *_within_edges(limits, number))
@@ -110,7 +106,7 @@ def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> Point
     c = 1.0 + slope[:, None] * (z - surface.net[end, 0, 2][:, None])
     own, least = limits.own_fine[number], -reach / RIM.bound(limits.spec)
     row, column, cell = worst_samples(c, own, FINE, limits.spans[number], least)
-    return PointsOn(number, cell, samples.q[column], r[row])
+    return Placed(number, limits.first[number] + cell, on_tube(samples.q[column], r[row]))
 
 
 def _within_edges(limits: LimitSamples, number: int) -> tuple[float, float]:
@@ -126,18 +122,18 @@ def _over_planes(limits: LimitSamples, body: Body, number: int, r: Floats) -> tu
     return slope, np.where(tip, surface.net.shape[0] - 1, 0)
 
 
-def _rows(at: SampledBody, points: PointsOn) -> RowBlock:
+def _rows(at: SampledTubes, points: Placed) -> RowBlock:
     """The rows of points, which may be on the rims."""
     limits, body, surface = at.samples, at.body, at.body.surfaces[points.number]
-    r = np.clip(points.r, *_within_edges(limits, points.number))
+    q, r = points.at[:, 0], np.clip(points.at[:, 1], *_within_edges(limits, points.number))
     slope, end = _over_planes(limits, body, points.number, r)
-    numbers, weights = point_weights(surface, points.q, r)
+    numbers, weights = point_weights(surface, q, r)
     z = np.einsum("mk,mk->m", weights, surface.net[..., 2].ravel()[numbers])
     # The plane moves with the end row, whose points all have the same z.
-    ends, whole = point_weights(surface, points.q, np.where(end > 0, 1.0, 0.0))
+    ends, whole = point_weights(surface, q, np.where(end > 0, 1.0, 0.0))
     return RowBlock(
         np.zeros(len(z), dtype=np.int64),
-        limits.first[points.number] + points.cell,
+        points.cell,
         1.0 + slope * (z - surface.net[end, 0, 2]),
         3 * (body.slices[points.number].start + np.concatenate([numbers, ends], axis=1)) + 2,
         slope[:, None] * np.concatenate([weights, -whole], axis=1),
@@ -146,7 +142,7 @@ def _rows(at: SampledBody, points: PointsOn) -> RowBlock:
 
 def bounds(
     surface: TubeSurface, spans: KnotSpans, neighbourhood: float, accuracy: Accuracy, worst: float
-) -> list[SpanBounds]:
+) -> list[CellBounds]:
     """Smallest heights (mm) of a tube over the planes of its flat ends, relative to the part to be kept; signs changed.
 
     Height and part both vanish on the rim, so the common factor v is divided out there.

@@ -14,30 +14,24 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.certify.places import Pairs, Points
+from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.limit import Limit
+from pneumorph.limits.rows.sampled import CLOSE, DIGITS, Near, RowBlock
 from pneumorph.limits.tube.certify.shape_bounds import enclosed
-from pneumorph.limits.tube.certify.tally import SpannedBody, Tally
+from pneumorph.limits.tube.enclosed import EnclosedTubes
 from pneumorph.limits.tube.measures.formulas import MIN_AREA
 from pneumorph.limits.tube.measures.grid import Grid
 from pneumorph.limits.tube.measures.shape import differentiated, measured, measured_samples
-from pneumorph.limits.tube.rows.peaks import expected_peaks, peaks_at
-from pneumorph.limits.tube.rows.samples import (
-    CLOSE,
-    DIGITS,
-    FINE,
-    LimitSamples,
-    Near,
-    RowBlock,
-    SampledBody,
-    cell_of,
-    worst_samples,
-)
+from pneumorph.limits.tube.peaks import expected_peaks, peaks_at
+from pneumorph.limits.tube.points import on_tube
+from pneumorph.limits.tube.sampled import SampledTubes
+from pneumorph.limits.tube.samples import FINE, LimitSamples, cell_of, worst_samples
 from pneumorph.threads import each
 
 if TYPE_CHECKING:
     from jax import Array
 
-    from pneumorph.limits.tube.rows.smooth import SmoothBody
+    from pneumorph.limits.tube.smooth import SmoothTubes
     from pneumorph.problem import Limits
 
 Floats = NDArray[np.float64]
@@ -65,7 +59,7 @@ class Shapes:
 
     limits: tuple[Limit, ...] = _LIMITS
 
-    def rows(self, at: SampledBody, near: Near) -> Iterator[RowBlock]:
+    def rows(self, at: SampledTubes, near: Near) -> Iterator[RowBlock]:
         samples, body = at.samples, at.body
         scale, shift = _scale_and_shift(samples.spec)
         for number, surface in enumerate(body.surfaces):
@@ -82,14 +76,14 @@ class Shapes:
             for k, limit in enumerate(self.limits):
                 some = np.flatnonzero((excess > CLOSE) & (kind == k))
                 here = np.full(len(some), number)
-                close[limit.name] = Points(here, q[some], r[some], value[some], value[some])
+                close[limit.name] = Points(here, on_tube(q[some], r[some]), value[some], value[some])
             yield RowBlock(kind, samples.first[number] + cell, excess, column, entry, close)
 
-    def rows_at(self, at: SampledBody, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
+    def rows_at(self, at: SampledTubes, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
         # They are among `Near.places`.
         yield from ()
 
-    def certify(self, body: SpannedBody, tallies: Mapping[str, Tally]) -> None:
+    def certify(self, body: EnclosedTubes, tallies: Mapping[str, Tally]) -> None:
         for number in body.own:
             some = [tallies[limit.name] for limit in self.limits]
             accuracies, worst = [tally.accuracy for tally in some], [tally.worst for tally in some]
@@ -98,13 +92,13 @@ class Shapes:
             for tally, bounds in zip(some, found, strict=True):
                 tally.points(number, bounds)
 
-    def shares(self, at: SampledBody, number: int) -> Iterator[tuple[str, Floats]]:
+    def shares(self, at: SampledTubes, number: int) -> Iterator[tuple[str, Floats]]:
         spec = at.samples.spec
         values = measured_samples(at.body.surfaces[number], at.samples.fine[number], spec.stretch.form)
         for limit, value in zip(self.limits, values, strict=True):
             yield limit.name, limit.used(value, limit.bound(spec))
 
-    def smooth(self, at: SmoothBody) -> dict[str, Array]:
+    def smooth(self, at: SmoothTubes) -> dict[str, Array]:
         spec = at.samples.spec
         return {each.name: each.sign * (at.measured(each.name) / each.bound(spec) - 1.0) for each in self.limits}
 
@@ -154,7 +148,7 @@ def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | Non
     for kind, limit in enumerate(_LIMITS):
         found = places[limit.name]
         here = found.surface == number
-        q, r = found.q[here], found.r[here]
+        q, r = found.at[here, 0], found.at[here, 1]
         parts.append((np.full(len(q), kind), cell_of(limits, number, q, r), q, r))
     kind, cell, q, r = (np.concatenate(part) for part in zip(*parts, strict=True))
     return kind, cell, q, r

@@ -7,7 +7,6 @@ within knot spans. Larger is worse for all quantities here; distances therefore 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import comb, factorial
 from typing import NamedTuple
 
@@ -17,6 +16,8 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry import Basis
 from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.limits.certify.enclosed import Accuracy, CellBounds
+from pneumorph.limits.tube.points import on_tube
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -24,7 +25,6 @@ Mask = NDArray[np.bool_]
 
 _ROUNDS = 9  # of halving cells
 _MAX_CELLS = 300  # cells per knot span in all rounds
-FINE = 0.003  # largest gap between certified and attained values, relative to the bound
 
 
 class KnotSpans(NamedTuple):
@@ -75,51 +75,6 @@ class Bounds(NamedTuple):
     seen: Floats
     place: Floats
     vary: Floats
-
-
-class SpanBounds(NamedTuple):
-    """Bounds of one quantity on knot spans: certified and attained value, and q and r of the latter, each (n,)."""
-
-    upper: Floats
-    seen: Floats
-    q: Floats
-    r: Floats
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """The accuracy to which a quantity is bounded.
-
-    Attributes
-    ----------
-    bound : float
-        Bound of the limit.
-    needed : float
-        The bound, with what rounding may do where that is zero; it is decided for every point whether this is exceeded.
-    gap : float
-        Allowed difference of certified and attained values near the limit.
-    decided : float
-        The same where attained values are within it, or beyond by no more than this.
-    relative_gap : float
-        The same far from the limit, relative to the distance from it.
-    """
-
-    bound: float
-    needed: float
-    gap: float
-    decided: float
-    relative_gap: float
-
-    def enough(self, seen: float, elsewhere: float) -> float:
-        """Upper bound that needs no refinement, given the worst values attained on this surface and elsewhere."""
-        here = seen + max(self.gap, self.relative_gap * (self.bound - seen))
-        return min(max(elsewhere, here), self.needed)
-
-    def close(self, seen: Floats) -> Floats:
-        """The same for single knot spans with the worst attained values `seen` (n,)."""
-        near = seen + self.gap * np.clip(np.abs(seen) / max(abs(self.bound), 1e-9), 1.0, 1e12)
-        decided = np.minimum(near, np.maximum(self.needed, seen + self.decided))
-        return np.where(seen > self.needed + self.decided, near, decided)
 
 
 def power(basis: Basis) -> Floats:
@@ -252,7 +207,7 @@ def whole(count: int) -> Cells:
     return Cells(np.arange(count), np.full((count, 2), 0.5), np.full((count, 2), 0.5))
 
 
-def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) -> SpanBounds:
+def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) -> CellBounds:
     """The bounds of one quantity on the knot spans to bound, of those (n,) on all, with places (n, 2) in u and v.
 
     Parameters
@@ -264,8 +219,8 @@ def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) ->
         Where the latter are, in u and v.
     """
     q = (spans.q[:, 0] + place[:, 0] * spans.q[:, 1]) % 1.0
-    found = SpanBounds(upper, seen, q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
-    return SpanBounds(*(part[spans.own] for part in found))
+    at = on_tube(q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
+    return CellBounds(*(part[spans.own] for part in (upper, seen, at)))
 
 
 @numba.njit(cache=True, nogil=True)

@@ -13,12 +13,11 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.limits.certify.enclosed import Accuracy, CellBounds
 from pneumorph.limits.tube.certify.cells import (
-    Accuracy,
     Bounds,
     Cells,
     KnotSpans,
-    SpanBounds,
     recentred,
     refine,
     span_bounds,
@@ -41,7 +40,7 @@ def hull_bounds(
     accuracy: Accuracy,
     worst: float,
     cells: Cells | None = None,
-) -> SpanBounds:
+) -> CellBounds:
     """Bounds of a quantity on knot spans, or on parts of them.
 
     Parameters

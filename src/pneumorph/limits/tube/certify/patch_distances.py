@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.limits.certify.enclosed import Accuracy, Gaps
 from pneumorph.limits.tube.certify.branch_and_bound import (
     Sides,
     approach,
@@ -17,7 +17,7 @@ from pneumorph.limits.tube.certify.branch_and_bound import (
     nearest_centres,
     spheres,
 )
-from pneumorph.limits.tube.certify.cells import Accuracy, KnotSpans, power
+from pneumorph.limits.tube.certify.cells import KnotSpans, power
 from pneumorph.limits.tube.certify.hull_bounds import FROM_POWERS
 
 Floats = NDArray[np.float64]
@@ -59,26 +59,6 @@ class Patches:
     centres: Floats
     radii: Floats
     size: Floats
-
-
-class Gaps(NamedTuple):
-    """Distances of n pairs of patches, between two surfaces or within one.
-
-    Attributes
-    ----------
-    lower, seen : (n,) arrays
-        Certified lower bound, and the distance of an actual pair of points, mm.
-    patch : (n, 2) array
-        Indices of the patches.
-    a, b : (n, 3) arrays
-        q, r and s of these points; s is the fraction of the way from an end disc's centre to its rim (1 on the tube).
-    """
-
-    lower: Floats
-    seen: Floats
-    patch: Ints
-    a: Floats
-    b: Floats
 
 
 def patches(surface: TubeSurface, spans: KnotSpans) -> Patches:
@@ -172,15 +152,6 @@ def gaps(
     lower, seen, at = _bounded(pairs, first, second, neighbourhood, accuracy, known.seen, worst)
     found = [known, _found(first, second, pairs, lower, seen, at)]
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
-
-
-def nearest_uncertified(found: Gaps, needed: float) -> NDArray[np.integer]:
-    """Indices of pairs whose distance is not certified to be at least `needed`: of each patch only the nearest."""
-    some = np.flatnonzero(~(found.lower >= needed))
-    some = some[np.isfinite(found.seen[some])]
-    some = some[np.argsort(found.seen[some], kind="stable")]
-    first = [np.unique(found.patch[some, side], return_index=True)[1] for side in (0, 1)]
-    return some[np.unique(np.concatenate(first))]
 
 
 def _asked(seen: Floats, accuracy: Accuracy, worst: float) -> float:

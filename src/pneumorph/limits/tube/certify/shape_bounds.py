@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.limits.certify.enclosed import Accuracy, CellBounds
 from pneumorph.limits.tube.certify.cells import (
     BACKWARDS,
-    Accuracy,
     Bounds,
     Cells,
     KnotSpans,
-    SpanBounds,
     derivative,
     power,
     recentre,
@@ -96,7 +95,7 @@ def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
 
 def enclosed(
     surface: TubeSurface, spans: KnotSpans, form: Form, accuracies: list[Accuracy], worst: list[float]
-) -> list[SpanBounds]:
+) -> list[CellBounds]:
     """Bounds of curvature, skew, stretch and area element, its sign changed, on the knot spans to bound.
 
     Parameters

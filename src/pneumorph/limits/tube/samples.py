@@ -1,12 +1,10 @@
-"""Samples of limits, and the choice of rows among them: the worst sample of every knot-span cell."""
+"""Samples of tubes, and the choice among them: the worst sample of every knot-span cell."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
@@ -15,9 +13,8 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.local import point_weights
-from pneumorph.limits.certify.places import Points
-from pneumorph.limits.tube.measures.distances import SampledSurface, sampled_surface
-from pneumorph.limits.tube.measures.grid import Grid, SampledFields, grid, sampled_fields
+from pneumorph.limits.rows.sampled import rounded
+from pneumorph.limits.tube.measures.grid import Grid, grid
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
@@ -29,58 +26,8 @@ Mask = NDArray[np.bool_]
 FINE, COARSE = (4, 8), (2, 4)
 """Samples per knot span in q and r: fine ones for curvature, skew, stretch and area, coarse ones for distances."""
 
-CLOSE = -0.03
-"""Where c is above this, the worst point is searched between samples too."""
-
-DIGITS = 9
-"""Decimals to which values are rounded before they are compared."""
-
 BESIDE, SAME = 1e-3, 1e-6
 """Distance in r from the ends at which samples of an end are compared, and in mm within which they are the same."""
-
-_UNITS = 10.0**DIGITS
-
-
-class RowBlock(NamedTuple):
-    """Several rows with equally many entries: kinds, cells and values (m,), columns and entries (m, k).
-
-    Kinds are indices of limits that are measured together, 0 for one that stands alone. `close` are points, by name of
-    the limit, that are to have rows in the next linearisation too.
-    """
-
-    kind: Ints
-    cell: Ints
-    value: Floats
-    column: Ints
-    entry: Floats
-    close: Mapping[str, Points] = MappingProxyType({})
-
-
-class PointsOn(NamedTuple):
-    """Points (q, r) of the surface with index `number`, in the given knot-span cells; all arrays are (m,)."""
-
-    number: int
-    cell: Ints
-    q: Floats
-    r: Floats
-
-
-class Near(NamedTuple):
-    """What gets rows.
-
-    Attributes
-    ----------
-    reach : float
-        Distances within their bounds by up to this much, mm.
-    least : float
-        Measures of the shape with c above this.
-    places : {name: Points} or None
-        And these points.
-    """
-
-    reach: float
-    least: float
-    places: Mapping[str, Points] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,30 +62,6 @@ class LimitSamples:
     def first(self) -> Ints:
         """Index of each surface's first knot-span cell, and finally the number of all cells."""
         return np.concatenate([[0], np.cumsum([around * along for around, along in self.spans])])
-
-
-@dataclass(frozen=True, eq=False)
-class SampledBody:
-    """A body at the coarse samples."""
-
-    samples: LimitSamples
-    body: Body
-
-    @cached_property
-    def fields(self) -> list[SampledFields]:
-        """Position and derivatives on the tube of each surface."""
-        return [sampled_fields(*each) for each in zip(self.body.surfaces, self.samples.coarse, strict=True)]
-
-    @cached_property
-    def tubes(self) -> list[SampledSurface]:
-        """Each surface without its end discs."""
-        return [sampled_surface(*each, discs=False) for each in zip(self.fields, self.samples.coarse, strict=True)]
-
-    @cached_property
-    def closed(self) -> list[SampledSurface]:
-        """Each surface, chambers with their end discs."""
-        pairs = zip(self.fields, self.samples.coarse, strict=True)
-        return [sampled_surface(field, samples, discs=samples.cavity) for field, samples in pairs]
 
 
 def sample_limits(body: Body, spec: Limits, group: Sequence[Floats] = ()) -> LimitSamples:
@@ -194,13 +117,6 @@ def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:
     return np.minimum((r * along).astype(np.int64), along - 1) * around + (q % 1.0 * around).astype(np.int64)
 
 
-def by_surface(limits: LimitSamples, places: Points) -> Iterator[PointsOn]:
-    """Places of a certificate, surface by surface."""
-    for number in np.unique(places.surface):
-        q, r = places.q[places.surface == number], places.r[places.surface == number]
-        yield PointsOn(int(number), cell_of(limits, number, q, r), q, r)
-
-
 def worst_samples(
     c: Floats, own: Mask, per_span: tuple[int, int], spans: tuple[int, int], least: float
 ) -> tuple[Ints, Ints, Ints]:
@@ -234,15 +150,3 @@ def _pick(c, own, per_span, spans, least, found):
                 half, value = first + 2 * (column // per_span[0]), rounded(c[row, column])
                 if found[half] < 0 or value > best[half]:
                     found[half], best[half] = row * c.shape[1] + column, value
-
-
-@numba.njit(cache=True, nogil=True)
-def rounded(value):
-    """A value to `DIGITS` decimals: rounding errors must not decide between equivalent samples of symmetric bodies."""
-    return np.rint(value * _UNITS) / _UNITS
-
-
-def worst_of_cells(c: Floats, cell: Ints) -> Ints:
-    """Indices of the largest value of each cell; the first of equal ones."""
-    order = np.lexsort((-np.round(c, DIGITS), cell))
-    return order[np.flatnonzero(np.diff(cell[order], prepend=-1))]

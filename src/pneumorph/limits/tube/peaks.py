@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.limits.tube.rows.samples import DIGITS, rounded
+from pneumorph.limits.rows.sampled import DIGITS, rounded
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]

@@ -1,4 +1,8 @@
-"""Samples of limits whose values are smooth functions of the control points, in arrays of fixed shapes."""
+"""All limits of a problem on tubes as normalised, differentiable constraint values c ≤ 0 in arrays of fixed shapes.
+
+An optimiser can use them in different ways: in the paper's penalties (32) through `paper_arguments`, or in an augmented
+Lagrangian with a multiplier for each entry.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +29,7 @@ from pneumorph.limits.tube.measures.formulas import measures
 from pneumorph.limits.tube.measures.grid import Grid, SampledFields, closed_positions, every_second
 
 if TYPE_CHECKING:
+    from pneumorph.limits.kinds.kind import Kind
     from pneumorph.problem import Limits
 
 
@@ -37,11 +42,13 @@ class Partners(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SmoothSamples:
-    """The limits of a problem on fixed samples of a body's surfaces.
+class LimitFunctions:
+    """The limits of a problem on fixed samples of tubes, as functions of the control points.
 
     Attributes
     ----------
+    kinds : tuple of Kind
+        Of limits.
     grids : tuple of Grid
         Samples of each surface, the exterior first.
     slices : tuple of slice
@@ -53,11 +60,34 @@ class SmoothSamples:
         Partners are found up to this distance beyond the limit, mm.
     """
 
+    kinds: tuple[Kind, ...]
     grids: tuple[Grid, ...]
     slices: tuple[slice, ...]
     length: float
     spec: Limits
     reach: float
+
+    def values(self, points: ArrayLike, partners: Partners) -> dict[str, Array]:
+        """Constraint values c ≤ 0 at control points (n_points, 3) or flat, for jax.jit and jax.grad too.
+
+        Returns
+        -------
+        dict of 1-d arrays of fixed lengths
+            By the names of limits: distances from the bound relative to `Limit.scale`, as the kinds of limits say.
+        """
+        at = SmoothTubes(self, points, partners)
+        return {name: value for kind in self.kinds for name, value in kind.smooth(at).items()}
+
+    def paper_arguments(self, values: dict[str, Array], tolerance: float = 0.05) -> dict[str, Array]:
+        """Arguments of the barrier f of (32) in (33), from `values`: g/ε_t for distances g in mm, otherwise h/h_max.
+
+        The barrier of a quantity h is zero at h = 0 and one at its limit, that of a distance is zero up to its limit.
+        """
+        scale = {limit.name: limit.scale(self.spec) for kind in self.kinds for limit in kind.limits if limit.per}
+        return {
+            name: value * (scale[name] / tolerance) if name in scale else jnp.maximum(value + 1.0, 0.0)
+            for name, value in values.items()
+        }
 
     def partners(self, points: ArrayLike) -> Partners:
         """Find the partners of all samples at the control points (n_points, 3) or flat."""
@@ -150,18 +180,18 @@ class SmoothSamples:
         return jnp.concatenate(parts)
 
 
-class SmoothBody:
+class SmoothTubes:
     """A body at such samples, in JAX.
 
     Attributes
     ----------
-    samples : SmoothSamples
+    samples : LimitFunctions
     partners : Partners
     tubes : list of (3, rows, columns) arrays
         Positions on the tube of each surface.
     """
 
-    def __init__(self, samples: SmoothSamples, points: ArrayLike, partners: Partners) -> None:
+    def __init__(self, samples: LimitFunctions, points: ArrayLike, partners: Partners) -> None:
         self.samples, self.partners = samples, partners
         pairs = list(zip(samples.nets(points), samples.grids, strict=True))
         self.tubes = [grid.positions(net) for net, grid in pairs]
@@ -172,8 +202,24 @@ class SmoothBody:
         """One of `Measures` at all samples, (n,)."""
         return self.joined([getattr(found, name).ravel() for found in self._measures])
 
-    def apart(self, source: NDArray[np.int32], closest: ClosestPoints, bound: float) -> Array:
-        """c of the distances (n,) of samples from their partners; -1 if nothing is within reach."""
+    @property
+    def spec(self) -> Limits:
+        return self.samples.spec
+
+    @property
+    def length(self) -> float:
+        return self.samples.length
+
+    def positions(self) -> list[tuple[bool, Array]]:
+        return [(grid.cavity, x.reshape(3, -1).T) for x, grid in zip(self.tubes, self.samples.grids, strict=True)]
+
+    def walls(self, bound: float) -> Array:
+        return self._apart(self.samples.wall_source, self.partners.wall, bound)
+
+    def folds(self, bound: float) -> Array:
+        return self._apart(self.samples.fold_source, self.partners.fold, bound)
+
+    def _apart(self, source: NDArray[np.int32], closest: ClosestPoints, bound: float) -> Array:
         return jnp.where(closest.active, 1.0 - distances(self._positions, source, closest) / bound, -1.0)
 
     def joined(self, parts: list[Array]) -> Array:
