@@ -101,6 +101,18 @@ def winds_around(points: np.ndarray, triangles: np.ndarray, point: np.ndarray) -
     return abs(2.0 * np.arctan2(volume, below).sum()) > 2.0 * np.pi
 
 
+def asymmetry(faces: Faces, operation: np.ndarray) -> tuple[float, np.ndarray]:
+    """The largest distance of an image of a body's nodes under an operation from its surface, mm, and where (3,)."""
+    import pyvista
+
+    images = faces.points @ operation.T
+    surface = pyvista.PolyData.from_regular_faces(faces.points, quarters(faces.triangles))
+    near = np.asarray(surface.find_closest_cell(images, return_closest_point=True)[1])
+    away = np.linalg.norm(near - images, axis=1)
+    worst = int(away.argmax())
+    return float(away[worst]), images[worst]
+
+
 def place(point: np.ndarray) -> str:
     """A place in mm as it is written in messages."""
     return f"({', '.join(f'{round(float(part), 2) + 0.0:g}' for part in point)}) mm"

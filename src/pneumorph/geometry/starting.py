@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.geometry.lattice.start import lattice_body, lattice_space
+from pneumorph.geometry.lattice.start import lattice_body
+from pneumorph.geometry.lattice.variables import lattice_space
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.problem.solid import SolidSpec
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 def body_of(problem: Problem) -> Body:
     """The body from which the designs of a problem start."""
-    return lattice_body(problem.body) if isinstance(problem.body, SolidSpec) else starting_body(problem.body)
+    return lattice_body(problem) if isinstance(problem.body, SolidSpec) else starting_body(problem.body)
 
 
 def space_of(problem: Problem, body: Body | None = None) -> DesignSpace:

@@ -10,6 +10,7 @@ from pneumorph.problem.contact import (
     SphereSpec,
     TriangulatedSpec,
 )
+from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.designed import reinforcements
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads, read
@@ -58,6 +59,7 @@ __all__ = [
     "ContactSpec",
     "Custom",
     "CylinderSpec",
+    "DesignSpec",
     "EndEffector",
     "Envelope",
     "FibresSpec",

@@ -136,10 +136,11 @@ class SolidSpec(Table):
     """The clamped faces; by default those in the lowest plane along z."""
     tip: Selection | None = None
     """The faces that carry the end-effector; by default those in the highest plane along z."""
+    symmetry: Symmetry = Symmetry()
+    """Symmetries of every design: mirror planes xz and yz, and a rotation about z of order 2 or 4."""
     chamber: tuple[VoidSpec, ...] = Field(default=(), max_length=MOST_CHAMBERS)
     """Its chambers, each a table [[body.chamber]]; by default all closed voids."""
 
-    symmetry: ClassVar[Symmetry] = Symmetry()
     ripple: ClassVar[Ripple | None] = None
 
     @model_validator(mode="before")

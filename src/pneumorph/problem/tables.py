@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from pneumorph.problem.contact import ContactSpec, ObstacleSpec
+from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
@@ -44,6 +45,8 @@ class Tables(Table):
         Example("[body] with its length, radius and chambers, or with a file"),
     ]
     """The starting body with its chambers: a tube, or a body from a CAD file."""
+    design: DesignSpec | None = None
+    """How finely a body from a file is designed, and which of its faces stay; tubes have body.control_density."""
     region: tuple[Region, ...] = Field(default=(), max_length=MOST_REGIONS)
     """Parts of another rubber, each a table [[region]]."""
     membrane: tuple[MembraneSpec, ...] = Field(default=(), max_length=MOST_REINFORCEMENTS)

@@ -1,45 +1,92 @@
-"""The body in a file, and what of it moves."""
+"""The body in a file in lattices of control points: their boxes, and the faces in them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pneumorph.cad.faces import Faces
-from pneumorph.cad.shells import quarters
+from pneumorph.cad.parts import parts_of
 from pneumorph.geometry.body import Body
-from pneumorph.geometry.design_space import DesignSpace, build_space, tied_coordinates
 from pneumorph.geometry.lattice.surface import Lattice, LatticeSurface
+from pneumorph.problem.design import DesignSpec
+from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Problem, SolidSpec
+    from pneumorph.problem import Problem
 
-_MARGIN = 0.02
-"""How far the box of a lattice reaches beyond the surface in it, relative to its diagonal: nodes of finer triangles are
-a little outside the box of coarse ones."""
+Array = NDArray[np.float64]
+
+MARGIN = 0.02
+"""How far the box of a lattice reaches beyond the surface in it where that is curved, relative to its diagonal: nodes
+of finer triangles are a little outside the box of coarse ones."""
+
+FLAT = 1e-6
+"""How near to a side of its box all of a plane face is, relative to the diagonal of the body."""
+
+PER_SPACING = 3.0
+"""Edges of the triangles in which faces are kept, per distance of control points: between these all is smooth."""
 
 
-def lattice_body(spec: SolidSpec) -> Body[LatticeSurface]:
-    """The body in a file, each of its surfaces in a lattice of its own."""
-    faces = spec.outline
-    parts = spec.parts.triangles
+def lattice_body(problem: Problem) -> Body[LatticeSurface]:
+    """The body in the file of a problem, each of its surfaces in a lattice of its own."""
+    faces, design = faces_of(problem), design_of(problem)
+    parts = surface_parts(problem, faces)
+    group = operations(problem.body.symmetry)
+    boxes = _alike([_box(faces, triangles) for triangles in parts.values()], group)
+    found = []
+    for (name, triangles), (lower, upper) in zip(parts.items(), boxes, strict=True):
+        spans = np.maximum(np.rint((upper - lower) / design.spacing_of(name, faces.diagonal)).astype(int), 1)
+        lattice = Lattice(lower, upper, tuple(spans.tolist()))
+        nodes, corners = np.unique(faces.triangles[triangles], return_inverse=True)
+        patches = corners.reshape(-1, 6)
+        found.append(LatticeSurface(name, name != "exterior", lattice, lattice.points(), faces.points[nodes], patches))
+    return Body(found[0], tuple(found[1:]))
+
+
+def design_of(problem: Problem) -> DesignSpec:
+    """The table [design] of a problem, by default an empty one."""
+    return problem.design or DesignSpec()
+
+
+def faces_of(problem: Problem) -> Faces:
+    """The faces in the file of a problem, in triangles that suit its lattices."""
+    design, diagonal = design_of(problem), problem.body.outline.diagonal
+    names = ("exterior", *(chamber.name for chamber in problem.body.chamber))
+    return problem.body.faces(min(design.spacing_of(name, diagonal) for name in names) / PER_SPACING)
+
+
+def surface_parts(problem: Problem, faces: Faces) -> dict[str, NDArray[np.int64]]:
+    """The triangles of the exterior and of every chamber, by its name, in this order."""
+    parts = parts_of(faces, *problem.body.ends_at, problem.body.chambers_at).triangles
     outside = np.concatenate([parts[name] for name in ("base", "tip", "exterior")])
-    chambers = [_surface(faces, each.name, parts[f"chamber {each.name}"]) for each in spec.chamber]
-    return Body(_surface(faces, "exterior", outside), tuple(chambers))
+    return {"exterior": outside} | {each.name: parts[f"chamber {each.name}"] for each in problem.body.chamber}
 
 
-def _surface(faces: Faces, name: str, triangles: np.ndarray) -> LatticeSurface:
-    nodes, corners = np.unique(faces.triangles[triangles], return_inverse=True)
-    points = faces.points[nodes]
-    lower, upper = points.min(axis=0), points.max(axis=0)
-    margin = _MARGIN * float(np.linalg.norm(upper - lower))
-    lattice = Lattice(lower - margin, upper + margin, (1, 1, 1))
-    flat = quarters(corners.reshape(-1, 6))
-    return LatticeSurface(name, name != "exterior", lattice, lattice.points(), points, flat)
+def _box(faces: Faces, triangles: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Corners of the box of a surface: plane faces are on its sides, curved ones a little inside."""
+    points, face = faces.points[faces.triangles[triangles]], faces.face[triangles]
+    lower, upper = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    margin, near = MARGIN * float(np.linalg.norm(upper - lower)), FLAT * faces.diagonal
+    ends = []
+    for end, sign in ((lower, -1.0), (upper, 1.0)):
+        away = np.abs(points - end).max(axis=1)
+        flat = [min(away[face == each, axis].max() for each in np.unique(face)) < near for axis in range(3)]
+        ends.append(np.where(flat, end, end + sign * margin))
+    return ends[0], ends[1]
 
 
-def lattice_space(problem: Problem, body: Body) -> DesignSpace:
-    """The design variables of a body from a file, whose shape stays: pressures alone."""
-    points = body.control_points()
-    return build_space(problem, body, tied_coordinates(points.ravel(), np.full(points.size, -1)))
+def _alike(boxes: Sequence[tuple[Array, Array]], group: Sequence[Array]) -> list[tuple[Array, Array]]:
+    """Boxes of which images under the symmetry are the same: each the union of all images of boxes near it."""
+    found = []
+    for lower, upper in boxes:
+        near = MARGIN * float(np.linalg.norm(upper - lower))
+        same = []
+        for operation in group:
+            images = [np.sort([low @ operation.T, up @ operation.T], axis=0) for low, up in boxes]
+            same += [each for each in images if np.abs(each - [lower, upper]).max() < near]
+        found.append((np.min([low for low, _ in same], axis=0), np.max([up for _, up in same], axis=0)))
+    return found

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from pneumorph.cad.shells import quarters
 from pneumorph.geometry.bspline import Basis, clamped
 
 Array = NDArray[np.float64]
@@ -40,19 +41,32 @@ class Lattice:
         axes = [self.lower[k] + basis.greville * (self.upper - self.lower)[k] for k, basis in enumerate(self.bases)]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
-    def weights(self, places: Array) -> sparse.csr_array:
-        """B (m, n): places (m, 3) in the box, in mm, are B @ points."""
-        values, columns = np.ones((len(places), 1)), np.zeros((len(places), 1), int)
+    def weights(self, places: Array, order: tuple[int, int, int] = (0, 0, 0)) -> sparse.csr_array:
+        """B (m, n): places (m, 3) in the box, in mm, are B @ points; or its partial derivatives along x, y and z.
+
+        Places outside the box get the weights of the nearest ones in it.
+        """
+        numbers, values = self.sums(places, order)
+        rows = np.repeat(np.arange(len(places)), numbers.shape[1])
+        return sparse.csr_array((values.ravel(), (rows, numbers.ravel())), (len(places), self.count))
+
+    def sums(self, places: Array, order: tuple[int, int, int] = (0, 0, 0)) -> tuple[NDArray[np.int64], Array]:
+        """The same as numbers of control points and their weights, (m, 64) each."""
+        values, numbers = np.ones((len(places), 1)), np.zeros((len(places), 1), int)
         for k, basis in enumerate(self.bases):
-            t = (places[:, k] - self.lower[k]) / (self.upper[k] - self.lower[k])
+            width = self.upper[k] - self.lower[k]
+            t = np.clip((places[:, k] - self.lower[k]) / width, 0.0, 1.0)
             first = np.clip((t * basis.spans).astype(int), 0, basis.spans - 1)
             near = first[:, None] + np.arange(basis.degree + 1)
-            own = np.take_along_axis(basis.matrix(t), near, axis=1)
+            own = np.take_along_axis(basis.matrix(t, order[k]), near, axis=1) / width ** order[k]
             values = (values[:, :, None] * own[:, None, :]).reshape(len(places), -1)
-            columns = (columns[:, :, None] * basis.count + near[:, None, :]).reshape(len(places), -1)
-        rows = np.repeat(np.arange(len(places)), values.shape[1])
-        n = int(np.prod([basis.count for basis in self.bases]))
-        return sparse.csr_array((values.ravel(), (rows, columns.ravel())), (len(places), n))
+            numbers = (numbers[:, :, None] * basis.count + near[:, None, :]).reshape(len(places), -1)
+        return numbers, values
+
+    @property
+    def count(self) -> int:
+        """Number of control points."""
+        return int(np.prod([basis.count for basis in self.bases]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +102,8 @@ class LatticeSurface:
         In which all of it lies.
     net : (n, 3) float
         Control points, mm.
-    outline : (k, 3) float, and triangles (m, 3) int
-        The surface as it is in the file, in straight triangles for pictures, with normals from solid to void.
+    outline : (k, 3) float, and patches (m, 6) int
+        The surface as it is in the file, in six-node triangles with normals from solid to void; see `Triangulation`.
     """
 
     name: str
@@ -97,7 +111,7 @@ class LatticeSurface:
     lattice: Lattice
     net: Array
     outline: Array
-    triangles: NDArray[np.int64]
+    patches: NDArray[np.int64]
 
     @property
     def n_points(self) -> int:
@@ -119,7 +133,7 @@ class LatticeSurface:
 
     def shell(self) -> tuple[Array, NDArray[np.int64]]:
         """See `Surface`."""
-        return self.lattice.weights(self.outline) @ self.net, self.triangles
+        return self.lattice.weights(self.outline) @ self.net, quarters(self.patches)
 
     def average(self, strength: float) -> LatticeAverage:
         """See `Surface`."""

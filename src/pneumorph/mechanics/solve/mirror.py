@@ -9,6 +9,7 @@ import numpy as np
 
 from pneumorph.problem import Problem
 from pneumorph.problem.mirrored import keeps_regions, keeps_reinforcements
+from pneumorph.problem.solid import SolidSpec
 from pneumorph.symmetry.operations import MIRRORS, operations
 
 Pressures = Mapping[str, float]
@@ -17,7 +18,8 @@ Pressures = Mapping[str, float]
 def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> tuple[str, ...]:
     """The planes, of "xz" and "yz" in this order, about which a problem is symmetric in shape, loads and objectives.
 
-    There are none where anything may touch: a part of a body does not see its other parts.
+    There are none where anything may touch: a part of a body does not see its other parts. Bodies from files are meshed
+    as a whole.
 
     Parameters
     ----------
@@ -25,7 +27,7 @@ def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -
     pressures : iterable of {chamber: MPa}, optional
         All that will be applied; by default those of the tasks, where free ones may become unequal in two chambers.
     """
-    if problem.contact is not None or problem.obstacle:
+    if problem.contact is not None or problem.obstacle or isinstance(problem.body, SolidSpec):
         return ()
     applied = applied_pressures(problem, pressures)
     return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied))

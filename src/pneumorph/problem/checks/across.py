@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
-from pneumorph.problem.checks.solid import MAX_ELEMENTS, check_solid
+from pneumorph.problem.checks.solid import MAX_CONTROL_POINTS, MAX_ELEMENTS, check_solid
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
@@ -22,7 +22,6 @@ from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.images import WITHIN, image, place, placed
 from pneumorph.symmetry.operations import operations
 
-MAX_CONTROL_POINTS = 100_000
 _EPS = 1e-9  # mm; lengths that are meant to be equal may differ by rounding
 
 Fault = tuple[str, str]
@@ -36,7 +35,7 @@ def inconsistencies(problem: Tables) -> list[Fault]:
     if isinstance(problem.body, SolidSpec):
         together = (_names, check_solid, _tasks, _ranges, _contact)
         return [fault for check in together for fault in check(problem)]
-    found = [*_names(problem), *_chambers_in_body(problem)]
+    found = [*_names(problem), *_chambers_in_body(problem), *_no_lattice(problem)]
     relying = () if found else (_symmetry, _walls, check_regions, check_reinforcements)
     for check in (*relying, _tasks, _ranges, _limits, _contact, _resolution):
         found += check(problem)
@@ -53,6 +52,11 @@ def _names(problem: Tables) -> Iterator[Fault]:
         for index, name in enumerate(names):
             if name in names[:index]:
                 yield f"{key}[{index}].name", f'"{name}" is used twice; give each one a different name'
+
+
+def _no_lattice(problem: Tables) -> Iterator[Fault]:
+    if problem.design is not None:
+        yield "design", "is for bodies from files; give body.control_density in its place"
 
 
 def _chambers_in_body(problem: Tables) -> Iterator[Fault]:

@@ -6,11 +6,24 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pneumorph.cad.parts import faces_where
+from pneumorph.cad.shells import asymmetry, place
+from pneumorph.problem.design import DesignSpec
+from pneumorph.problem.models import Limits
 from pneumorph.problem.objectives import Maximize, TargetMotion
 from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.tables import Tables
+from pneumorph.symmetry.operations import operations
 
 MAX_ELEMENTS = 1_000_000
+
+MAX_CONTROL_POINTS = 100_000
+
+TURNS = (1, 2, 4)
+"""Orders of a rotation that maps lattices along x, y and z to such."""
+
+SYMMETRIC = 3e-3
+"""How far an image of a symmetric body may be from it, relative to its diagonal: triangles of faces are not exact."""
 
 _FROM_BASE = 1e-3
 """How far base and tip of a body may be from the axis, and the base from z = 0, relative to its length, where an
@@ -29,6 +42,7 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
     widest = float(np.ptp(faces.points, axis=0).min())
     if size > widest:
         yield "mesh.size", f"{size:g} mm is larger than the body, which is {widest:g} mm wide; make it smaller"
+    yield from _designed(problem, body)
     a, b, c = np.moveaxis(faces.points[faces.triangles[:, :3]], 1, 0)
     volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
     elements = 6.0 * volume / size**3
@@ -46,3 +60,39 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
                 "measures from the centre of the base along z; move the body in CAD so that its base is centred at the "
                 "origin and its tip on the z axis",
             )
+
+
+def _designed(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
+    """What is wrong with how the body is designed: its symmetry, its lattices, the faces that are kept."""
+    symmetry, faces = body.symmetry, body.outline
+    if "xy" in symmetry.mirror or symmetry.point or symmetry.half_turn:
+        yield "body.symmetry", "of a body from a file has mirror planes xz and yz, and a rotation; leave the others out"
+    elif symmetry.rotation not in TURNS:
+        yield "body.symmetry.rotation", f"of a body from a file is one of {TURNS}; use one of these"
+    else:
+        for operation in operations(symmetry)[1:]:
+            away, where = asymmetry(faces, operation)
+            if away > SYMMETRIC * faces.diagonal:
+                yield (
+                    "body.symmetry",
+                    f"is not that of the body: at {place(where)} its image is {away:.2g} mm away; correct the body in "
+                    "CAD, or ask for less symmetry",
+                )
+                break
+    design = problem.design or DesignSpec()
+    names = ("exterior", *(chamber.name for chamber in body.chamber))
+    for name in design.spacings or ():
+        if name not in names:
+            yield f"design.spacings.{name}", f"is no surface of the body; these are {', '.join(names)}"
+    count = 0
+    for name in names:
+        count += int(np.prod(np.ptp(faces.points, axis=0) / design.spacing_of(name, faces.diagonal) + 3.0))
+    if count > MAX_CONTROL_POINTS:
+        yield "design.spacing", f"gives about {count} control points, more than {MAX_CONTROL_POINTS}; make it larger"
+    for index, each in enumerate(design.keep):
+        if not faces_where(faces, each.where).any():
+            yield f"design.keep[{index}]", f"there is no face {each.where}; give it another place"
+    own = problem.limits
+    for key in ("curvature", "skew", "stretch"):
+        if getattr(own, key) != getattr(Limits(), key):
+            yield f"limits.{key}", "is for tubes; for a body from a file leave it out"
