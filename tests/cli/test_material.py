@@ -138,3 +138,22 @@ def test_a_recorded_curve_is_averaged(run, tmp_path):
     assert result.exit_code == 0 and "averaged to 200" in result.stdout
     table = tomllib.loads((tmp_path / "out" / "material.toml").read_text(encoding="utf-8"))["material"]
     assert float(table["shear_modulus"].split()[0]) == pytest.approx(0.3, rel=1e-4)
+
+
+def test_a_bad_fit_is_refused_unless_asked_for(run, tmp_path):
+    # A curve that no rubber has: it jumps at once and stays.
+    points = "\n".join(f"{1 + 0.1 * k},{0.3 + 0.02 * (k % 3)}" for k in range(1, 30))
+    file = tmp_path / "odd.csv"
+    file.write_text(f"stretch, nominal stress (MPa)\n{points}\n")
+    arguments = ["material", "fit", str(file), "--model", "neo-hookean", "--out", str(tmp_path / "fit")]
+    assert "[material]" not in (refused := run(*arguments).output).replace("no [material]", "")
+    assert "least_r2" in refused
+    assert "shear_modulus" in run(*arguments, "--least-r2", "0").output
+
+
+def test_a_modulus_that_no_rubber_has_is_doubted(run, tmp_path):
+    points = "\n".join(f"{1 + 0.1 * k},{500.0 * (1 + 0.1 * k - (1 + 0.1 * k) ** -2)}" for k in range(10))
+    file = tmp_path / "kPa_as_MPa.csv"
+    file.write_text(f"stretch, nominal stress (MPa)\n{points}\n")
+    output = run("material", "fit", str(file), "--model", "neo-hookean", "--out", str(tmp_path / "fit")).output
+    assert "500 MPa is not that of a rubber" in output

@@ -4,11 +4,14 @@ import json
 import tomllib
 
 import jsonschema
+import numpy as np
 import pytest
 from pydantic import TypeAdapter
 from texts import EXTEND, problem_text
 
+from pneumorph.errors import ProblemError
 from pneumorph.mechanics import rubber_of
+from pneumorph.mechanics.material.homogeneous import nominal_stress
 from pneumorph.problem import loads
 from pneumorph.problem.material import Material, library
 from pneumorph.problem.schema import json_schema
@@ -50,3 +53,74 @@ def test_every_name_of_the_library(name):
     assert problem.material.name == name
     assert loads(problem.to_toml()) == problem
     assert TypeAdapter(Material).validate_python({"name": name}) == problem.material
+
+
+STATED = 'density = "1.1 g/cm^3"\n'
+
+
+@pytest.mark.parametrize(
+    ("keys", "shear", "bulk"),
+    [
+        ('youngs_modulus = "0.3 MPa"\npoisson = 0.49', 0.3 / 2.98, 0.3 / 0.06),
+        ('youngs_modulus = "70 kPa"\npoisson_ratio = 0.49', 0.07 / 2.98, 0.07 / 0.06),
+        ('youngs_modulus = "0.3 MPa"\npoisson = "incompressible"', 0.1, 100.0),
+        # 0.43 of Gent's 1.147 MPa over three.
+        ('shore = "A 30"', 0.43 * 1.14670 / 3, 430 * 1.14670 / 3),
+        ('shore = "shore a30"', 0.43 * 1.14670 / 3, 430 * 1.14670 / 3),
+    ],
+)
+def test_rubbers_of_which_only_the_stiffness_is_known(keys, shear, bulk):
+    text = problem_text(EXTEND, material=f"{keys}\n{STATED}")
+    problem = loads(text)
+    assert problem.material.model == "neo-hookean"
+    assert problem.material.shear_modulus == pytest.approx(shear, rel=2e-3)
+    assert problem.material.bulk_modulus == pytest.approx(bulk, rel=2e-3)
+    assert loads(problem.to_toml()) == problem
+
+
+@pytest.mark.parametrize("text", ['youngs_modulus = "0.3 MPa"\npoisson = 0.4', 'shore = "A 30"'])
+def test_the_schema_knows_them(text):
+    written = tomllib.loads(problem_text(EXTEND, material=f"{text}\n{STATED}"))
+    jsonschema.Draft202012Validator(json.loads(json_schema())).validate(written)
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "said"),
+    [
+        ('youngs_modulus = "0.3 MPa"', "material.poisson", "incompressible"),
+        ('youngs_modulus = "0.3 MPa"\npoisson = 0.7', "material.poisson", "0.7"),
+        ('youngs_modulus = "1 MPa"\nshear_modulus = "1 MPa"', "material.youngs_modulus", "shear_modulus"),
+        ('youngs_modulus = "0.3 MPa"\npoisson = 0.1', "material.bulk_modulus", "compressible = true"),
+        ('shore = "00 30"', "material.shore", "library"),
+        ('shore = "A 130"', "material.shore", "A 90"),
+        ('shore = 30', "material.shore", "A 30"),
+        # The hint is a thousand times the shear modulus, 0.22 MPa.
+        ('model = "yeoh"\ncoefficients = ["0.11 MPa", "0.02 MPa"]', "material.bulk_modulus", "220 MPa"),
+        ('shear_modulus = "0.5 MPa"', "material.bulk_modulus", "500 MPa"),
+        ('model = "yeoh"\ncoefficients = ["0.11 MPa"]\nbulk_modulus = "0.49 MPa"', "material.bulk_modulus", "220 MPa"),
+    ],
+)  # fmt: skip
+def test_hints_never_make_wrong_physics(keys, key, said):
+    with pytest.raises(ProblemError) as caught:
+        loads(problem_text(EXTEND, material=f"{keys}\n{STATED}"))
+    assert any(line.startswith(f"{key}: ") and said in line for line in caught.value.faults), caught.value.faults
+
+
+def test_a_foam_is_confirmed():
+    keys = 'shear_modulus = "0.1 MPa"\nbulk_modulus = "0.2 MPa"\ncompressible = true'
+    assert loads(problem_text(EXTEND, material=f"{keys}\n{STATED}")).material.bulk_modulus == 0.2
+
+
+def test_five_terms_are_as_their_derivatives_say():
+    keys = 'model = "mooney-rivlin"\nc10 = "-0.233 MPa"\nc01 = "2.562 MPa"\nc20 = "0.116 MPa"\nc11 = "-0.561 MPa"\n'
+    rubber = rubber_of(
+        loads(problem_text(EXTEND, material=f'{keys}c02 = "0.9 MPa"\nbulk_modulus = "400 MPa"\n{STATED}')).material
+    )
+    stretch = np.array([0.7, 1.2, 1.6])
+    first, second = stretch**2 + 2 / stretch, 2 * stretch + stretch**-2
+    by_first = -0.233 + 2 * 0.116 * (first - 3) - 0.561 * (second - 3)
+    by_second = 2.562 - 0.561 * (first - 3) + 2 * 0.9 * (second - 3)
+    expected = 2 * (stretch - stretch**-2) * (by_first + by_second / stretch)
+    np.testing.assert_allclose(
+        nominal_stress(rubber.isochoric, np.array(rubber.parameters[:-1]), stretch), expected, rtol=1e-9
+    )

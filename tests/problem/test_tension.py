@@ -179,5 +179,39 @@ def test_only_bounded_regular_files_are_read(tmp_path, monkeypatch):
 def test_unloading_is_said(tmp_path):
     loop = [(a, a - 1) for a in (1.0, 1.3, 1.6, 2.0, 2.4, 2.0, 1.5, 1.1)]
     header = "stretch, nominal stress (MPa)"
-    assert "goes back" in read_tension(written(tmp_path / "a.csv", header, loop)).told[-1]
+    assert (
+        "unloading after a stretch of 2.4: 3 points" in read_tension(written(tmp_path / "a.csv", header, loop)).told[-1]
+    )
     assert len(read_tension(written(tmp_path / "b.csv", header, loop[:5])).told) == 3
+
+
+def curve(stretch):
+    return 0.1 * (np.asarray(stretch) - np.asarray(stretch) ** -2.0)
+
+
+UP = np.linspace(1.0, 3.0, 41)
+
+
+@pytest.mark.parametrize("returns", [UP[::-1][1:], np.r_[UP[::-1][1:], UP, UP[::-1]]])
+def test_unloading_and_later_cycles_are_left_out(tmp_path, returns):
+    stretch = np.r_[UP, returns]
+    stress = np.r_[curve(UP), 0.6 * curve(returns)]
+    read = read_tension(written(tmp_path / "a.csv", "stretch, nominal stress (MPa)", zip(stretch, stress, strict=True)))
+    np.testing.assert_allclose(read.stress, curve(read.stretch), atol=1e-12)
+    assert read.stretch.max() == 3.0
+    assert any("unloading" in line and "40 points" in line for line in read.told) or len(returns) > 40
+
+
+@pytest.mark.parametrize(("after", "word"), [(np.zeros(10), "tears"), (curve(UP[-10:]) * 0.7 + 0.1, "slips")])
+def test_what_follows_a_slip_or_a_rupture_is_left_out(tmp_path, after, word):
+    stress = np.r_[curve(UP[:-10]), after]
+    stress[31] = 0.5 * stress[30]
+    read = read_tension(written(tmp_path / "a.csv", "stretch, nominal stress (MPa)", zip(UP, stress, strict=True)))
+    np.testing.assert_allclose(read.stress, curve(UP[:31]), atol=1e-12)
+    assert any(word in line and "10 points" in line for line in read.told)
+
+
+def test_specimens_one_after_the_other_all_count(tmp_path):
+    stretch, stress = np.r_[UP, UP, UP], np.r_[curve(UP), 1.1 * curve(UP), 0.9 * curve(UP)]
+    read = read_tension(written(tmp_path / "a.csv", "stretch, nominal stress (MPa)", zip(stretch, stress, strict=True)))
+    assert len(read.stretch) == 123

@@ -152,6 +152,8 @@ def _rubbers(table: dict[str, Any], rubbers: list[Rubber]) -> Iterator[str]:
             f"{word:9} {named['name']}: {named['model']}, initial shear modulus {rubber.shear_modulus:.4g} MPa, "
             f"bulk modulus {named['bulk_modulus']}, {reach}{where}"
         )
+        if named["source"]:
+            yield f"          its constants: {printable(named['source'])}"
 
 
 def _shape(region: dict[str, Any]) -> str:

@@ -330,6 +330,9 @@ def fit_material(
     max_stretch: Annotated[
         float | None, typer.Option(help="Largest stretch in use; points beyond are left out.")
     ] = None,
+    least_r2: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="R² below which no table [material] is written.")
+    ] = 0.9,
     weight: Annotated[
         list[str] | None,
         typer.Option(metavar="MODE=NUMBER", help="Weight of the tests of a mode, by default 1; repeatable."),
@@ -352,5 +355,6 @@ def fit_material(
         "skip": skip,
         "gauge_length": gauge_length,
         "section": section,
+        "least_r2": least_r2,
     }
     fit_(data, model, out, density, weight or [], options)

@@ -17,6 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from pneumorph import atomic, units
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics.material.fit import TensionTest, material_keys
+from pneumorph.mechanics.material.homogeneous import shear_modulus
 from pneumorph.mechanics.material.judge import Fit, faults, fit_all, reports
 from pneumorph.problem.material import MODELS, Material
 from pneumorph.problem.tension import FEWEST, Reading, read_tension
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
 
 BULK_RATIO = 1000.0
 """Bulk over shear modulus of fitted models, which a tension test does not determine: ν = 0.4995."""
+
+LEAST_R2 = 0.9
+"""Coefficient of determination below which a fit is refused unless asked for."""
+
+SOFTEST, STIFFEST = 5e-4, 50.0
+"""Initial shear moduli in MPa between which rubbers are: softer ones are gels, stiffer ones plastics."""
 
 MOST_POINTS = 200
 """Points of a file beyond which neighbours are averaged: a recorded curve has thousands, which tell no more."""
@@ -50,6 +57,7 @@ class MaterialFit:
     files : of the tests.
     read : how each file was read, line by line.
     density : as text with its unit; tension tests do not determine it.
+    least_r2 : coefficient of determination of the least that is accepted.
 
     Examples
     --------
@@ -68,6 +76,7 @@ class MaterialFit:
     files: Sequence[Path]
     read: Sequence[str]
     density: str
+    least_r2: float = LEAST_R2
 
     @property
     def table(self) -> dict[str, Any]:
@@ -88,8 +97,16 @@ class MaterialFit:
 
     @property
     def reports(self) -> list[str]:
-        """What the tests do not decide, in sentences."""
-        return reports(self.fits)
+        """What the tests do not decide, and what is doubtful, in sentences."""
+        best = self.fits[0]
+        shear = shear_modulus(best.form.energy, best.parameters)
+        doubts = []
+        if not SOFTEST <= shear <= STIFFEST:
+            doubts.append(
+                f"an initial shear modulus of {shear:.3g} MPa is not that of a rubber ({SOFTEST:g} to {STIFFEST:g} "
+                "MPa); check the unit of the stress, and whether the strain is in per cent"
+            )
+        return doubts + reports(self.fits)
 
     def records(self) -> list[dict[str, Any]]:
         """Every model with its parameters and the verdicts on it, for JSON."""
@@ -143,7 +160,7 @@ class MaterialFit:
     def _table(self) -> dict[str, Any] | None:
         """None where the best model is not acceptable, or not valid in a problem file."""
         best = self.fits[0]
-        if not best.is_acceptable:
+        if not best.is_acceptable or best.r2 < self.least_r2:
             return None
         table = {
             "name": self.files[0].stem,
@@ -164,6 +181,11 @@ class MaterialFit:
     def _refused(self) -> str:
         """Why there is no table, and which models can be had."""
         best = self.fits[0]
+        if best.is_acceptable and best.r2 < self.least_r2:
+            return (
+                f"{best.form.label} fits badly, R² {best.r2:.3g}, below {self.least_r2:g}; look at fit.png, leave out "
+                "what does not belong to the first loading (max_stretch, skip), or accept it by least_r2 (--least-r2)"
+            )
         had = [one.form.label for one in self.fits if one.is_acceptable]
         if had:
             instead = f"use one of {', '.join(had)}"
@@ -190,6 +212,7 @@ def fit_material(
     skip: int = 0,
     gauge_length: str | None = None,
     section: str | None = None,
+    least_r2: float = LEAST_R2,
 ) -> MaterialFit:
     """Fit rubber models to tension tests and judge them in all modes.
 
@@ -209,6 +232,7 @@ def fit_material(
     skip : number of lines left out at the start of the files.
     gauge_length : undeformed length, for files of displacement, e.g. "25 mm".
     section : undeformed section, for files of force, e.g. "4 mm x 2 mm" or "8 mm^2".
+    least_r2 : coefficient of determination below which no table is given.
 
     Raises
     ------
@@ -243,7 +267,7 @@ def fit_material(
     if not fits:
         raise ProblemError(f"model: there are too few points for {model}; give more, or fit neo-hookean")
     lines = [line for _, told in read for line in told]
-    return MaterialFit(fits, [test for test, _ in read], [path for _, path in files], lines, density)
+    return MaterialFit(fits, [test for test, _ in read], [path for _, path in files], lines, density, least_r2)
 
 
 def parameters(one: Fit) -> dict[str, Any]:

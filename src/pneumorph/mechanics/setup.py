@@ -67,7 +67,9 @@ def rubber_of(material: Material) -> Rubber:
         case NeoHookean():
             energy, own, locking = energies.neo_hookean, (material.shear_modulus,), inf
         case MooneyRivlin():
-            energy, own, locking = energies.mooney_rivlin, (material.c10, material.c01), inf
+            second = (material.c20, material.c11, material.c02)
+            energy = energies.polynomial if any(second) else energies.mooney_rivlin
+            own, locking = (material.c10, material.c01, *(second if any(second) else ())), inf
         case Yeoh():
             energy, own, locking = energies.yeoh, material.coefficients, inf
         case Gent():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from abc import abstractmethod
+from collections.abc import Iterator
 from functools import cache
 from importlib import resources
 from typing import Annotated, Any, ClassVar, Literal
@@ -16,17 +17,22 @@ from pydantic import (
     Strict,
     Tag,
     TypeAdapter,
+    ValidationError,
     model_validator,
 )
-from pydantic_core import CoreSchema
+from pydantic_core import CoreSchema, InitErrorDetails
 
 from pneumorph import units
 from pneumorph.errors import short
+from pneumorph.problem.stiffness import INCOMPRESSIBLE, neo_hookean_table
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 AnyModulus = Annotated[float, Quantity(units.MODULUS)]
 Modulus = Annotated[float, Quantity(units.MODULUS, "positive")]
 Number = Annotated[float, Strict()]
+
+LEAST_RATIO = 3.0
+"""Bulk over shear modulus below which a rubber is to be confirmed: Poisson's ratio is then below 0.35, as of foams."""
 
 
 class RubberModel(Table):
@@ -36,6 +42,8 @@ class RubberModel(Table):
     """A name for messages."""
     bulk_modulus: Modulus
     """κ; 1000 times the shear modulus is nearly incompressible."""
+    compressible: Annotated[bool, Strict()] = False
+    """Confirms a bulk modulus below three times the shear modulus, as foams have."""
     density: Annotated[float, Quantity(units.DENSITY, "positive")]
     """Density of the undeformed rubber."""
     valid_stretch: Annotated[Number, Field(gt=1)] | None = None
@@ -57,7 +65,39 @@ class RubberModel(Table):
                 self.blamed_key,
                 f"makes the initial shear modulus {self.initial_shear_modulus:g} MPa; raise it above zero",
             )
+        ratio = self.bulk_modulus / self.initial_shear_modulus
+        if ratio < LEAST_RATIO and not self.compressible:
+            raise InvalidKey(
+                "bulk_modulus",
+                f"{self.bulk_modulus:g} MPa is only {ratio:.2g} times the initial shear modulus, as of a foam; rubber "
+                f'hardly changes its volume: write "{_bulk(self.initial_shear_modulus)}" or, if it is a foam, add '
+                "compressible = true",
+            )
         return self
+
+    @classmethod
+    def _unknown_and_missing(cls, data: dict[Any, Any]) -> Iterator[InitErrorDetails]:
+        """A missing bulk modulus is hinted at as what the rubber's other parameters make of it."""
+        for fault in super()._unknown_and_missing(data):
+            error = fault.get("ctx", {}).get("error")
+            if error.key == "bulk_modulus" and "bulk_modulus" not in data:
+                error = InvalidKey("bulk_modulus", _bulk_hint(cls, data))
+            yield fault | {"ctx": {"error": error}}
+
+
+def _bulk(shear: float) -> str:
+    return f"{INCOMPRESSIBLE * shear:.3g} MPa"
+
+
+def _bulk_hint(model: type[RubberModel], data: dict[Any, Any]) -> str:
+    try:
+        shear = model.model_validate(data | {"bulk_modulus": "1e6 MPa", "density": "1 g/cm^3"}).initial_shear_modulus
+    except ValidationError:
+        return f"is missing; add {INCOMPRESSIBLE:g} times the shear modulus for rubber, which hardly changes its volume"
+    return (
+        f'is missing; rubber hardly changes its volume, so add bulk_modulus = "{_bulk(shear)}", {INCOMPRESSIBLE:g} '
+        "times the shear modulus"
+    )
 
 
 class NeoHookean(RubberModel):
@@ -74,7 +114,7 @@ class NeoHookean(RubberModel):
 
 
 class MooneyRivlin(RubberModel):
-    """c10 (Ī₁ − 3) + c01 (Ī₂ − 3)."""
+    """c10 (Ī₁ − 3) + c01 (Ī₂ − 3), and up to three terms of second order: a polynomial of five terms."""
 
     model: Literal["mooney-rivlin"]
     """The model."""
@@ -82,6 +122,12 @@ class MooneyRivlin(RubberModel):
     """Coefficient of Ī₁ − 3."""
     c01: AnyModulus
     """Coefficient of Ī₂ − 3."""
+    c20: AnyModulus = 0.0
+    """Coefficient of (Ī₁ − 3)²."""
+    c11: AnyModulus = 0.0
+    """Coefficient of (Ī₁ − 3) (Ī₂ − 3)."""
+    c02: AnyModulus = 0.0
+    """Coefficient of (Ī₂ − 3)²."""
     blamed_key: ClassVar[str] = "c10"
 
     @property
@@ -177,7 +223,7 @@ MODELS = {
     "ogden": Ogden,
 }
 
-_PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name"}
+_PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name"} | {"youngs_modulus", "shore"}
 
 
 @cache
@@ -204,7 +250,7 @@ def _from_the_library(data: Any) -> Any:
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{short(model)}"' if isinstance(model, str) else f"a {type(model).__name__}"
             raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
-        return data
+        return neo_hookean_table(data)
     if table:
         return {**data, **{key: value for key, value in table.items() if key != "assumed"}}
     wrong = "is missing" if name is None else f'"{short(name)}" is not in the library'
@@ -229,7 +275,24 @@ class _ByNameAlone:
             "required": ["name"],
             "additionalProperties": False,
         }
-        return {"anyOf": [by_name, handler(schema)]}
+        by_stiffness = {
+            "type": "object",
+            "title": "Stiffness",
+            "description": "A neo-Hookean rubber of which only the stiffness at rest is known.",
+            "properties": {
+                "name": {"type": "string"},
+                "youngs_modulus": Quantity(units.MODULUS, "positive").json_schema(),
+                "poisson": {"anyOf": [{"const": "incompressible"}, {"type": "number", "minimum": 0, "maximum": 0.5}]},
+                "shore": {"type": "string", "description": "Shore A hardness", "examples": ["A 30"]},
+                "density": Quantity(units.DENSITY, "positive").json_schema(),
+                "valid_stretch": {"type": "number", "exclusiveMinimum": 1},
+                "source": {"type": "string"},
+            },
+            "required": ["density"],
+            "oneOf": [{"required": ["youngs_modulus", "poisson"]}, {"required": ["shore"]}],
+            "additionalProperties": False,
+        }
+        return {"anyOf": [by_name, by_stiffness, handler(schema)]}
 
 
 Material = Annotated[

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.errors import ProblemError
 from pneumorph.problem.delimited import Delimited, read_delimited
+from pneumorph.problem.pulls import first_loadings
 
 FEWEST = 5
 
@@ -39,9 +40,6 @@ OTHER = r"rate|time|transverse|lateral|quer\w*|width|modulus|speed|geschwindigke
 
 LARGEST = 15.0
 """Stretch beyond which a plain strain is taken for one in per cent: no rubber bears it."""
-
-UNLOADED = 0.8
-"""Share of the largest strain below which later points are taken for unloading."""
 
 
 @dataclass(frozen=True)
@@ -108,15 +106,19 @@ def read_tension(path: Path, reading: Reading = Reading()) -> Tension:
     stretch = _stretch(table, along, reading)
     stress, how = _stress(table, across, stretch, reading)
     _check(path, stretch, stress)
+    kept, left_out = first_loadings(stretch, stress)
+    if np.count_nonzero(kept) < FEWEST:
+        raise ProblemError(f"{path}: {left_out[0]}, too few are left; give the lines of the first loading alone")
+    stretch, stress = stretch[kept], stress[kept]
+    _check(path, stretch, stress)
     order = np.argsort(stretch, kind="stable")
     ends = f"{stretch.min():.4g} to {stretch.max():.4g}"
     told = (
         table.told,
         f"stretch {ends} from {along}, read as {_word(along.kind)}",
         f"nominal stress {stress.min():.4g} to {stress.max():.4g} MPa from {across}, read as {how}",
+        *left_out,
     )
-    if stretch[np.argmax(stretch) :].min() < 1.0 + UNLOADED * (stretch.max() - 1.0):
-        told += ("the stretch goes back from its largest value; if that is unloading, keep the lines of loading alone",)
     return Tension(stretch[order], stress[order], told)
 
 

@@ -114,6 +114,18 @@ def mooney_rivlin(of: Invariants, parameters: Array) -> Array:
 
 
 @by_invariants
+def polynomial(of: Invariants, parameters: Array) -> Array:
+    """Σ cᵢⱼ (Ī₁ − 3)ⁱ (Ī₂ − 3)ʲ up to i + j = 2 (Rivlin and Saunders 1951).
+
+    Parameters: c₁₀, c₀₁, c₂₀, c₁₁, c₀₂, κ in MPa. It is the five-parameter Mooney-Rivlin model of finite-element
+    programs; μ = 2 (c₁₀ + c₀₁).
+    """
+    one, two = first_bar(of) - 3.0, second_bar(of) - 3.0
+    c10, c01, c20, c11, c02 = (parameters[i] for i in range(5))
+    return one * (c10 + c20 * one + c11 * two) + two * (c01 + c02 * two)
+
+
+@by_invariants
 def yeoh(of: Invariants, parameters: Array) -> Array:
     """Σ cᵢ (Ī₁ − 3)ⁱ with any number of coefficients (Yeoh 1993). Parameters: c₁, c₂, …, κ in MPa; μ = 2 c₁."""
     excess = first_bar(of) - 3.0
