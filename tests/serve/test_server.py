@@ -72,14 +72,14 @@ def test_demands_must_make_sense(run, serving, asked):
             return status, json.loads(content)["error"]
 
         assert answer(0, {"A": 1.0}, Content_Type="text/plain")[0] == 415
-        assert answer(0, [1.0]) == (400, "the body must be a JSON object")
+        assert answer(0, [1.0]) == (400, "the request must be a JSON object")
         assert answer(0, {"B": 1.0}) == (409, "pressures: need a number in kPa for each of A")
         for strange in (True, "1", None, [1.0], {"kPa": 1.0}):
             assert answer(0, {"A": strange}) == (409, "pressures: are not numbers in kPa")
         for absurd in (float("nan"), 1e4, -1e9, 10**400):
             assert answer(0, {"A": absurd}) == (409, "pressures: A must be between -3.75 and 78.75 kPa")
         nested = "[" * 9000 + "]" * 9000
-        assert answer(0, nested) == (400, "the body must be a JSON object")
+        assert answer(0, nested) == (400, "the request must be a JSON object")
         assert answer(7, {"A": 1.0})[1].startswith("design 7: ")
         assert answer(0, {"A": "x" * 30_000})[0] == 413
         assert server.solver._process is None, "nothing was asked of the solver"

@@ -81,7 +81,7 @@ def test_members_have_bases_and_changes_of_their_own(study):
         ('base = "base.toml"\n[[member]]\nname = "a"\n[[member]]\nname = "a"', 'two members are called "a"'),
         ('base = "base.toml"\n[[member]]\nchange = 1', "member[0].change: is not a key of a member"),
         ("base = ", "is not TOML"),
-        ('base = "base.toml"\n[grid]\n"task[0].weight" = [' + "1.0," * 2000 + "]", "makes 2000 designs"),
+        ('base = "base.toml"\n[grid]\n"task[0].weight" = [' + "1.0," * 2000 + "]", "asks for 2000 designs"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(study, text, said):

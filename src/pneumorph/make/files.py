@@ -127,8 +127,8 @@ def _make(
     if problem is not None:
         if problem.region:
             raise ComputationError(
-                f"moulds are made for bodies of one rubber, and this one has regions ({problem.region[0].name}, …); "
-                f"the exact CAD of its surfaces is written"
+                f"a mould needs a body of one rubber, but this one has regions ({problem.region[0].name}, …); only the "
+                "CAD and the triangles of the body are written"
             )
         if problem.make.method == "silicone mould":
             moulded, proved = make_silicone_mould(body, problem, folder / "mould", chord, effects, sags)

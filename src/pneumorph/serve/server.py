@@ -153,19 +153,19 @@ class Handler(BaseHTTPRequestHandler):
         """Refuse what does not come from this server's own page."""
         host = self.headers.get("Host", "")
         if host.rpartition(":")[0] not in OWN_NAMES:
-            raise Refused(HTTPStatus.FORBIDDEN, "this server answers to 127.0.0.1 and localhost alone")
+            raise Refused(HTTPStatus.FORBIDDEN, "this server answers requests to 127.0.0.1 and localhost only")
         if self.headers.get("Origin", f"http://{host}") != f"http://{host}":
-            raise Refused(HTTPStatus.FORBIDDEN, "another site must not ask this server")
+            raise Refused(HTTPStatus.FORBIDDEN, "requests of other sites are refused")
         if self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
-            raise Refused(HTTPStatus.FORBIDDEN, "another site must not ask this server")
+            raise Refused(HTTPStatus.FORBIDDEN, "requests of other sites are refused")
         if method == "POST" and self.headers.get_content_type() != "application/json":
-            raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "the body must be JSON")
+            raise Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "the request must be JSON")
 
     def _body(self) -> bytes:
         length = self.headers.get("Content-Length", "")
         if not (length.isascii() and length.isdecimal() and len(length) < 9 and int(length) <= MOST_BODY):
             self.close_connection = True
-            raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"the body must have at most {MOST_BODY} bytes")
+            raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"the request must have at most {MOST_BODY} bytes")
         return self.rfile.read(int(length))
 
     def _content(self, method: str, body: bytes) -> tuple[str, bytes]:
@@ -187,7 +187,7 @@ class Handler(BaseHTTPRequestHandler):
                 if what == "state":
                     return "application/octet-stream", self._state(run, place, asked)
                 return "application/json", _json(self._sweep(run, place, asked.get("start") is True))
-        raise Refused(HTTPStatus.NOT_FOUND, "there is nothing of this name here")
+        raise Refused(HTTPStatus.NOT_FOUND, "there is no page or file of this name")
 
     def _sweep(self, run: LiveRun, design: int, start: bool) -> dict[str, Any]:
         """What is known of a design in kPa, and how much of the sweep is left; `start` has it solved."""
@@ -235,7 +235,7 @@ def _object(body: bytes) -> dict[str, Any]:
     except (RecursionError, ValueError):
         content = None
     if not isinstance(content, dict):
-        raise Refused(HTTPStatus.BAD_REQUEST, "the body must be a JSON object")
+        raise Refused(HTTPStatus.BAD_REQUEST, "the request must be a JSON object")
     return content
 
 

@@ -15,7 +15,7 @@ from pneumorph.serve.worker import Answer, RequestedState, failure, work
 MOST_ANSWERS = 200
 """Answers that are kept; of a large mesh each takes about a megabyte."""
 
-LOST = "the process that solves has ended; there may be too little memory for this mesh"
+LOST = "the solver's process has ended; there may be too little memory for this mesh"
 
 
 class Solver:

@@ -113,7 +113,7 @@ def _security(address: str | None, files: Mapping[str, Path]) -> Security | None
         return None
     named = ", ".join(files)
     if address is None or not address.startswith("tls://"):
-        raise ProblemError(f"{named}: is for a scheduler at tls://…; name it with --cluster")
+        raise ProblemError(f"{named}: is for a scheduler at tls://… only; name its address with --cluster")
     if set(files) != set(TLS):
         raise ProblemError(f"{named}: is not enough; give {', '.join(TLS)}")
     for option, path in files.items():

@@ -77,12 +77,12 @@ def load_study(path: str | Path, trust: Trust = False) -> Study:
     if not isinstance(listed, list) or not all(isinstance(member, dict) for member in listed):
         raise ProblemError(f"{path}: member: is a table that may be repeated; write [[member]]")
     if "grid" not in data and "member" not in data:
-        raise ProblemError(f"{path}: has neither a [grid] nor a [[member]]; add the changes that make the designs")
+        raise ProblemError(f"{path}: has neither a [grid] nor a [[member]]; add one with the changes")
     count = len(listed)
     for values in grid.values():
         count *= len(values)
     if count > MOST_MEMBERS:
-        raise ProblemError(f"{path}: makes {count} designs, more than {MOST_MEMBERS}; shorten the lists")
+        raise ProblemError(f"{path}: asks for {count} designs, more than {MOST_MEMBERS}; shorten the lists")
     members = tuple(_members(path, data.get("base"), grid, listed))
     names = [member.name.casefold() for member in members]
     for member in members:

@@ -115,8 +115,8 @@ def _core_note(plan: SplitPlan, part: Part) -> str:
     for core in plan.cores:
         if f"{part.name}-".startswith(f"core-{core.chamber}-"):
             whole = core.leaves_whole(plan.spec.release_stretch)
-            soluble = "soluble filament, or a brittle shell; leaves through the port"
-            return "rigid plastic; is pulled out through the port" if whole else soluble
+            soluble = "soluble filament, or a brittle shell; removed through the port"
+            return "rigid plastic; pulled out through the port" if whole else soluble
     return ""
 
 

@@ -41,8 +41,8 @@ class PortEffect:
     def sentence(self) -> str:
         """The change in words, for the assembly sheet."""
         return (
-            f"Tubes in the ports change the motion of task {self.task} by {self.shift:.2g} mm of {self.moved:.3g} mm "
-            f"and {np.degrees(self.turn):.2g}° of {np.degrees(self.turned):.3g}°."
+            f"Tubes in the ports change the motion of task {self.task}: its translation of {self.moved:.3g} mm by "
+            f"{self.shift:.2g} mm, and its rotation of {np.degrees(self.turned):.3g}° by {np.degrees(self.turn):.2g}°."
         )
 
     def check(self, most: float) -> Check:

@@ -234,16 +234,18 @@ def _core(
     if sag <= spec.core_sag:
         return Core(chamber.name, (port,), sag, pull)
     second = support(number, chamber, samples, radius, wall, angles)
-    held = sag if second is None else _sag(chamber, own, port, radius, density, ends=2)
-    if second is None or held > spec.core_sag:
-        middle, way = np.ptp(own.points[:, 2]) / 2.0 + own.points[:, 2].min(), f"by {held:.2g} mm, held at both ends"
-        if second is None:
-            middle, way = own.points[:, 2].max(), f"by {sag:.2g} mm, and there is no room for a second stem"
+    if second is None:
+        place, worst, why = own.points[:, 2].max(), sag, "there is no room for a second stem"
+    else:
+        place = np.ptp(own.points[:, 2]) / 2.0 + own.points[:, 2].min()
+        worst = _sag(chamber, own, port, radius, density, ends=2)
+        why = "although stems support both of its ends"
+    if second is None or worst > spec.core_sag:
         raise ComputationError(
-            f"chamber {chamber.name}, z = {middle:.0f} mm: the core sags {way}, more than make.core_sag = "
-            f"{spec.core_sag:g} mm; allow more, or take a thicker make.tube"
+            f"chamber {chamber.name}, z = {place:.0f} mm: the core sags by {worst:.2g} mm, more than make.core_sag = "
+            f"{spec.core_sag:g} mm ({why}); allow more, or take a thicker make.tube"
         )
-    return Core(chamber.name, (port, second), held, pull)
+    return Core(chamber.name, (port, second), worst, pull)
 
 
 def _sag(chamber: TubeSurface, own: Samples, stem: Stem, radius: float, density: float, ends: int) -> float:

@@ -84,8 +84,8 @@ def sizes(plan: Plan, parts: Sequence[Part]) -> Iterator[Check]:
         if each.role in RUBBER:
             continue
         size, most = np.sort(np.ptp(each.mesh.triangles.points, axis=0)), np.sort(printer.volume)
-        yield Check(each.name, "size beyond the printer's", max(float((size - most).max()), 0.0), 0.0, "mm")
-        yield Check(each.name, "walls thinner than the printer's least", _thin(each, printer.wall), 0)
+        yield Check(each.name, "size beyond that of the printer", max(float((size - most).max()), 0.0), 0.0, "mm")
+        yield Check(each.name, "places thinner than the printer can print", _thin(each, printer.wall), 0)
 
 
 def _thin(each: Part, least: float) -> int:
@@ -147,5 +147,5 @@ def openings(product: Part, handles: int) -> Iterator[Check]:
     surface to the outer one; every further hole, or a connection of two chambers, adds a handle. `handles` are those of
     second stems.
     """
-    yield Check("body", "chambers without a way out", len(product.solid.decompose()) - 1, 0)
-    yield Check("body", "connections of chambers with each other", abs(product.solid.genus() - handles), 0)
+    yield Check("body", "closed chambers", len(product.solid.decompose()) - 1, 0)
+    yield Check("body", "connections between chambers", abs(product.solid.genus() - handles), 0)

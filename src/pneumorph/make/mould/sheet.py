@@ -87,26 +87,28 @@ def steps(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
     angles = ", ".join(f"{np.degrees(angle):.0f}°" for angle in plan.angles)
     # The whole first, then its parts if it is mixed.
     whole, *mixed = [f"{item.quantity:.4g} g of {item.item}" for item in items if item.unit == "g"]
-    lying, plugged = "", []
+    lying, plugged, vents = "", [], "."
+    if len(plan.vents):
+        vents = f" ({len(plan.vents)} of them in the outer pieces: close each as soon as rubber leaves it)."
     if side:
         lain = ", ".join(dict.fromkeys(stem.chamber for stem in side))
-        lying = f" Cores of chambers {lain} lie with their stems in a parting."
+        lying = f" Lay the stems of the cores of {lain} into the partings."
     if closed:
         names = ", ".join(stem.chamber for stem in closed)
         plugged = [f"Close the holes of the second stems (of chambers {names}) with plugs of the same rubber."]
     return [
-        "Print all pieces of the folder mould; cores that the bill does not call rigid in soluble filament (such as "
-        "PVA) or as brittle shells of one perimeter, everything else in any rigid plastic. Seal resin prints: some "
-        "stop platinum silicone from curing.",
+        "Print all pieces of the folder mould in any rigid plastic, except for the cores that the bill does not call "
+        "rigid: these in soluble filament (such as PVA), or as brittle shells of one perimeter. Seal resin prints: "
+        "some stop platinum silicone from curing.",
         *_joining(plan, items),
         "Brush release agent on all faces that rubber touches.",
         "Put the cores' stems into the base, flats against flats." + lying,
         f"Close the outer pieces around them (partings at {angles}), put on the lid, and tighten the four rods.",
         f"Weigh {' and '.join(mixed or [whole])}; mix, and degas until the foam has collapsed.",
         "Stand the mould upright, base down. Inject slowly through the gate in the lid until rubber leaves all vents"
-        + (f" ({len(plan.vents)} of them in the outer pieces: close each when it runs)." if len(plan.vents) else ".")
+        + vents
         + AIR,
-        "Let it cure as the data sheet says, at a temperature that the cores bear.",
+        "Let it cure as the data sheet says, at a temperature that the cores can bear.",
         "Loosen the rods, lift off the lid, open the outer pieces with a screwdriver in the slots, pull each straight "
         f"away from the axis; the rubber is stretched by up to {max(each.stretch for each in plan.releases):.2f}.",
         " ".join([*_leaving(plan), "Trim the gate."]),
@@ -116,17 +118,17 @@ def steps(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
 
 
 def reinforcing(problem: Problem) -> list[str]:
-    """When the sheets and fibres of a problem are laid on its surfaces, if it has any."""
+    """When the sheets and fibres of a problem are put on its surfaces, if it has any."""
     found = []
     for each in reinforcements(problem):
         chambers = [name for name in each.surfaces if name != EXTERIOR]
         if chambers:
             found.append(
-                f"Before casting, lay {each.words} on the cores of {', '.join(chambers)}: the rubber bonds to it. A "
-                "core must be broken or dissolved inside it."
+                f"Before casting, lay {each.words} on the cores of {', '.join(chambers)}: the rubber bonds to it. "
+                "The cores must be broken or dissolved inside it."
             )
         if EXTERIOR in each.surfaces:
-            found.append(f"Bond {each.words} to the finished body with a film of its rubber that is as thin as can be.")
+            found.append(f"Bond {each.words} to the finished body with the thinnest possible film of its rubber.")
     return found
 
 

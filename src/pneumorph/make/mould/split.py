@@ -57,7 +57,7 @@ def split(piece: Piece, plan: Plan, taken: Sequence[tuple[float, float]], keys: 
         raise ComputationError(f"{told}, and it is split across the axis only; take a larger printer")
     heights = _planes(float(low[2]), float(high[2]), room, taken, keys)
     if heights is None:
-        raise ComputationError(f"{told}, and there is no place to split it that keeps clear of stems, vents and slots")
+        raise ComputationError(f"{told}, and wherever it could be split there is a stem, a vent or a slot")
     parts, gap = [], plan.spec.clearance
     for number, (start, stop) in enumerate(pairwise([low[2] - 1.0, *heights, high[2] + 1.0]), start=1):
         far = 2.0 * float(np.abs([low, high]).max()) + 10.0

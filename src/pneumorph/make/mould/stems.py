@@ -97,8 +97,8 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
         if stem is None:
             height = chamber.net[:, :, 2].min()
             raise ComputationError(
-                f"chamber {chamber.name} cannot get a port of {2 * radius:.2g} mm: no straight way leads out of it at "
-                f"z = {height:.0f} mm with {wall:.2g} mm of rubber around; take a thinner make.tube"
+                f"chamber {chamber.name} cannot get a port of {2 * radius:.2g} mm: at z = {height:.0f} mm there is no "
+                f"straight way out of it with {wall:.2g} mm of rubber around the port; take a thinner make.tube"
             )
     return [stem for stem in found if stem is not None]
 

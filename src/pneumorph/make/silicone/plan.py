@@ -205,8 +205,8 @@ def _divided(body: Body, samples: Sequence[Samples], radius: float, wall: float,
         if stem is None:
             height = samples[number].points[:, 2].min()
             return (
-                f"chamber {chamber.name}, z = {height:.0f} mm: no port of {2 * radius:.2g} mm lies in the plane that "
-                f"opens the chamber with {wall:.2g} mm of rubber around; a thinner make.tube may have room"
+                f"chamber {chamber.name}, z = {height:.0f} mm: in the plane that opens the chamber there is no room "
+                f"for a port of {2 * radius:.2g} mm with {wall:.2g} mm of rubber around it; take a thinner make.tube"
             )
         stems.append(stem)
     slabs = _slabs(body, samples, normal, offsets, planes)
@@ -229,7 +229,8 @@ def _slabs(
             height = points[int(np.argmax(points @ normal)), 2]
             names = f"{body.chambers[one].name} and {body.chambers[other].name}"
             return (
-                f"chambers {names}, z = {height:.0f} mm: they reach past each other between the planes that open them"
+                f"chambers {names}, z = {height:.0f} mm: they overlap between the planes that open them, so that no "
+                "plane parts them"
             )
         parting = float(np.clip((low + high) / 2.0, below + _APART / 2.0, above - _APART / 2.0))
         slabs.append(Slab(number + 1, low, high, parting, normal))
