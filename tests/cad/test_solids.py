@@ -5,9 +5,9 @@ import pytest
 from solids import box, cylinder, occ, problem, written
 
 from pneumorph.analysis.bodies import mesh_of
-from pneumorph.cad.faces import read_faces
 from pneumorph.cad.findings import crossing, findings_of, thinnest
 from pneumorph.cad.parts import InBox, InPlane, Named, faces_where
+from pneumorph.cad.read import read_faces
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.interface.design import starting_design

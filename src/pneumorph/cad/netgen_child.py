@@ -67,11 +67,11 @@ class Unsuitable(Exception):
 
 def solids(
     path: str, key: str, scale: float, size: float, most: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str], int]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
     """The meshed faces of all solids in a STEP or BREP file, whose coordinates are multiplied by `scale`.
 
     Returns points (n, 3), six-node triangles (m, 6) whose normals point out of the solid, the face of each (m,) from 0,
-    the names of the faces, and the number of solids.
+    and the names of the faces.
 
     Parameters
     ----------
@@ -105,7 +105,17 @@ def solids(
     names = [face.name or "" for face in shape.faces]
     # Netgen's fourth to sixth node are opposite to the corners.
     triangles = elements["nodes"][:, [0, 1, 2, 5, 3, 4]].astype(np.int64) - 1
-    return np.array(mesh.Coordinates()), triangles, elements["index"].astype(np.int64) - 1, names, len(shape.solids)
+    return np.array(mesh.Coordinates()), triangles, elements["index"].astype(np.int64) - 1, names
+
+
+def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The surface in an STL file, meshed anew: points (n, 3), triangles (m, 3), and the smooth part of each from 0."""
+    with _limited():
+        geometry = import_module("netgen.stl").STLGeometry(path)
+        mesh = geometry.GenerateMesh(maxh=size, perfstepsend=_netgen().MeshingStep.MESHSURFACE, **_SERIAL)
+    elements = mesh.Elements2D().NumPy()
+    corners = elements["nodes"][:, :3].astype(np.int64) - 1
+    return np.array(mesh.Coordinates()), corners, elements["index"].astype(np.int64) - 1
 
 
 _COARSE = 25.0
@@ -196,7 +206,10 @@ def main() -> None:
     # Netgen prints from C++.
     answers, nowhere = os.fdopen(os.dup(1), "wb"), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
-    calls, waiting = {"fill": fill, "optimise": optimise, "solids": solids}, SimpleQueue[tuple[str, Any]]()
+    calls, waiting = (
+        {"fill": fill, "optimise": optimise, "solids": solids, "triangles": triangles},
+        SimpleQueue[tuple[str, Any]](),
+    )
     threading.Thread(target=_read, args=(waiting,), daemon=True).start()
     while True:
         name, arguments = waiting.get()

@@ -45,7 +45,18 @@ def read_stl(data: bytes) -> Surface:
     ValueError
         If it is none, too large or not closed; says why and how to repair it.
     """
-    return _closed(_merged(_binary(data) if _is_binary(data) else _text(data)))
+    return _closed(read_triangles(data, MOST_TRIANGLES))
+
+
+def read_triangles(data: bytes, most: int) -> Surface:
+    """The triangles in the bytes of an STL file with equal points merged, whether they are closed or not.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or has more than `most` triangles; says why and how to repair it.
+    """
+    return _merged(_binary(data, most) if _is_binary(data) else _text(data, most))
 
 
 def pack(surface: Surface) -> str:
@@ -78,15 +89,15 @@ def _is_binary(data: bytes) -> bool:
     return len(data) >= 84 and len(data) == 84 + 50 * int(np.frombuffer(data, _COUNTS, 1, 80)[0])
 
 
-def _binary(data: bytes) -> np.ndarray:
+def _binary(data: bytes, most: int) -> np.ndarray:
     """Corners (T, 3, 3) of all triangles."""
-    _few((len(data) - 84) // 50)
+    _few((len(data) - 84) // 50, most)
     return np.frombuffer(data, _RECORD, offset=84)["corners"].astype(np.float32)
 
 
-def _text(data: bytes) -> np.ndarray:
+def _text(data: bytes, most: int) -> np.ndarray:
     found = _VERTEX.findall(data) if data.lstrip()[:5].lower() == b"solid" else []
-    _few(len(found) // 3)
+    _few(len(found) // 3, most)
     if not found or len(found) % 3 or data.lower().count(b"endfacet") != len(found) // 3:
         raise ValueError("is not a whole STL file; export it again, as binary or text STL")
     try:
@@ -96,9 +107,9 @@ def _text(data: bytes) -> np.ndarray:
         raise ValueError("has a corner that is no number; export it again") from None
 
 
-def _few(count: int) -> None:
-    if count > MOST_TRIANGLES:
-        raise ValueError(f"has {count} triangles, more than {MOST_TRIANGLES}; make it coarser in a mesh program")
+def _few(count: int, most: int) -> None:
+    if count > most:
+        raise ValueError(f"has {count} triangles, more than {most}; make it coarser in a mesh program")
 
 
 def _merged(corners: np.ndarray) -> Surface:

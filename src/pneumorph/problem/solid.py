@@ -16,9 +16,10 @@ from pydantic import Field, GetJsonSchemaHandler, Strict, StringConstraints, Val
 from pydantic_core import CoreSchema
 
 from pneumorph import units
-from pneumorph.cad.faces import Faces, Format, read_faces
+from pneumorph.cad.faces import Faces
 from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Parts, Where, parts_of, point_inside
 from pneumorph.cad.parts import Place as PlaceOf
+from pneumorph.cad.read import Format, read_faces
 from pneumorph.cad.shells import shells_of
 from pneumorph.errors import ComputationError, MeshError, ProblemError, short
 from pneumorph.problem.directions import Number
@@ -33,7 +34,11 @@ MOST_BYTES = 30_000_000
 MOST_TEXT = 1_800_000
 """Characters that it may take, compressed, in a problem file."""
 
-FORMATS: dict[str, Format] = {".step": "step", ".stp": "step", ".brep": "brep", ".brp": "brep"}
+FORMATS: dict[str, Format] = {
+    **{".step": "step", ".stp": "step", ".brep": "brep", ".brp": "brep"},
+    **{".stl": "stl", ".obj": "obj", ".3mf": "3mf"},
+}
+"""By suffixes."""
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 """mm in a unit."""
@@ -129,7 +134,7 @@ class SolidSpec(Table):
     format: Format = "step"
     """The format of the file."""
     unit: Literal["mm", "cm", "m", "in"] = "mm"
-    """Unit of the coordinates in the file; STEP files have their own, so it must be mm for them."""
+    """Unit of the coordinates in a file that has none of its own, as STL, OBJ and BREP."""
     scale: Annotated[Number, Field(gt=0)] = 1.0
     """Factor of its size."""
     base: Selection | None = None
@@ -165,13 +170,14 @@ class SolidSpec(Table):
             raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
         packed = base64.b64encode(zlib.compress(content, 9)).decode()
         if len(packed) > MOST_TEXT:
-            raise InvalidKey("file", f"{shown} is too large; simplify it in CAD")
+            size = f"{len(packed) / 1e6:.2g} MB when compressed, more than {MOST_TEXT / 1e6:g} MB"
+            raise InvalidKey("file", f"{shown} has {size}; simplify it in CAD, or make its triangles coarser")
         return {key: value for key, value in data.items() if key != "file"} | {"data": packed, "format": form}
 
     @model_validator(mode="after")
     def _found_in_the_file(self) -> SolidSpec:
-        if self.format == "step" and self.unit != "mm":
-            raise InvalidKey("unit", "is in the STEP file itself; leave it out, or use scale")
+        if self.format in ("step", "3mf") and self.unit != "mm":
+            raise InvalidKey("unit", f"is in the {self.format.upper()} file itself; leave it out, or use scale")
         try:
             if not self.chamber:
                 object.__setattr__(self, "chamber", self._voids())

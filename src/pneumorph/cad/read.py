@@ -1,0 +1,66 @@
+"""Read the faces of a body in a file, in triangles of any size."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from hashlib import blake2b
+from typing import Literal
+
+import numpy as np
+
+from pneumorph.cad.faces import Faces, compact
+from pneumorph.cad.netgen_process import call
+from pneumorph.cad.shells import shells_of
+from pneumorph.cad.stl import Surface
+from pneumorph.cad.triangles import READERS, meshed_anew, surface_in, with_middles
+from pneumorph.processes import temporary_folder
+
+Format = Literal["step", "brep", "stl", "obj", "3mf"]
+
+MOST_FACES = 5_000
+"""Faces of a solid: thousands come from triangles or threads, which no elements can resolve."""
+
+SECONDS = 60.0
+"""How long reading and meshing a file may take; hundreds of faces take some seconds."""
+
+COARSE = 25.0
+"""Edges of a coarse outline of triangles along the diagonal of a body."""
+
+
+def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0) -> Faces:
+    """The faces of the solids in the bytes of a file.
+
+    Parameters
+    ----------
+    data : what the file contains.
+    form : its format.
+    scale : factor on its coordinates.
+    size : desired edge length, mm; 0 for a coarse outline.
+
+    Raises
+    ------
+    ComputationError
+        If they cannot be read or meshed; a sentence whose subject is the file.
+    """
+    return _read(data, form, scale, size)
+
+
+@lru_cache(maxsize=4)
+def _read(data: bytes, form: Format, scale: float, size: float) -> Faces:
+    if form in READERS:
+        return _of_triangles(data, form, scale, size)
+    key = blake2b(data, digest_size=16).hexdigest()
+    with temporary_folder() as folder:
+        path = folder / f"body.{form}"
+        path.write_bytes(data)
+        points, triangles, face, names = call("solids", str(path), key, scale, size, MOST_FACES, seconds=SECONDS)
+    return compact(points, triangles, face, tuple(names))
+
+
+def _of_triangles(data: bytes, form: Format, scale: float, size: float) -> Faces:
+    points, triangles = surface_in(data, form)
+    surface = Surface(scale * points, triangles)
+    rough = compact(*with_middles(*surface), np.arange(len(triangles)))
+    shells_of(rough)
+    size = size or rough.diagonal / COARSE
+    return compact(*meshed_anew(surface, size, SECONDS))
