@@ -53,6 +53,10 @@ PRESSURE = Kind("a pressure", "MPa", "kPa", "60 kPa")
 MODULUS = Kind("a modulus", "MPa", "MPa", "0.49 MPa")
 DENSITY = Kind("a density", "t/mm^3", "g/cm^3", "1.10 g/cm^3")
 ACCELERATION = Kind("an acceleration", "mm/s^2", "m/s^2", "9.81 m/s^2")
+
+STANDARD_GRAVITY = 9810.0
+"""mm/s²: the default of problem files, and that in which silicone and cores sag."""
+
 ANGLE = Kind("an angle", "rad", "deg", "30 deg")
 MASS = Kind("a mass", "t", "g", "20 g")
 FORCE = Kind("a force", "N", "N", "2 N")

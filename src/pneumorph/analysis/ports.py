@@ -43,6 +43,7 @@ STIFFER = 100.0
 _SPLITS = 6  # every edge of an element is divided into as many parts to see how much of it is in a port
 _FLATTEST = 0.1  # least quality of elements whose nodes are moved, see `scaled_jacobian`
 _HALVINGS = 8
+"""How often the motion of a node is halved where an element would become too flat; the rest is a 256th of it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ _FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
 _FIX_MOVE = "write plate.z=-3mm for a displacement or plate.z=0:-3:-0.5mm for a sweep"
 _FIX_TURN = "write plate.turn_z=30deg for a turn or plate.turn_z=0:90:5deg for a sweep"
 MOST_STEPS = 10_000
+"""Of a sweep: more are taken for a mistake of a unit."""
 AXES = ("x", "y", "z")
 MOTIONS = {name: units.ANGLE if name.startswith("turn_") else units.LENGTH for name in POSE}
 """The motions of an obstacle, along and about the axes."""

@@ -12,9 +12,10 @@ from pneumorph.mechanics import NoEquilibrium, Rubber, Tangent, build_loads, bui
 from pneumorph.mechanics.setup import asks_for_mixed
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
+from pneumorph.units import STANDARD_GRAVITY
 
-_GRAVITY = 9810.0
 _TOLERANCE = 1e-5
+"""Relative residual: far below what casting is accurate to."""
 
 
 def settle(
@@ -52,7 +53,7 @@ def settle(
     used, renumbered = np.unique(tets, return_inverse=True)
     mesh = TetMesh(whole.points[used], renumbered.reshape(tets.shape), {})
     model = build_model(mesh, rubber, plate=False, supports=fixed(mesh.points), mixed=asks_for_mixed(rubber))
-    at = configure(model, mesh.points, build_loads(model, {}, acceleration=np.array([0.0, 0.0, -_GRAVITY])))
+    at = configure(model, mesh.points, build_loads(model, {}, acceleration=np.array([0.0, 0.0, -STANDARD_GRAVITY])))
     equilibrium = solve(at, Tangent(model), tolerance=_TOLERANCE)
     if isinstance(equilibrium, NoEquilibrium):
         raise ComputationError(f"the sag of the silicone is not known: {equilibrium.reason}")

@@ -43,6 +43,7 @@ BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF
 
 
 MOST_FRICTION = 10.0
+"""A larger coefficient is taken for a mistake: those of rubber are a few at most."""
 Poses = dict[str, tuple[float, ...]]
 
 

@@ -33,7 +33,10 @@ DISTANCE = 1e-6
 """Largest allowed distance in mm of a point of the design from the surfaces in a STEP file."""
 
 _QUADRATURE = 1e-9
+"""Relative accuracy to which OpenCASCADE integrates volumes: far below `VOLUME`."""
+
 _PER_SPAN = 5
+"""Sample points per knot span and direction: one more than a cubic polynomial has coefficients."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.tets import triangle_gradient
 
 _CLEAR = 0.6  # smallest distance of inner vertices from the given edges, in edge lengths
-_PASSES = 8
+_PASSES = 8  # most passes of swaps and moves; they end before where none makes triangles better
 _FLAT = 0.2  # quality below which a triangle between two curved edges gets a vertex beside it
 _BESIDE = (0.1, 0.25, 0.5)  # places tried for it, from the triangle's third edge on
 _NODES = np.array([[0.0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])

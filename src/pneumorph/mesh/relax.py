@@ -20,6 +20,7 @@ from pneumorph.mesh.tets import TetMesh
 _ENOUGH = 0.25
 """Quality (see `scaled_jacobian`) from which an element is left alone."""
 _SWEEPS = 10
+"""Most passes over all poor elements; they end before where none is improved."""
 _LONGEST, _SHORTEST = 0.2, 0.005
 """First and last length of trial steps, relative to the element's edges."""
 _GAIN = 1e-6

@@ -7,8 +7,8 @@ import numpy as np
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import scaled_jacobian
 
-_POOR = 0.15
-_STRETCH = 1.5
+_POOR = 0.15  # quality below which warm starts begin to fail
+_STRETCH = 1.5  # growth of edges of the surface beyond which they are too coarse
 _TURN = np.radians(75)
 
 

@@ -22,7 +22,7 @@ from pneumorph.mesh.tets import TET_EDGES, TET_FACES
 _GOOD = 0.1  # quality above which an element is not repaired
 _ENOUGH = 0.2  # quality of a repair at which the search for a better one stops
 _DEPTHS = (0.3, 0.15, 0.5, 0.0, 0.8)  # trial distances into the solid, relative to the size of the poor element
-_LARGEST_HOLE = 24
+_LARGEST_HOLE = 24  # most elements taken out for a repair: about as many as share a vertex
 
 
 def repair(

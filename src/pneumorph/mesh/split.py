@@ -6,7 +6,7 @@ import numpy as np
 
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES
 
-_PASSES = 10
+_PASSES = 10  # most passes, in each of which long edges are halved
 
 
 def split_long_edges(

@@ -11,7 +11,7 @@ from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TetMesh, tet_shape
 _NEAREST = 24  # elements, nearest by their centroids, that may contain a point
 _TRIES = 4  # the most likely of these, for which the curved map is inverted
 _ITERATIONS = 6  # of Newton's method
-_INSIDE = -1e-6
+_INSIDE = -1e-6  # barycentric coordinate from which a point counts as inside: rounding of Newton's method
 _OUTSIDE = -0.15  # smallest barycentric coordinate; points farther outside are moved back before the field is evaluated
 _SLOPES = np.vstack([-np.ones(3), np.eye(3)])  # of the barycentric coordinates
 

@@ -17,6 +17,7 @@ from pneumorph.geometry import DesignSpace
 from pneumorph.geometry.surface import Average
 
 STRENGTH = 1.0
+"""Of the averages, see `Surface.average`: with it control nets do not fold."""
 
 
 @dataclass(frozen=True, eq=False)

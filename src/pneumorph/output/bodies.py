@@ -28,11 +28,11 @@ MARGIN = 0.03
 LARGEST = 0.085
 """Inches per mm of small bodies; large ones are drawn smaller."""
 
-TALLEST = 4.2
-NARROWEST = 1.3
+TALLEST, NARROWEST = 4.2, 1.3
 """Inches: largest height and smallest width of a panel."""
 
 PER_ROW = 5
+"""Panels in a row at most."""
 STRIP, SIDE = 0.42, 0.68
 """Inches: height of the strip with axes and scale below each panel, and width of the colour scale on the right."""
 

@@ -13,6 +13,7 @@ from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry
 
 PER_ROW = 2
+"""Tasks side by side in a column of a paper."""
 KILO = 1e3
 """kPa in a MPa."""
 

@@ -12,6 +12,7 @@ from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.output.figures import COLOURS, COLUMN, SMALL, TEXT, Figure, plain
 
 HEIGHTS = 400
+"""Heights at which radii are evaluated: more than a printed line shows."""
 WIDE, TALL = 2.9, 2.2
 """Inches: largest width and height of a panel."""
 

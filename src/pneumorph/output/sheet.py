@@ -28,6 +28,7 @@ from pneumorph.output.scenes import Scene, highest_stretch
 from pneumorph.run import RunDirectory
 
 MOST_PER_ROW = 4
+"""Tiles in a row of a page."""
 TALLEST, NARROWEST, GAP = 2.6, 1.45, 0.12
 """Inches: largest height of a panel, smallest width of a tile, and space between tiles."""
 

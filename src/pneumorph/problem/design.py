@@ -15,6 +15,7 @@ DIVISIONS = 15.0
 """Default spacings of control points along the diagonal of a body."""
 
 MOST_KEPT = 100
+"""Selections of faces that stay."""
 
 
 class DesignSpec(Table):

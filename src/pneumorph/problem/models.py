@@ -29,6 +29,7 @@ RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", 
 """Names of devices on Windows, which no file there can have."""
 
 MOST_CHAMBERS, MOST_TASKS, MOST_OBSTACLES = 100, 50, 20
+"""Of a problem: every chamber is compared with every other, every task is an equilibrium of its own."""
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
@@ -269,7 +270,7 @@ class EndEffector(Table):
 class Gravity(Table):
     """Acceleration in mm/s², and its direction, which is normalised."""
 
-    acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = 9810.0
+    acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = units.STANDARD_GRAVITY
     """Magnitude of the acceleration."""
     direction: Annotated[Direction, Example("e.g. direction = [0, 0, -1]")]
     """Its direction, of any length; the body's axis is z, from the base to the tip."""

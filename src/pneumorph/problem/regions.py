@@ -11,16 +11,15 @@ from pneumorph import units
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import MOST_CHAMBERS, Length, PositiveLength
 from pneumorph.problem.names import Name
-from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.problem.table import ROUNDING, Example, InvalidKey, Quantity, Table
 
 REST = "body"
 """The name of what is in no region, and made of [material]."""
 
 MOST_REGIONS = 20
+"""Of a body."""
 
 Angle = Annotated[float, Quantity(units.ANGLE)]
-
-_EPS = 1e-9
 
 
 class Layer(Table):
@@ -55,7 +54,7 @@ class Sleeve(Table):
 
 
 def _rising(key: str, angles: tuple[float, float] | None) -> None:
-    if angles is not None and not 0.0 < angles[1] - angles[0] < 2.0 * math.pi - _EPS:
+    if angles is not None and not 0.0 < angles[1] - angles[0] < 2.0 * math.pi - ROUNDING:
         raise InvalidKey(key, f'must rise, by less than 360 deg; write e.g. {key} = ["-60 deg", "60 deg"]')
 
 

@@ -10,17 +10,16 @@ from pydantic import Field, model_validator
 from pneumorph import units
 from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, Number
 from pneumorph.problem.regions import Angle
-from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.problem.table import ROUNDING, Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Share, Variable
 
 EXTERIOR = "exterior"
 """The name of the body's outer surface."""
 
 MOST_REINFORCEMENTS = 20
+"""Of a body."""
 
 PositiveStiffness = Annotated[float, Quantity(units.STIFFNESS, "positive")]
-
-_EPS = 1e-9
 
 
 class Stiffness(Variable):
@@ -105,7 +104,7 @@ class _Reinforcement(Table):
     def _in_order(self) -> _Reinforcement:
         if self.span is not None and self.span[0] >= self.span[1]:
             raise InvalidKey("span", "does not rise; put the lower end first")
-        if self.angles is not None and not 0.0 < self.angles[1] - self.angles[0] < 2.0 * math.pi - _EPS:
+        if self.angles is not None and not 0.0 < self.angles[1] - self.angles[0] < 2.0 * math.pi - ROUNDING:
             raise InvalidKey("angles", 'must rise, by less than 360 deg; write e.g. angles = ["-90 deg", "90 deg"]')
         return self
 
@@ -147,7 +146,7 @@ class FibresSpec(_Reinforcement):
 
     @model_validator(mode="after")
     def _at_most_around(self) -> FibresSpec:
-        if max(-self.winding.min, self.winding.max) > math.pi / 2.0 + _EPS:
+        if max(-self.winding.min, self.winding.max) > math.pi / 2.0 + ROUNDING:
             raise InvalidKey("winding", 'is beyond a right angle; write e.g. winding = "70 deg"')
         return self
 
@@ -155,7 +154,7 @@ class FibresSpec(_Reinforcement):
     def handed(self) -> bool:
         """Whether a mirror image of them is another winding."""
         winding = self.winding
-        return self.families == 1 and (winding.free or _EPS < abs(winding.start) < math.pi / 2.0 - _EPS)
+        return self.families == 1 and (winding.free or ROUNDING < abs(winding.start) < math.pi / 2.0 - ROUNDING)
 
 
 Reinforcement = MembraneSpec | FibresSpec

@@ -21,6 +21,9 @@ from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 from pneumorph import units
 from pneumorph.errors import short
 
+ROUNDING = 1e-9
+"""Lengths in mm and angles in rad that are meant to be equal may differ by this much, by rounding."""
+
 MOST_UNKNOWN = 100
 """Unknown keys of a table that are named; files may have thousands."""
 

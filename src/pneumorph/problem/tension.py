@@ -13,6 +13,7 @@ from pneumorph.problem.delimited import Delimited, read_delimited
 from pneumorph.problem.pulls import first_loadings
 
 FEWEST = 5
+"""Fewest points of a test: fewer show no curve."""
 
 STRESS_UNITS = {
     "pa": 1e-6, "kpa": 1e-3, "mpa": 1.0, "gpa": 1e3, "n/mm2": 1.0, "n/mm^2": 1.0, "n/mm²": 1.0, "psi": 6.894757293e-3,

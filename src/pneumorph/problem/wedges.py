@@ -10,9 +10,9 @@ import numpy as np
 
 from pneumorph.problem.models import BodySpec, ChamberSpec
 from pneumorph.problem.regions import Region
+from pneumorph.problem.table import ROUNDING
 from pneumorph.symmetry.operations import operations
 
-_EPS = 1e-9
 _TURN = 2.0 * math.pi
 
 
@@ -23,7 +23,7 @@ def edges(spec: BodySpec, regions: Sequence[Region], images: bool = False) -> tu
         for angle in (angle for region in regions for angle in region.within or ()):
             x, y, _ = matrix @ [math.cos(angle), math.sin(angle), 0.0]
             turned = math.atan2(y, x) % _TURN
-            if all(angle_between(turned, other) > _EPS for other in found):
+            if all(angle_between(turned, other) > ROUNDING for other in found):
                 found.append(turned)
     return tuple(sorted(found))
 
@@ -41,7 +41,7 @@ def gap_around(angles: Sequence[float], place: Sequence[float], across: bool = T
     angle = math.atan2(place[1], place[0])
     start, end = next((a, b) for a, b in gaps(angles) if (angle - a) % _TURN < b - a)
     angle = start + (angle - start) % _TURN
-    if across or end - start <= math.pi + _EPS:
+    if across or end - start <= math.pi + ROUNDING:
         return start, end
     first = min(max(angle - math.pi / 2.0, start), end - math.pi)
     return first, first + math.pi
@@ -49,7 +49,7 @@ def gap_around(angles: Sequence[float], place: Sequence[float], across: bool = T
 
 def crosses(chamber: ChamberSpec) -> bool:
     """Whether a chamber is cut by all half-planes: it is on the axis."""
-    return math.hypot(*chamber.center) <= _EPS
+    return math.hypot(*chamber.center) <= ROUNDING
 
 
 def angle_between(one: float, other: float) -> float:

@@ -33,6 +33,7 @@ from pneumorph.problem.models import RESERVED
 from pneumorph.problem.reading import read_toml
 
 MOST_MEMBERS = 1000
+"""More designs are taken for a mistake in a grid."""
 
 LONGEST = 10_000
 """Characters of a value that count for the name of a member."""

@@ -16,6 +16,7 @@ from pneumorph.processes import run, temporary_folder
 from pneumorph.verify.verdict import Unavailable
 
 MOST_SECONDS = 900
+"""After which CalculiX is ended."""
 
 
 def program() -> str:

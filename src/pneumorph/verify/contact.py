@@ -37,12 +37,10 @@ from pneumorph.problem import Problem
 from pneumorph.verify.actuator import LINEAR, PRESSURE
 from pneumorph.verify.homogeneous import UNIAXIAL, homogeneous, neo_hookean
 from pneumorph.verify.prescribed import residual
-from pneumorph.verify.solids import distorted_cube
+from pneumorph.verify.solids import BULK, RUBBER, SHEAR, distorted_cube
 from pneumorph.verify.verdict import Verdict, absolute, relative
 from pneumorph.verify.work import SIZE, integral
 
-SHEAR, BULK = 0.49, 4.80
-RUBBER = neo_hookean_rubber(SHEAR, BULK, 1.1e-9)
 UP = np.array([0.0, 0.0, 1.0])
 
 

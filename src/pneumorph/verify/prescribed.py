@@ -13,6 +13,7 @@ from pneumorph.mechanics import Configuration, Tangent
 from pneumorph.mechanics.assembly import potential as kernels
 
 MOST_STEPS = 25
+"""Of Newton's method, from a start that is nearly right."""
 
 
 def residual(at: Configuration, vector: np.ndarray) -> np.ndarray:

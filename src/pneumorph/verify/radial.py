@@ -19,8 +19,10 @@ from pneumorph.mechanics import Rubber
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 
 TUBE, SPHERE = 1, 2
+"""Number of directions in which a surface is curved."""
 
 TOLERANCE = 1e-10
+"""Relative residual of the collocation, far below what is compared."""
 
 Displacement = Callable[[np.ndarray], np.ndarray]
 """Radial displacement in mm at undeformed radii in mm."""

@@ -21,7 +21,6 @@ from pneumorph.mechanics import (
     build_loads,
     build_model,
     configure,
-    neo_hookean_rubber,
     solve,
 )
 from pneumorph.mechanics.contact.contact import Contact
@@ -30,10 +29,8 @@ from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.block import block
 from pneumorph.verify import calculix
+from pneumorph.verify.solids import RUBBER, SHEAR
 from pneumorph.verify.verdict import Verdict, relative
-
-SHEAR, BULK = 0.49, 4.80
-RUBBER = neo_hookean_rubber(SHEAR, BULK, 1.1e-9)
 
 INNER, OUTER, DEPTH, ECCENTRICITY = 5.0, 7.0, 0.6, 0.4
 CLAMPED = 1 / 16

@@ -1,4 +1,4 @@
-"""Structured quadratic tetrahedral meshes of simple solids, for cases with known solutions."""
+"""Structured quadratic tetrahedral meshes of simple solids, and their rubber, for cases with known solutions."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneumorph.mechanics import neo_hookean_rubber
 from pneumorph.mesh.block import block
 from pneumorph.mesh.tets import TET_EDGES, TetMesh
+
+SHEAR, BULK, DENSITY = 0.49, 4.80, 1.1e-9
+"""μ and κ in MPa and the density in t/mm³ of the paper's rubber, Table I."""
+
+RUBBER = neo_hookean_rubber(SHEAR, BULK, DENSITY)
 
 
 def bar(width: float, length: float, counts: Sequence[int]) -> TetMesh:

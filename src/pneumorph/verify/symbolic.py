@@ -28,6 +28,7 @@ BUBBLE = -1 / 8
 """Value of NGSolve's quadratic edge function at the middle of the edge."""
 
 MOST_STEPS = 25
+"""Of Newton's method, from our solution."""
 
 
 def ngsolve() -> Any:

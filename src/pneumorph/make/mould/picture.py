@@ -16,9 +16,11 @@ from pneumorph.processes import end_with_input, program, python, wait
 
 _CHILD = "from pneumorph.make.mould.picture import main; main()"
 _SECONDS = 300
+"""After which a drawing that has not ended is given up."""
 _COLOURS = {"outer": "#b3bcc6", "base": "#8d99a6", "lid": "#8d99a6", "core": "#e8b75e", "body": "#6fb394"}
 _COLOURS |= {"master": "#e8b75e", "negative": "#d9a3a3", "part": "#6fb394", "box": "#b3bcc6", "cover": "#8d99a6"}
 _SIZE = (1500, 1000)
+"""Of a picture in pixels."""
 
 
 def draw_mould(folder: Path, path: Path) -> bool:

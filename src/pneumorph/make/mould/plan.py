@@ -17,6 +17,7 @@ from pneumorph.make.mould.samples import Samples, sampled
 from pneumorph.make.mould.stems import INTO, Stem, ports, support
 from pneumorph.make.mould.tops import tops
 from pneumorph.problem import MakeSpec
+from pneumorph.units import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
@@ -34,8 +35,6 @@ CORE_MODULUS, CORE_DENSITY = 2000.0, 1.2e-9
 
 TILT = np.radians(5.0)
 """The mould may stand at this angle to the vertical while it is filled."""
-
-_GRAVITY = 9810.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +254,8 @@ def _sag(chamber: TubeSurface, own: Samples, stem: Stem, radius: float, density:
     Held at one end it is a cantilever on the free length of its stem; held at both ends it is simply supported.
     """
     length = float(np.ptp(own.points[:, 2]))
-    load = max(CORE_DENSITY, abs(density - CORE_DENSITY)) * _GRAVITY * np.sin(TILT) * enclosed_volume(chamber) / length
+    weight = max(CORE_DENSITY, abs(density - CORE_DENSITY)) * STANDARD_GRAVITY * enclosed_volume(chamber)
+    load = weight * np.sin(TILT) / length
     inner = own.x[len(own.x) // 10 : -len(own.x) // 10 or None]
     x, y = inner[..., 0], inner[..., 1]
     areas = np.abs(0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))

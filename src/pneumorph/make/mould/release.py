@@ -21,6 +21,7 @@ EVERY = 3
 """Of the samples, half a millimetre apart, only every third one is used: depths vary over millimetres."""
 
 _STEP = 0.6
+"""mm by which a piece is moved at a time; samples are half a millimetre apart."""
 _FREE = 1.02  # stretch that needs no better split
 
 

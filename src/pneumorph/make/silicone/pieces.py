@@ -40,6 +40,7 @@ BOX = 8.0
 
 _KEY = 2.2  # largest radius of keys
 _FAR = 1e3
+"""mm: beyond every body that is cast."""
 _INTO = 0.5  # mm by which things that are added reach into what they are added to
 
 

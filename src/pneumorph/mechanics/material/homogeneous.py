@@ -17,6 +17,7 @@ PULLED = {"uniaxial": 1, "equibiaxial": 2, "planar": 1}
 """Number of directions in which a mode does work."""
 
 POINTS = 200
+"""Stretches at which stability is looked at: steps of a hundredth up to a stretch of 3."""
 
 
 def nominal_stress(

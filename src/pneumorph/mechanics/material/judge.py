@@ -32,6 +32,7 @@ MARGIN = 10.0
 """Differences of the Bayesian information criterion up to which a model is as good as another (Kass, Raftery 1995)."""
 
 GRID = 60
+"""Stretches of each mode at which curves and their errors are computed; the curves are smooth."""
 
 
 @dataclass(frozen=True, eq=False)

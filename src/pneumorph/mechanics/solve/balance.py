@@ -17,6 +17,7 @@ from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
 
 RUNAWAY_STRETCH = 8.0
+"""Beyond this stretch, far more than rubbers are used at, a body counts as ballooning."""
 
 INTERPENETRATION = "surfaces penetrate each other or an obstacle"
 

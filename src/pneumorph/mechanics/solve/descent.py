@@ -33,6 +33,7 @@ from pneumorph.mechanics.solve.balance import (
 from pneumorph.mechanics.solve.secants import Secants
 
 MOST_STEPS, MOST_WITH_CONTACT = 200, 400
+"""Most steps without contact, and with it, where what touches changes on the way."""
 
 WORTH = 10
 """Steps that cost as much as a factorisation: a new one is made where more of them would be needed with the old."""

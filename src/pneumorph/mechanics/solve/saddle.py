@@ -34,7 +34,9 @@ from pneumorph.mechanics.solve.balance import (
 )
 
 MOST_NEWTON_STEPS = 40
+"""Most steps of a search."""
 SMALLEST_STEP = 1 / 64
+"""Smallest part of Newton's step that is tried."""
 
 QUICK, SLOW = 0.2, 0.7
 """Contraction below which an old factorisation is kept, and the one that is tolerated while it smooths a rough start:

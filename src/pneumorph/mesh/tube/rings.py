@@ -17,7 +17,7 @@ from pneumorph.geometry.tube.lining import Lining
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.mesh.tube.interfaces import steps_through
 
-_SAMPLES_PER_SPAN = 4
+_SAMPLES_PER_SPAN = 4  # points per knot span at which lengths and turns are measured
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
 _SAME = 1e-9  # parameters nearer than this are one
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line

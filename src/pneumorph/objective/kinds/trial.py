@@ -87,6 +87,7 @@ def _ended(status: int) -> Fault:
 
 
 _LATE = 75
+"""Exit status of a process that ended itself; none that Python or a signal gives (EX_TEMPFAIL of sysexits.h)."""
 _ALARMS: tuple[int, ...] = () if sys.platform == "win32" else (signal.SIGXCPU, signal.SIGALRM)
 
 

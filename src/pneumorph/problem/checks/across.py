@@ -18,11 +18,10 @@ from pneumorph.problem.materials import materials
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
 from pneumorph.problem.regions import REST
 from pneumorph.problem.solid import SolidSpec
+from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.images import WITHIN, image, place, placed
 from pneumorph.symmetry.operations import operations
-
-_EPS = 1e-9  # mm; lengths that are meant to be equal may differ by rounding
 
 Fault = tuple[str, str]
 
@@ -70,7 +69,7 @@ def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
                 f"{key}.span",
                 f"runs from {start:g} to {end:g} mm, beyond the body (0 to {body.length:g} mm); make it shorter",
             )
-        elif chamber.ends == "pole" and end - start < 2 * chamber.mean_radius - _EPS:
+        elif chamber.ends == "pole" and end - start < 2 * chamber.mean_radius - ROUNDING:
             yield (
                 f"{key}.span",
                 f"is shorter than its two hemispherical ends, {2 * chamber.mean_radius:g} mm; make it longer",
@@ -212,7 +211,7 @@ def _fault_of_ripple(body: BodySpec, index: int, matrix: np.ndarray) -> Fault | 
     # cos(k z − l θ) becomes cos(k z' ∓ l (θ' − α)), with the plus sign for a reflection.
     turns = lobes * math.atan2(matrix[1, 0], matrix[0, 0]) / (2.0 * math.pi)
     wanted = own if own is None else own.model_copy(update={"lobes": round(np.linalg.det(matrix)) * lobes})
-    if other != wanted or abs(turns - round(turns)) > _EPS:
+    if other != wanted or abs(turns - round(turns)) > ROUNDING:
         return (
             f"body.chamber[{index}].ripple",
             f'is not the image of that of "{body.chamber[number].name}"; give both the same amplitude and period, and '
@@ -262,11 +261,11 @@ def _walls(problem: Tables) -> Iterator[Fault]:
     fix = f"thinner than limits.wall = {wall:g} mm at the start; move or shrink the chamber, or lower the limit"
     for index, chamber in enumerate(body.chamber):
         end = min(chamber.span[0], body.length - chamber.span[1])
-        if end < wall - _EPS:
+        if end < wall - ROUNDING:
             yield f"body.chamber[{index}].span", f"leaves a wall of {end:g} mm at an end of the body, {fix}"
     for (i, one), (j, other) in combinations(enumerate(body.chamber), 2):
         across, along = _gaps(one, other)
-        if across <= 0.0 and along < wall - _EPS:
+        if across <= 0.0 and along < wall - ROUNDING:
             yield f"body.chamber[{j}]", f'leaves a wall of {along:g} mm to "{one.name}" (body.chamber[{i}]), {fix}'
 
 
@@ -364,7 +363,7 @@ def _resolution(problem: Tables) -> Iterator[Fault]:
         yield "mesh.size", f"{size:g} mm is larger than the body's radius of {body.radius:g} mm; make it smaller"
     for index, task in enumerate(problem.task):
         key, count = task.objective.section_count
-        if count * size > body.length + _EPS:
+        if count * size > body.length + ROUNDING:
             yield (
                 f"task[{index}].objective.{key}",
                 f"{count} sections are thinner than the elements of mesh.size = {size:g} mm; use at most "

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 
 from pneumorph.problem.checks import wedges
 from pneumorph.problem.regions import REST, Layer, Region
+from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
-
-_EPS = 1e-9
 
 
 def check_regions(problem: Tables) -> Iterator[tuple[str, str]]:
@@ -54,9 +53,9 @@ def _layer(problem: Tables, key: str, layer: Layer) -> Iterator[tuple[str, str]]
     length, size = problem.body.length, problem.mesh.size
     if layer.span is not None:
         start, end = layer.span
-        if start < -_EPS or end > length + _EPS:
+        if start < -ROUNDING or end > length + ROUNDING:
             yield f"{key}.span", f"reaches beyond the body (0 to {length:g} mm); make it shorter"
-        elif any(_EPS < part < size for part in (start, length - end, end - start)):
+        elif any(ROUNDING < part < size for part in (start, length - end, end - start)):
             yield (
                 f"{key}.span",
                 f"leaves less than mesh.size = {size:g} mm to an end of the body, or is shorter than that; move it or "
@@ -71,7 +70,7 @@ def _layer(problem: Tables, key: str, layer: Layer) -> Iterator[tuple[str, str]]
 def _beyond(problem: Tables, key: str, region: Region, height: float) -> Iterator[tuple[str, str]]:
     length, size, wall = problem.body.length, problem.mesh.size, problem.limits.wall
     key = f"{key}.beyond"
-    if not size - _EPS <= height <= length - size + _EPS:
+    if not size - ROUNDING <= height <= length - size + ROUNDING:
         yield (
             key,
             f"{height:g} mm leaves less than mesh.size = {size:g} mm to an end of the body (0 to {length:g} mm); move "
@@ -79,14 +78,14 @@ def _beyond(problem: Tables, key: str, region: Region, height: float) -> Iterato
         )
     for chamber in problem.body.chamber:
         near = min(chamber.span, key=lambda end: abs(end - height))
-        if abs(near - height) < wall - _EPS:
+        if abs(near - height) < wall - ROUNDING:
             yield (
                 key,
                 f'{height:g} mm is nearer than limits.wall = {wall:g} mm to an end of chamber "{chamber.name}" '
                 f"(z = {near:g} mm); move the plane into the chamber or farther away from it",
             )
     for other in problem.region:
-        if other is not region and other.beyond is not None and abs(other.beyond - height) < size - _EPS:
+        if other is not region and other.beyond is not None and abs(other.beyond - height) < size - ROUNDING:
             yield key, f'{height:g} mm is nearer than mesh.size to the plane of "{other.name}"; move them apart'
         if other.layer is not None:
             start, end = other.layer.span or (0.0, length)
@@ -133,9 +132,9 @@ def _apart(one: Layer, other: Layer, problem: Tables) -> bool:
     (a, b), (c, d) = (layer.span or (0.0, length) for layer in (one, other))
     if max(a, c) - min(b, d) >= size:
         return True
-    if one.angles is None or other.angles is None or max(a, c) <= _EPS or min(b, d) >= length - _EPS:
+    if one.angles is None or other.angles is None or max(a, c) <= ROUNDING or min(b, d) >= length - ROUNDING:
         return False
     (a, b), (c, d) = one.angles, other.angles
     gaps = (c - b) % (2.0 * math.pi), (a - d) % (2.0 * math.pi)
-    disjoint = abs(sum(gaps) + (b - a) + (d - c) - 2.0 * math.pi) < _EPS
+    disjoint = abs(sum(gaps) + (b - a) + (d - c) - 2.0 * math.pi) < ROUNDING
     return disjoint and min(gaps) * problem.body.radius >= size

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pneumorph.problem.reinforcement import EXTERIOR, Reinforcement
+from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
-
-_EPS = 1e-9
 
 
 def check_reinforcements(problem: Tables) -> Iterator[tuple[str, str]]:
@@ -39,9 +38,9 @@ def _part(
 ) -> Iterator[tuple[str, str]]:
     if each.span is not None:
         start, end = each.span
-        if start < span[0] - _EPS or end > span[1] + _EPS:
+        if start < span[0] - ROUNDING or end > span[1] + ROUNDING:
             yield f"{key}.span", f'reaches beyond "{name}" ({span[0]:g} to {span[1]:g} mm); make it shorter'
-        elif end - start < size - _EPS:
+        elif end - start < size - ROUNDING:
             yield f"{key}.span", f"is shorter than mesh.size = {size:g} mm; make it longer or use a finer mesh"
     if each.angles is not None and (each.angles[1] - each.angles[0]) * radius < size:
         yield f"{key}.angles", f"cover less than mesh.size = {size:g} mm; change them or use a finer mesh"

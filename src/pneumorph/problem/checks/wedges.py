@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pneumorph.problem.columns import columns, columns_multiple
 from pneumorph.problem.models import BodySpec, Ripple
 from pneumorph.problem.regions import Region
+from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
 from pneumorph.problem.wedges import angle_between, crosses, edges, gap_around, gaps
 
@@ -26,8 +27,6 @@ FEWEST = 14
 Any four in a row, each within 45° of its place, are then on one side of some plane through the axis that has the
 half-planes on the other (`geometry/tube/wedge.py`).
 """
-
-_EPS = 1e-9
 _TURN = 2.0 * math.pi
 
 
@@ -58,15 +57,15 @@ def _others(problem: Tables, own: list[tuple[str, Region]]) -> Iterator[tuple[st
         return
     for number, (key, region) in enumerate(own):
         start, end = region.within or (0.0, 0.0)
-        if min(end - start, _TURN - end + start) < LEAST - _EPS:
+        if min(end - start, _TURN - end + start) < LEAST - ROUNDING:
             yield key, f"covers or leaves less than {math.degrees(LEAST):g} deg; change the angles"
         for _, other in own[:number]:
             first, last = other.within or (0.0, 0.0)
             between = (first - end) % _TURN, (start - last) % _TURN
-            apart = [0.0 if angle_between(each, 0.0) < _EPS else each for each in between]
+            apart = [0.0 if angle_between(each, 0.0) < ROUNDING else each for each in between]
             if abs(sum(apart) + end - start + last - first - _TURN) > 1e-6:
                 yield key, f'overlaps that of "{other.name}"; change the angles'
-            elif any(0.0 < each < LEAST - _EPS for each in apart):
+            elif any(0.0 < each < LEAST - ROUNDING for each in apart):
                 yield (
                     key,
                     f'leaves less than {math.degrees(LEAST):g} deg to "{other.name}"; let them meet, or move them',

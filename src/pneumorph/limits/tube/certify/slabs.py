@@ -14,6 +14,7 @@ import numpy as np
 from pneumorph.limits.tube.certify.closest_pair import cubic
 
 _DIRECTIONS = 4
+"""The given one, that between the middles, and the normals of both patches."""
 
 
 @numba.njit(cache=True)
