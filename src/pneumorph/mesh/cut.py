@@ -13,6 +13,9 @@ from pneumorph.symmetry.operations import NORMALS
 
 Faces = dict[str, np.ndarray]
 
+IN_PLANE = 1e-4
+"""How far from a plane nodes in it may be, mm: control points are rounded while a body is meshed."""
+
 
 def with_cut_regions(
     faces: Faces, solids: Faces, nodes: np.ndarray, mirrors: tuple[str, ...], size: float

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-LARGEST = 1e30
-"""Largest number that a stored array may have: beyond it powers would overflow."""
+from pneumorph.units import LARGEST
 
 
 def floats(arrays: Mapping[str, np.ndarray], name: str, *shape: int | None, most: float = LARGEST) -> np.ndarray:

@@ -19,6 +19,14 @@ from pneumorph.mechanics.elements.terms import Loads
 RUNAWAY_STRETCH = 8.0
 """Beyond this stretch, far more than rubbers are used at, a body counts as ballooning."""
 
+SMOOTH = 0.02
+"""Relative residual of a state without rough detail."""
+
+HALVED = 0.5
+"""A residual no larger than rounding errors is as good as none where a step with the state's own tangent leaves more
+than this part of it: those of large bulk moduli, stiff sheets and fibres may be larger than a tolerance under small
+loads."""
+
 INTERPENETRATION = "surfaces penetrate each other or an obstacle"
 
 LARGEST_MOVE = 0.05

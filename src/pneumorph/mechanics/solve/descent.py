@@ -15,8 +15,10 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
+    HALVED,
     INTERPENETRATION,
     RUNAWAY_STRETCH,
+    SMOOTH,
     apart,
     applied_force,
     bulk_over_shear,
@@ -47,18 +49,14 @@ MOST_PRODUCTS = 12
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
-SMOOTH, NEAR, FAR, ROUGH = 0.02, 0.05, 0.3, 1.0
-"""Relative residuals: of a state without rough detail; of one whose factorisation serves for the answer too; above
-which a step with predicted volume ratios mostly gets farther than Newton's; and above which the tangent is often
-indefinite for the stress of rough ones."""
+NEAR, FAR, ROUGH = 0.05, 0.3, 1.0
+"""Relative residuals: of a state whose factorisation serves for the answer too; above which a step with predicted
+volume ratios mostly gets farther than Newton's; and above which the tangent is often indefinite for the stress of rough
+ones."""
 
 MOST_LEFT = 0.25
 """A step with predicted volume ratios from a state that is not rough is taken if it leaves at most this part of the
 residual; else Newton's gets farther."""
-
-HALVED = 0.5
-"""A residual no larger than rounding errors is as good as none where a step with the state's own tangent leaves more
-than this part of it: errors of large bulk moduli may be larger than a tolerance under small loads."""
 
 ROUGHER = 0.5
 """Relative residual over κ/μ above which it is indefinite with other volume ratios too, since shapes are as rough."""

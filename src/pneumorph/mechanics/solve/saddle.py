@@ -18,8 +18,10 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import Guess, State
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
+    HALVED,
     INTERPENETRATION,
     RUNAWAY_STRETCH,
+    SMOOTH,
     apart,
     applied_force,
     free_share,
@@ -41,13 +43,6 @@ SMALLEST_STEP = 1 / 64
 QUICK, SLOW = 0.2, 0.7
 """Contraction below which an old factorisation is kept, and the one that is tolerated while it smooths a rough start:
 an assembly with factorisation costs about twelve back-solves."""
-
-HALVED = 0.5
-"""A residual no larger than rounding errors is as good as none where a step with the state's own tangent leaves more
-than this part of it: those of stiff sheets and fibres are larger than the tolerance under small loads."""
-
-SMOOTH = 0.02
-"""Relative residual below which a start does not count as rough."""
 
 MOST_TANGENTS_DOWN, STEPS_PER_FACTORISATION, LEAST_SHIFT = 100, 2, 1e-7
 """On the way down from an unstable state: most tangents, steps with each of them, and the least fraction by which their

@@ -11,13 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumorph.geometry.tube.level import Level
-from pneumorph.mesh.cut import filled, line, open_edges
+from pneumorph.mesh.cut import IN_PLANE, filled, line, open_edges
 from pneumorph.mesh.tets import TURNED
 from pneumorph.problem.regions import REST
 from pneumorph.symmetry.operations import NORMALS
-
-_IN_PLANE = 1e-4
-"""How far from a plane nodes of its rings may be, mm: control points are rounded while a body is meshed."""
 
 
 def with_sections(
@@ -68,7 +65,7 @@ def _section(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The triangles (nf, 6) that close what is above a plane, seen from below, and all nodes with those added."""
     edges = open_edges({"": above})
-    rim = edges[(np.abs(nodes[edges][..., 2] - height) < _IN_PLANE).all(axis=1)]
+    rim = edges[(np.abs(nodes[edges][..., 2] - height) < IN_PLANE).all(axis=1)]
     nodes[np.unique(rim), 2] = height
     straight, nodes = _in_mirrors(rim, nodes, height, mirrors, size)
     return filled(np.concatenate([rim, *straight]), nodes, 2, size)

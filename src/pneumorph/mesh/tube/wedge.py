@@ -15,12 +15,9 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pneumorph.geometry.tube.wedge import Wedge
-from pneumorph.mesh.cut import filled, line, open_edges
+from pneumorph.mesh.cut import IN_PLANE, filled, line, open_edges
 from pneumorph.mesh.tets import TRIANGLE_RULE, TURNED, TetMesh, triangle_gradient
 from pneumorph.problem.regions import REST
-
-_IN_PLANE = 1e-4
-"""How far from a half-plane nodes of its lines may be, mm: control points are rounded while a body is meshed."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +73,7 @@ def with_half_planes(
         local = nodes @ turn
         edges = open_edges({"": solids[after]})
         x, y, _ = np.moveaxis(local[edges], 2, 0)
-        rim = edges[((np.abs(y) < _IN_PLANE) & (x > -_IN_PLANE)).all(axis=1)]
+        rim = edges[((np.abs(y) < IN_PLANE) & (x > -IN_PLANE)).all(axis=1)]
         if not len(rim):
             # Of half a body.
             continue
