@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import typer
 from rich.console import Console
 from rich.text import Text
 
@@ -11,6 +12,7 @@ from pneumorph import compiling
 from pneumorph.cli.outcome import outcome
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
+from pneumorph.cli.verdict import all_reached
 from pneumorph.errors import ComputationError, NotWritten, ProblemError
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
@@ -19,6 +21,10 @@ from pneumorph.output.format import warnings_of
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 from pneumorph.problem.columns import adjusted_columns
+from pneumorph.results.targets import targets_reached
+
+MISSED = 3
+"""The exit status of a run that ended by itself and reached no, or not every, stated target."""
 
 
 def design(
@@ -79,6 +85,8 @@ def design(
                 raise ComputationError(f"{error}; {_saved(run, command)}") from None
             designed = True
             _conclude(run, screen, console)
+            if not all_reached(targets_reached(run.problem, run.history)):
+                raise typer.Exit(MISSED)
     except Interrupted as stop:
         left = f"the run in {run.path} is complete; draw its pictures with: pneumorph draw {run.path} all"
         raise stop.saying(f"stopped; {left if designed else _saved(run, command)}") from None

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph.cli.columns import MARK
+from pneumorph.cli.verdict import verdict
 from pneumorph.interface.runs import Run
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
@@ -23,7 +24,8 @@ from pneumorph.results import HistoryEntry, RunResult
 def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[RenderableType]:
     """The summary, to be printed one after another; `start` is the history's first entry."""
     best = run.best
-    yield Text(f"\n{how_many(run.problem.optimizer.iterations, result)}")
+    yield verdict(run.problem, run.history)
+    yield Text(how_many(run.problem.optimizer.iterations, result))
     yield tasks_table(run.problem, start, result)
     last = run.history[-1]
     if last.reinforcements:
@@ -37,12 +39,11 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
 
 
 def how_many(asked: int, result: RunResult) -> str:
-    """How many designs were made, and why no other number."""
+    """How many designs were made, and why the loop ended."""
     spent, made = format_duration(result.seconds["total"]), result.iterations
     designs = f"{made} design{'' if made == 1 else 's'}"
-    if made == asked:
-        return f"{designs} in {spent}; the loop ended because {result.reason}."
-    return f"{designs} in {spent}, though {asked} were asked for: the loop ended because {result.reason}."
+    of_most = "" if made == asked else f" of at most {asked}"
+    return f"{designs}{of_most} in {spent}; the loop ended because {result.reason}."
 
 
 def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Table:

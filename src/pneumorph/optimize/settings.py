@@ -139,6 +139,10 @@ class StoppingSettings:
     """... together improve the objective by less than this fraction of it. A step that promises less than its share of
     that, a thousandth, is not worth an equilibrium."""
 
+    reached: float = 1e-3
+    """Share of the distance from the targets at the start below which they are reached: a tenth of what makers of soft
+    robots can measure. Objectives with targets are squares of such distances."""
+
     negligible: float = 1e-3
     """Of the first objective: below that the fraction is one of this. Once a target is met nothing is left to gain."""
 

@@ -19,6 +19,18 @@ def _all_designs_made(setup: Setup, current: Iterate) -> str | None:
     return None
 
 
+def _targets_reached(setup: Setup, current: Iterate) -> str | None:
+    return "the targets are reached" if reached(setup, current) else None
+
+
+def reached(setup: Setup, current: Iterate) -> bool:
+    """Whether every task has a target, and all are reached as nearly as anybody can tell."""
+    objectives = current.learnt.objectives
+    if not objectives or not all(task.objective.aimed for task in setup.problem.task):
+        return False
+    return objectives[-1] <= setup.settings.stopping.reached**2 * objectives[0]
+
+
 def _optimal(setup: Setup, current: Iterate) -> str | None:
     if current.optimality <= setup.settings.stopping.optimality and not current.states.broken:
         left = 100 * current.optimality
@@ -35,7 +47,7 @@ def _stalled(setup: Setup, current: Iterate) -> str | None:
     return None
 
 
-STOPPING_TESTS = (_all_designs_made, _optimal, _stalled)
+STOPPING_TESTS = (_targets_reached, _all_designs_made, _optimal, _stalled)
 
 
 def scale(setup: Setup, current: Iterate) -> float:
@@ -61,7 +73,7 @@ def conclusion(setup: Setup, last: Iterate, reason: str, is_stable: Mapping[str,
     reason : why it ended.
     is_stable : whether the state of each task is stable, against all motions of the whole body.
     """
-    if last.optimality > setup.settings.stopping.optimality:
+    if last.optimality > setup.settings.stopping.optimality and not reached(setup, last):
         reason += f"; the limits leave {100 * last.optimality:.0f} % of the objective's gradient"
     if last.states.broken:
         worst = int(last.states.value.argmax())

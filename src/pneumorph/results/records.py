@@ -161,6 +161,8 @@ class RunResult:
     seconds : {phase: s}, over all designs.
     peak_memory : MB of this process, without Netgen's; None if the system does not report it.
     versions : {package: version}
+    targets : {task: "reached", "nearly reached" or "not reached"}
+        Of the tasks that have a target, see `results.targets`.
     """
 
     title: str
@@ -178,6 +180,7 @@ class RunResult:
     peak_memory: float | None = field(metadata={"key": "peak_memory_MB"})
     versions: Mapping[str, str | None]
     reinforcements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    targets: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

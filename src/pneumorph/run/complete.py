@@ -14,6 +14,7 @@ from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry, Motion, RunResult
+from pneumorph.results.targets import targets_reached
 from pneumorph.run import RunDirectory, StoredDesign, locked
 
 
@@ -111,6 +112,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
             **{name: _version(name) for name in ("numpy", "scipy", "jax", "netgen-mesher")},
         },
         reinforcements=last.reinforcements,
+        targets={name: each.value for name, each in targets_reached(problem, history).items()},
     )
 
 
