@@ -1,11 +1,13 @@
 """What all limits have in common."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pneumorph.limits.of_shape import certified
-from pneumorph.limits.table import BY_NAME
+from pneumorph.limits.of_shape import certified, tube_limits
+from pneumorph.limits.table import BY_NAME, ROWS
+from pneumorph.problem import Limits
 
 
 @pytest.mark.parametrize("limit", BY_NAME.values(), ids=lambda limit: limit.name)
@@ -24,3 +26,29 @@ def test_certificates_decide_where_the_optimiser_leaves_designs(make_body, table
     assert within["wall"].satisfied() and within["envelope"].satisfied()
     beyond = certified(body, table(wall=1.0001 * attained["wall"], envelope=0.9999 * attained["envelope"]))
     assert {"wall", "envelope"} <= {reading.limit for reading in beyond.violated()}
+
+
+def test_an_envelope_of_planes_is_certified_and_linearised(make_body, table, waved):
+    """A box and an oblique half-space that a wavy exterior passes, touches nearly, or stays within."""
+    body = make_body(length=30.0)
+    body = body.with_control_points(waved(body, 2, wave=0.8))
+    q, r = np.linspace(0.0, 1.0, 400, endpoint=False), np.linspace(0.0, 1.0, 1200)
+    x = body.exterior.sample(q, r).reshape(-1, 3)
+    normal = np.array([1.0, 2.0, 0.5]) / np.sqrt(5.25)
+    wide, deep, side = np.abs(x[:, 0]).max(), np.abs(x[:, 1]).max() + 1.0, (x @ normal).max()
+    for beyond in (0.15, 0.002, -0.002):
+        envelope = {
+            "box": [[f"{beyond - wide} mm", f"{-deep} mm", "-1 mm"], [f"{wide - beyond} mm", f"{deep} mm", "31 mm"]],
+            "half_space": [{"point": [f"{part} mm" for part in (side - beyond) * normal], "normal": normal.tolist()}],
+        }
+        spec = Limits.model_validate(table().model_dump(mode="json", exclude_none=True) | {"envelope": envelope})
+        found = certified(body, spec)["envelope"]
+        assert found.bound == 0.0 and found.satisfied() == (beyond < 0.0)
+        assert found.seen - 1e-3 <= beyond <= found.value
+        rows = tube_limits(body, spec).rows(body, 0.5, 1e9)
+        of_kind = rows.kind == ROWS.index("envelope")
+        assert 2.0 * rows.value[of_kind].max() == pytest.approx(beyond, abs=0.05)
+    way = np.random.default_rng(0).normal(size=body.control_points().shape) * 1e-5
+    moved = tube_limits(body, spec).rows(body.with_control_points(body.control_points() + way), 0.5, 1e9)
+    change = moved.value[moved.kind == ROWS.index("envelope")] - rows.value[of_kind]
+    assert change == pytest.approx((rows.jacobian @ way.ravel())[of_kind], abs=1e-8)

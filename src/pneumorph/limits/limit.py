@@ -85,5 +85,10 @@ class Limit:
     @overload
     def used(self, value: Floats, bound: float) -> Floats: ...
     def used(self, value: float | Floats, bound: float) -> float | Floats:
-        """Ratio of a value, or of each of several, to its limit: 1 exactly at the limit, more if it is violated."""
+        """Ratio of a value, or of each of several, to its limit: 1 exactly at the limit, more if it is violated.
+
+        If the bound is zero, none of it is used by what is 1 mm within.
+        """
+        if not bound:
+            return np.maximum(1.0 + self.excess(value, bound), 0.0)
         return bound / np.maximum(value, 1e-12) if self.at_least else value / bound

@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, margin_slopes, margins, strain_shares, strain_slopes
 from pneumorph.geometry import DesignSpace
+from pneumorph.limits.kinds.states import MARGIN, STRAIN
 from pneumorph.limits.limit import ROUNDING, Limit
-from pneumorph.limits.table import OF_STATES
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
 
-AIM = min(limit.aim for limit in OF_STATES)
+Values = Callable[[Discretisation, Analysis, float], Mapping[str, float]]
+Slopes = Callable[[DesignSpace, Discretisation, Analysis, float], tuple[np.ndarray, np.ndarray]]
+
+
+class StateKind(NamedTuple):
+    """A limit on the states: its values by task, and (k,) with their derivatives (k, n); both are given its bound."""
+
+    limit: Limit
+    values: Values
+    slopes: Slopes
+
+
+KINDS = (
+    StateKind(
+        STRAIN,
+        lambda disc, analysis, bound: strain_shares(disc, analysis),
+        lambda space, disc, analysis, bound: strain_slopes(space, disc, analysis),
+    ),
+    StateKind(MARGIN, margins, margin_slopes),
+)
+"""All of them: their words are in `limits.kinds.states`."""
+
+AIM = min(limit.aim for limit, _, _ in KINDS)
 """How far within its bound a step is to bring such a limit, relative to it."""
 
 
@@ -47,10 +71,10 @@ class StateLimits:
 
     def values(self) -> dict[str, float | None]:
         """The worst value of every limit by its key in the history; None for those that the problem does not have."""
-        values: dict[str, float | None] = {limit.key: None for limit in OF_STATES if limit.key}
+        values: dict[str, float | None] = {limit.key: None for limit, _, _ in KINDS if limit.key}
         for limit, bound in dict(zip(self.limits, self.bounds, strict=True)).items():
             worst = max(c for c, own in zip(self.value, self.limits, strict=False) if own is limit)
-            values[limit.key or limit.name] = bound * (1.0 + (-worst if limit.at_least else worst))
+            values[limit.key or limit.name] = bound * (1.0 + limit.sign * worst)
         return values
 
     @property
@@ -97,18 +121,14 @@ def linear_states(
         How it stands lateral motions.
     """
     states = no_states(space.n)
-    for limit in OF_STATES:
+    for limit, _, slopes in KINDS:
         bound = limit.read(problem.limits)
         if bound is None:
             continue
-        if limit.name == "strain":
-            value, slope = strain_slopes(space, disc, analysis)
-        else:
-            value, slope = margin_slopes(space, disc, analysis, bound)
-        sign = -1.0 if limit.at_least else 1.0
+        value, slope = slopes(space, disc, analysis, bound)
         states = StateLimits(
-            np.concatenate([states.value, sign * (value / bound - 1.0)]),
-            np.concatenate([states.jacobian, sign * slope / bound]),
+            np.concatenate([states.value, limit.sign * (value / bound - 1.0)]),
+            np.concatenate([states.jacobian, limit.sign * slope / bound]),
             (*states.limits, *[limit] * len(value)),
             (*states.bounds, *[bound] * len(value)),
         )
@@ -122,12 +142,11 @@ def linear_states(
 def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> tuple[float, str]:
     """The largest c of an analysed design, −∞ without a limit, and the name of that limit."""
     worst, name = -np.inf, ""
-    for limit in OF_STATES:
+    for limit, values, _ in KINDS:
         bound = limit.read(problem.limits)
         if bound is None:
             continue
-        shares = strain_shares(disc, analysis) if limit.name == "strain" else margins(disc, analysis, bound)
-        excess = max(limit.excess(value, bound) for value in shares.values())
+        excess = max(limit.excess(value, bound) for value in values(disc, analysis, bound).values())
         if excess > worst:
             worst, name = excess, limit.name
     return worst, name

@@ -12,6 +12,7 @@ from pneumorph.problem.contact import (
 )
 from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.designed import reinforcements
+from pneumorph.problem.envelope import Envelope, HalfSpace
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
@@ -19,7 +20,6 @@ from pneumorph.problem.models import (
     BodySpec,
     ChamberSpec,
     EndEffector,
-    Envelope,
     Fold,
     Gravity,
     Limits,
@@ -66,6 +66,7 @@ __all__ = [
     "Fold",
     "FreeSpec",
     "Gravity",
+    "HalfSpace",
     "Layer",
     "Limits",
     "MakeSpec",

@@ -15,6 +15,7 @@ from pneumorph import units
 from pneumorph.errors import Renamed
 from pneumorph.problem.components import COMPONENT_OF, Component, renamed
 from pneumorph.problem.directions import Direction, Number, unit_vector
+from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives import ObjectiveSpec
 from pneumorph.problem.objectives.table import RotationVector
@@ -374,13 +375,6 @@ class Stretch(Table):
         return {"anyOf": [Quantity(units.CURVATURE, "positive").json_schema(), handler(schema)]}
 
 
-class Envelope(Table):
-    """The cylinder about z that must contain the body."""
-
-    radius: PositiveLength
-    """Radius of the cylinder."""
-
-
 class Limits(Table):
     """Limits that every design satisfies; the defaults are those of the paper's Table I."""
 
@@ -395,7 +389,7 @@ class Limits(Table):
     stretch: Stretch = Stretch()
     """Largest squared relative change of the spacing of parameter lines per length."""
     envelope: Envelope | None = None
-    """Cylinder that must contain the exterior."""
+    """The space that must contain the exterior."""
     strain: Annotated[Number, Field(gt=0)] | None = None
     """Largest stretch in every task, divided by the range of the rubber (`valid_stretch`); usually 1."""
     margin: Annotated[Number, Field(gt=1)] | None = None

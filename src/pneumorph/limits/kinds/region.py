@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.regions import Cylinder, Region, box
+from pneumorph.geometry.regions import Cylinder, HalfSpace, Intersection, Region, box
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
@@ -25,11 +25,15 @@ Floats = NDArray[np.float64]
 
 PLANES = Limit("planes", "wall", "mm", True, 0.002, None, lambda limits: limits.wall, "wall")
 ENDS = Limit("ends", "ends", "mm", False, 0.002, None, lambda limits: 0.0, "wall")
-ENVELOPE = Limit("envelope", "envelope", "mm", False, 0.002, "envelope_mm", lambda limits: _radius(limits), "wall")
+ENVELOPE = Limit("envelope", "envelope", "mm", False, 0.002, "envelope_mm", lambda limits: _most(limits), "wall")
 
 
-def _radius(limits: Limits) -> float | None:
-    return limits.envelope.radius if limits.envelope else None
+def _most(limits: Limits) -> float | None:
+    """The radius of a cylinder alone, where the value is the distance from its axis; of other spaces a value of zero is
+    on the boundary."""
+    if limits.envelope is None:
+        return None
+    return 0.0 if limits.envelope.planes else limits.envelope.radius
 
 
 def between_ends(spec: Limits, length: float) -> Region:
@@ -39,7 +43,11 @@ def between_ends(spec: Limits, length: float) -> Region:
 
 def within_envelope(spec: Limits, length: float) -> Region:
     """The envelope."""
-    return Cylinder(ENVELOPE.bound(spec))
+    assert spec.envelope is not None
+    parts: list[Region] = [HalfSpace(*plane) for plane in spec.envelope.planes]
+    if spec.envelope.radius is not None:
+        parts.append(Cylinder(spec.envelope.radius))
+    return parts[0] if len(parts) == 1 else Intersection(tuple(parts))
 
 
 @dataclass(frozen=True)
@@ -90,7 +98,7 @@ class Inside:
 
     def shares(self, at: SampledBody, number: int) -> Iterator[tuple[str, Floats]]:
         bound = self.limit.read(at.spec)
-        if bound and number in self._surfaces(at.body, at.spec):
+        if bound is not None and self.ends and number in self._surfaces(at.body, at.spec):
             value = self.limit.sign * self._value(at.spec, at.length, at.positions(number))
             yield self.limit.name, self.limit.used(value, bound)
 

@@ -295,6 +295,12 @@ def _limits(problem: Tables) -> Iterator[Fault]:
         if ripple and ripple.amplitude >= radius:
             yield key, f"is not smaller than the least radius of {name}; make it smaller"
             return
+    if limits.envelope and not limits.envelope.symmetric(operations(body.symmetry), body.length):
+        yield (
+            "limits.envelope",
+            "is not symmetric as the body is by body.symmetry, about the middle of its axis; add the images of its "
+            "planes, or leave out the symmetry",
+        )
     if limits.fold.neighbourhood <= limits.fold.distance:
         yield (
             "limits.fold.neighbourhood",

@@ -1,0 +1,73 @@
+"""The table of the space that must contain a body."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pneumorph import units
+from pneumorph.problem.directions import Direction, unit_vector
+from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+
+Length = Annotated[float, Quantity(units.LENGTH)]
+Place = tuple[Length, Length, Length]
+Plane = tuple[Direction, float]
+
+SAME = 1e-9
+"""Differences of parts of unit vectors, and of lengths in mm, that are none."""
+
+
+class HalfSpace(Table):
+    """What is on one side of a plane."""
+
+    point: Annotated[Place, Example('e.g. point = ["0 mm", "9 mm", "0 mm"]')]
+    """A point of the plane."""
+    normal: Annotated[Direction, Example("e.g. normal = [0, 1, 0]")]
+    """Direction out of the space that must contain the body, of any length."""
+
+    @model_validator(mode="after")
+    def _unit_normal(self) -> HalfSpace:
+        object.__setattr__(self, "normal", unit_vector("normal", self.normal))
+        return self
+
+
+class Envelope(Table):
+    """The space that must contain the exterior: a cylinder about z, a box, half-spaces, or what they share."""
+
+    radius: Annotated[float, Quantity(units.LENGTH, "positive")] | None = None
+    """Radius of the cylinder about z."""
+    box: Annotated[tuple[Place, Place], Example('e.g. box = [["-9 mm", "-9 mm", "0 mm"], …]')] | None = None
+    """Two opposite corners of the box."""
+    half_space: Annotated[tuple[HalfSpace, ...], Field(max_length=20)] = ()
+    """Half-spaces."""
+
+    @model_validator(mode="after")
+    def _some_space(self) -> Envelope:
+        if self.radius is None and self.box is None and not self.half_space:
+            raise InvalidKey("radius", 'is missing; give a radius, a box or half-spaces, e.g. radius = "12 mm"')
+        if self.box is not None and np.ptp(self.box, axis=0).min() <= 0.0:
+            raise InvalidKey("box", "has no volume; give two opposite corners that differ in x, y and z")
+        return self
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """Of the box and the half-spaces: the outward unit normal n and c, in mm, of n·x ≤ c."""
+        found = [(each.normal, float(np.dot(each.normal, each.point))) for each in self.half_space]
+        if self.box is not None:
+            for axis, (one, other) in zip(np.eye(3), zip(*self.box, strict=True), strict=True):
+                outward, inward = (tuple((sign * axis + 0.0).tolist()) for sign in (1.0, -1.0))
+                found += [(outward, max(one, other)), (inward, -min(one, other))]
+        return tuple(found)
+
+    def symmetric(self, group: list[NDArray[np.float64]], length: float) -> bool:
+        """Whether it is mapped to itself by operations (3, 3) about the middle of a body of a length in mm."""
+        middle = np.array([0.0, 0.0, length / 2.0])
+        planes = np.array([(*normal, offset - middle @ normal) for normal, offset in self.planes]).reshape(-1, 4)
+        for matrix in group:
+            images = np.hstack([planes[:, :3] @ matrix.T, planes[:, 3:]])
+            if (np.abs(planes[:, None] - images).max(axis=2, initial=0.0).min(axis=0, initial=np.inf) > SAME).any():
+                return False
+        return True
