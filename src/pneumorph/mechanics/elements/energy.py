@@ -52,6 +52,9 @@ class ElementEnergy:
     of_rubber: ClassVar[bool] = False
     """Whether it is the energy of a region's rubber, which no load enters."""
 
+    of_cover: ClassVar[bool] = False
+    """Whether it is the energy of a sheet or of fibres, a `Reinforcement`."""
+
     @property
     def drags(self) -> int | None:
         """The number of the obstacle along which it drags the body by friction, if it does that."""

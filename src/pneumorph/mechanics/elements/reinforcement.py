@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -57,9 +58,24 @@ def _tension(strain: Array, end: Values) -> Array:
     return jnp.where(strain > 0, strain * strain / 2, end * end * jnp.expm1(short / end) - end * short)
 
 
+class Reinforcement(ElementEnergy):
+    """A sheet, or fibres: its energy depends on the deformed faces by their metrics alone."""
+
+    of_cover: ClassVar[bool] = True
+
+    number: Values
+
+    def energies(self, local: Local, loads: Loads) -> Array:
+        return jnp.sum(self.stored(metric(local, local.X + local.u), local, loads), axis=1)
+
+    def stored(self, deformed: Array, local: Local, loads: Loads) -> Array:
+        """The share (E, 3) of each point in the energy, by the metrics (E, 3, 3) of the deformed faces."""
+        raise NotImplementedError
+
+
 @partial(register_dataclass, data_fields=["stiffness", "poisson", "wrinkling", "coverage", "number"], meta_fields=[])
 @dataclass(frozen=True, eq=False)
-class Membrane(ElementEnergy):
+class Membrane(Reinforcement):
     """∫ W over the covered faces of the undeformed body: stiffness k in N/mm, Poisson's ratio, strain of wrinkling.
 
     Of the faces a share is covered. Stiffness and coverage are changed by the row `number` of `Loads.reinforcement`.
@@ -71,11 +87,7 @@ class Membrane(ElementEnergy):
     coverage: Values = 1.0
     number: Values = 0
 
-    def energies(self, local: Local, loads: Loads) -> Array:
-        return jnp.sum(self.stored(metric(local, local.X + local.u), local, loads), axis=1)
-
     def stored(self, deformed: Array, local: Local, loads: Loads) -> Array:
-        """The share (E, 3) of each point in the energy, by the metrics (E, 3, 3) of the deformed faces."""
         (A, B, C), (a, b, c) = _parts(metric(local, local.X)), _parts(deformed)
         area = jnp.sqrt(A * C - B * B)
         change = jnp.sqrt(a * c - b * b) / area
@@ -100,7 +112,7 @@ class Membrane(ElementEnergy):
 
 @partial(register_dataclass, data_fields=["stiffness", "winding", "buckling", "number"], meta_fields=["hands"])
 @dataclass(frozen=True, eq=False)
-class Fibres(ElementEnergy):
+class Fibres(Reinforcement):
     """∫ W over the covered faces of the undeformed body: stiffness k of each family in N/mm, angle and buckling strain.
 
     The winding angle in rad is that from the lines from base to tip; `hands` has 1 for a family at this angle, which
@@ -114,11 +126,7 @@ class Fibres(ElementEnergy):
     hands: tuple[int, ...]
     number: Values = 0
 
-    def energies(self, local: Local, loads: Loads) -> Array:
-        return jnp.sum(self.stored(metric(local, local.X + local.u), local, loads), axis=1)
-
     def stored(self, deformed: Array, local: Local, loads: Loads) -> Array:
-        """The share (E, 3) of each point in the energy, by the metrics (E, 3, 3) of the deformed faces."""
         (A, B, C), (a, b, c) = _parts(metric(local, local.X)), _parts(deformed)
         area = jnp.sqrt(A * C - B * B)
         s, t = local.data[..., 1], local.data[..., 2]
@@ -135,6 +143,3 @@ class Fibres(ElementEnergy):
             stretch = jnp.sqrt(a * one * one + 2 * b * one * two + c * two * two)
             value += _tension(stretch - 1, self.buckling)
         return local.data[..., 0] * area * stiffness * value
-
-
-Reinforcement = Membrane | Fibres

@@ -58,35 +58,63 @@ class Pull(ElementEnergy):
         return jnp.sum(metric(local, local.X + local.u) * local.data[..., 15:], axis=(1, 2))
 
 
-def with_data(seen: Connectivity, values: np.ndarray) -> Connectivity:
+def with_data(elements: Connectivity, values: np.ndarray) -> Connectivity:
     """The connectivity with three more columns (E, 3, 3) of data."""
-    return replace(seen, data=np.concatenate([seen.data, values], axis=-1))
+    return replace(elements, data=np.concatenate([elements.data, values], axis=-1))
 
 
-def metrics(seen: Connectivity, at: Local) -> np.ndarray:
+def metrics(elements: Connectivity, at: Local) -> np.ndarray:
     """The faces' own metrics (E, 3, 3)."""
-    return _by_chunks(seen, lambda chunk: _metric(at.of(chunk)))
+    return _by_chunks(elements, lambda chunk: _metric(at.of(chunk)))
 
 
-def metrics_along(seen: Connectivity, at: Local, dx: np.ndarray) -> np.ndarray:
+def metrics_along(elements: Connectivity, at: Local, dx: np.ndarray) -> np.ndarray:
     """Their derivative (E, 3, 3) along a change of places (E, 6, 3)."""
-    return _by_chunks(seen, lambda chunk: _metric_along(at.of(chunk), dx[chunk]))
+    return _by_chunks(elements, lambda chunk: _metric_along(at.of(chunk), dx[chunk]))
 
 
-def tensions(energy: Reinforcement, seen: Connectivity, at: Local, loads: Loads, given: np.ndarray) -> np.ndarray:
-    """W′ (E, 3, 3) at given metrics."""
-    return _by_chunks(seen, lambda chunk: _tension(energy, at.of(chunk), loads, given[chunk]))
+def tensions(energy: Reinforcement, elements: Connectivity, at: Local, loads: Loads, given: np.ndarray) -> np.ndarray:
+    """W′ (E, 3, 3) at given metrics.
+
+    Parameters
+    ----------
+    energy : Reinforcement
+    elements : Connectivity
+        Of the covered faces.
+    at : Local
+        What they see.
+    loads : Loads
+        In the units of `Loads`.
+    given : (E, 3, 3) array
+        The metrics.
+    """
+    return _by_chunks(elements, lambda chunk: _tension(energy, at.of(chunk), loads, given[chunk]))
 
 
 def tensions_along(
-    energy: Reinforcement, seen: Connectivity, at: Local, loads: Loads, given: np.ndarray, change: np.ndarray
+    energy: Reinforcement, elements: Connectivity, at: Local, loads: Loads, given: np.ndarray, change: np.ndarray
 ) -> np.ndarray:
-    """W″ (E, 3, 3) at given metrics along a change of them."""
-    return _by_chunks(seen, lambda chunk: _tension_along(energy, at.of(chunk), loads, given[chunk], change[chunk]))
+    """W″ δm (E, 3, 3) at given metrics along a change of them.
+
+    Parameters
+    ----------
+    energy : Reinforcement
+    elements : Connectivity
+        Of the covered faces.
+    at : Local
+        What they see.
+    loads : Loads
+        In the units of `Loads`.
+    given : (E, 3, 3) array
+        The metrics.
+    change : (E, 3, 3) array
+        Of the metrics.
+    """
+    return _by_chunks(elements, lambda chunk: _tension_along(energy, at.of(chunk), loads, given[chunk], change[chunk]))
 
 
-def _by_chunks(seen: Connectivity, of: Callable[[slice], Array]) -> np.ndarray:
-    return np.concatenate([np.asarray(of(chunk)) for chunk in seen.chunks()])
+def _by_chunks(elements: Connectivity, of: Callable[[slice], Array]) -> np.ndarray:
+    return np.concatenate([np.asarray(of(chunk)) for chunk in elements.chunks()])
 
 
 @jax.jit
