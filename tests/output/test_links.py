@@ -1,5 +1,7 @@
 """Pictures, pages and exports are written in place of links, not through them."""
 
+import os
+
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
@@ -14,6 +16,7 @@ from pneumorph.output.export import export
 from pneumorph.output.figures import save
 from pneumorph.output.pictures import pictures_folder, run_pictures
 from pneumorph.output.report import write_report
+from pneumorph.output.report_data import _files as files_of
 from pneumorph.problem import loads
 from pneumorph.run import create
 from pneumorph.study.members import finished
@@ -47,6 +50,21 @@ def test_members_of_studies(tmp_path):
     (tmp_path / "member").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(ProblemError, match="member: is a link"):
         finished(tmp_path / "member", PROBLEM)
+
+
+def test_what_links_lead_to_is_not_on_the_page(tmp_path):
+    """Nor is a pipe waited for."""
+    folder, outside = tmp_path / "make", tmp_path / "outside"
+    for each in (folder, outside):
+        each.mkdir()
+        (each / "body.step").write_bytes(b"body")
+    (folder / "key.step").symlink_to(outside / "body.step")
+    (folder / "folder.step").mkdir()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(folder / "pipe.step")
+    assert [each["name"] for each in files_of(folder)] == ["body.step"]
+    (tmp_path / "link").symlink_to(outside)
+    assert files_of(tmp_path / "link") == []
 
 
 def test_folders(tmp_path):

@@ -191,7 +191,9 @@ PROBLEMS = {
     "another net": other(control_density='"0.6 /mm"'),
     "another chamber": tiny().replace('"A"', '"B"').replace("A =", "B =").encode(),
     "another task": tiny().replace('"extend"', '"stretch"').encode(),
-    "one task more": (tiny() + '[[task]]\nname = "more"\npressure = { A = "1 kPa" }\n').encode(),
+    "one task more": (
+        tiny() + '[[task]]\nname = "more"\npressure = { A = "1 kPa" }\nobjective = { motion = "extension" }\n'
+    ).encode(),
     "limits that it had not": (tiny() + '[limits]\nenvelope = { radius = "40 mm" }\n').encode(),
 }
 

@@ -93,7 +93,7 @@ def _warnings(problem: Problem, tasks: Mapping[str, TaskResult]) -> list[str]:
 
 
 def _text(path: Path) -> str:
-    return path.read_text(encoding="utf-8", errors="replace")
+    return path.read_text(encoding="utf-8-sig", errors="replace")
 
 
 def _material(path: Path) -> list[tuple[str, str]]:
@@ -125,9 +125,14 @@ def _words(value: Any) -> str:
 
 
 def _files(folder: Path) -> list[dict[str, Any]]:
-    """The exact CAD that `make` has written: in the page where it is small, else its name alone."""
+    """The exact CAD that `make` has written: in the page where it is small, else its name alone.
+
+    What links lead to is none: a page is passed on, and would have any file of its author's in it.
+    """
     found = []
-    for path in sorted(folder.glob("*.step")):
+    for path in [] if folder.is_symlink() else sorted(folder.glob("*.step")):
+        if path.is_symlink() or not path.is_file():
+            continue
         small = path.stat().st_size <= MOST_STEP
         content = base64.b64encode(path.read_bytes()).decode("ascii") if small else None
         found.append({"name": path.name, "bytes": path.stat().st_size, "content": content})

@@ -69,7 +69,7 @@ def changed(problems: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
 
 
 def _flat(run: RunDirectory) -> dict[str, str]:
-    text = (run.path / "problem.toml").read_text(encoding="utf-8", errors="replace")
+    text = (run.path / "problem.toml").read_text(encoding="utf-8-sig", errors="replace")
     return dict(_leaves(tomllib.loads(text)))
 
 
