@@ -76,7 +76,7 @@ KNOW_TUBES = (
     "limits/table.py",
     "limits/of_shape.py",
     "make",
-    "output/profile.py",
+    "output/tube",
     "verify",
 )
 

@@ -22,6 +22,7 @@ from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import SurfaceMesher, scaled_jacobian
 from pneumorph.optimize import DesignAccepted, Finished, optimise, setup_among
 from pneumorph.optimize.start import resumed
+from pneumorph.output.report_shapes import packed_surfaces
 from pneumorph.output.shell import shell_of
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign
@@ -231,6 +232,16 @@ def test_three_steps_improve_it_within_its_wall(setup):
     body = designs[-1].body
     stored = StoredDesign.of(body, designs[-1].pressures)
     assert [stored.exterior.shape, stored.chambers["A"].shape] == [(42, 3), (42, 3)]
+    again = stored.on(setup.space.reference)
+    np.testing.assert_array_equal(again.control_points(), body.control_points())
+    told, arrays = packed_surfaces([event.body for event in designs])
+    for each, surface in zip(told, body.surfaces, strict=True):
+        assert (each["kind"], each["cavity"]) == ("triangles", surface.cavity)
+        vertices, triangles = surface.shell()
+        drawn = arrays[each["stored"]]
+        assert drawn.values.shape == (4, *vertices.shape)
+        np.testing.assert_allclose(drawn.step * drawn.values[-1], vertices, atol=1e-3)
+        np.testing.assert_array_equal(arrays[f"corners {each['key']}"].values.reshape(-1, 3), triangles)
     shell = shell_of(body)
     volume = np.linalg.det(shell.points[shell.triangles]).sum() / 6
     assert volume == pytest.approx(designs[-1].fields.mesh.volume(), rel=0.05)

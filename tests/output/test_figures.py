@@ -18,8 +18,8 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.output.figures import COLOURS, COLUMN, DOTS, PAGE, PLOTS, save
 from pneumorph.output.history import OVER, draw_limits, history_figure
 from pneumorph.output.pressures import pressures_figure
-from pneumorph.output.profile import profile_figure, radius_along_z
 from pneumorph.output.shape import shape_figure
+from pneumorph.output.tube.profile import profile_figure, radius_along_z
 from pneumorph.problem import loads
 
 CURVE = """{ kind = "match_curve", degree = 2, sections = 4, control_points = [

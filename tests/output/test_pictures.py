@@ -19,9 +19,9 @@ from pneumorph.output import history, pictures, render
 from pneumorph.output.figures import PLOTS
 from pneumorph.output.format import format_duration, format_pressures
 from pneumorph.output.pictures import picture_names, run_pictures
-from pneumorph.output.profile import radius_along_z
 from pneumorph.output.section import cut_open
 from pneumorph.output.shape import achieved_centre_line
+from pneumorph.output.tube.profile import radius_along_z
 from pneumorph.output.view import Job, Panel, Shape, View
 from pneumorph.problem import loads
 from pneumorph.results import nodal_stretch

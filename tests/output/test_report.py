@@ -120,16 +120,17 @@ def test_shares_of_limits_agree_with_the_certificate(run, problem):
 
 
 def test_shares_that_are_known_are_not_computed_again(run, problem, monkeypatch):
-    designs = [run.load_design(number) for number in (0, 1, 2)]
+    limits = of_shape.limits_of(problem, starting_body(problem.body))
+    bodies = [run.load_design(number).body(problem) for number in (0, 1, 2)]
     known = {}
-    _, arrays = packed_usage(problem, designs[:2], known)
+    _, arrays = packed_usage(limits, bodies[:2], known)
     asked = []
     monkeypatch.setattr(of_shape, "usage", lambda kinds, at: asked.append(at.body) or usage(kinds, at))
-    _, more = packed_usage(problem, designs, known)
+    _, more = packed_usage(limits, bodies, known)
     assert len(asked) == 1 and len(known) == 3
     for name, array in arrays.items():
         np.testing.assert_array_equal(more[name].values[:2], array.values)
-    assert packed_usage(problem, designs)[1]["used exterior"].values.max() == more["used exterior"].values.max()
+    assert packed_usage(limits, bodies)[1]["used exterior"].values.max() == more["used exterior"].values.max()
 
 
 def test_triangles_bound_the_rubber(run, fields):

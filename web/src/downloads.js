@@ -6,11 +6,12 @@ export function netsAsCsv(shapes, designs) {
   for (const design of designs) {
     const { iteration } = shapes.facts.history[design];
     for (const surface of shapes.surfaces) {
-      const net = shapes.net(surface, design);
+      const net = shapes.points(surface, design);
       const name = quoted(surface.cavity ? `chamber_${surface.name}` : "exterior");
       for (let point = 0; point < net.length / 3; point++) {
         const place = Array.from(net.subarray(3 * point, 3 * point + 3), (value) => value.toFixed(4));
-        lines.push([iteration, name, Math.floor(point / surface.columns), point % surface.columns, ...place].join());
+        const columns = surface.columns ?? 1;
+        lines.push([iteration, name, Math.floor(point / columns), point % columns, ...place].join());
       }
     }
   }

@@ -1,4 +1,4 @@
-// The shapes of a run: every design at rest from its control nets, stored designs as tasks move them.
+// The shapes of a run: every design at rest from what is stored of its surfaces, stored designs as tasks move them.
 import { named } from "./named.js";
 import { Lattice } from "./surface.js";
 import { Walls } from "./thickness.js";
@@ -8,8 +8,9 @@ export class Shapes {
     this.packed = packed;
     this.facts = packed.facts;
     this.surfaces = this.facts.surfaces.map((surface) => {
-      const [, rows, columns] = packed.shape(`net ${surface.key}`);
-      return { ...surface, rows, columns, nets: packed.array(`net ${surface.key}`) };
+      const [, ...shape] = packed.shape(surface.stored);
+      const made = surface.kind === "tube" ? { rows: shape[0], columns: shape[1] } : { count: shape[0], index: packed.array(`corners ${surface.key}`) };
+      return { ...surface, ...made, size: shape.reduce((product, part) => product * part, 1), designs: packed.array(surface.stored) };
     });
     this.obstacles = this.facts.obstacles.map((name) => ({
       name,
@@ -20,16 +21,15 @@ export class Shapes {
     this.kept = new Map();
   }
 
-  // The control net of a surface in a design, rows × columns × 3.
-  net(surface, design) {
-    const size = 3 * surface.rows * surface.columns;
-    return surface.nets.subarray(design * size, (design + 1) * size);
+  // What is stored of a surface in a design, three numbers to a point: its control net, or its vertices.
+  points(surface, design) {
+    return surface.designs.subarray(design * surface.size, (design + 1) * surface.size);
   }
 
   // A design at rest.
   atRest(design) {
     return this.#once(`rest ${design}`, () => {
-      const positions = this.lattice.positions(this.surfaces.map((surface) => this.net(surface, design)));
+      const positions = this.lattice.positions(this.surfaces.map((surface) => this.points(surface, design)));
       return { positions, rest: positions, index: this.lattice.index, owner: this.lattice.owner, tip: null, design, skin: "rest", obstacles: named([]) };
     });
   }
@@ -81,8 +81,8 @@ export class Shapes {
 
   #usedAtRest(design) {
     return this.#once(`used at rest ${design}`, () => {
-      const grids = (what) => this.surfaces.map(({ key }) => gridOf(this.packed, `${what} ${key}`, design));
-      return { values: this.lattice.spread(grids("used")).map((share) => 100 * share), limits: this.lattice.spread(grids("limit"), true) };
+      const stored = (what) => this.surfaces.map(({ key }) => storedOf(this.packed, `${what} ${key}`, design));
+      return { values: this.lattice.spread(stored("used")).map((share) => 100 * share), limits: this.lattice.spread(stored("limit"), true) };
     });
   }
 
@@ -126,10 +126,11 @@ export class Shapes {
   }
 }
 
-// The numbers of one design on a grid of a surface.
-function gridOf(packed, name, design) {
-  const [, rows, columns] = packed.shape(name);
-  return { rows, columns, values: packed.array(name).subarray(design * rows * columns, (design + 1) * rows * columns) };
+// The numbers of one design on a surface.
+function storedOf(packed, name, design) {
+  const [, ...shape] = packed.shape(name);
+  const size = shape.reduce((product, part) => product * part, 1);
+  return { shape, values: packed.array(name).subarray(design * size, (design + 1) * size) };
 }
 
 function inflated(packed, skin, { name, obstacles }) {

@@ -51,8 +51,9 @@ const ROUNDING = 1e-9;
 export function limitsTable(facts, entry) {
   const rows = facts.limits.map(({ key, word, unit, bound, at_least: atLeast }) => {
     const value = entry.limits[key];
-    const used = value === null ? null : atLeast ? bound / Math.max(value, 1e-12) : value / bound;
-    const excess = value === null ? 0 : (atLeast ? bound - value : value - bound) / bound;
+    // In mm if the bound is zero.
+    const excess = value === null ? 0 : (atLeast ? bound - value : value - bound) / (bound || 1);
+    const used = value === null ? null : !bound ? Math.max(1 + excess, 0) : atLeast ? bound / Math.max(value, 1e-12) : value / bound;
     const satisfied = excess <= ROUNDING;
     const bar = element("span", { class: satisfied ? "used" : "used broken" }, element("i"));
     bar.firstChild.style.width = `${100 * Math.min(used ?? 0, 1)}%`;

@@ -41,6 +41,6 @@ test("packed arrays are whole steps, by weight of their bytes", async () => {
 
 test("nets are lines of a table", () => {
   const surface = { name: "A", cavity: true, columns: 2 };
-  const shapes = { facts: { history: [{ iteration: 7 }] }, surfaces: [surface], net: () => Float64Array.of(1, 2, 3, 4, 5, 6) };
+  const shapes = { facts: { history: [{ iteration: 7 }] }, surfaces: [surface], points: () => Float64Array.of(1, 2, 3, 4, 5, 6) };
   assert.equal(netsAsCsv(shapes, [0]), "design,surface,row,column,x_mm,y_mm,z_mm\n7,chamber_A,0,0,1.0000,2.0000,3.0000\n7,chamber_A,0,1,4.0000,5.0000,6.0000\n");
 });

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { clampedRows, periodicRows, sampled } from "../src/spline.js";
+import { clampedRows, periodicRows, sampled } from "../src/tube/spline.js";
 
 const parameters = Array.from({ length: 41 }, (_, k) => k / 40);
 const sum = (values) => values.reduce((total, value) => total + value, 0);

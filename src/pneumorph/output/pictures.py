@@ -10,16 +10,18 @@ from matplotlib.figure import Figure
 
 from pneumorph.atomic import make_folder
 from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import body_of
 from pneumorph.objective.kinds import target_of
 from pneumorph.output.animation import Film, evolution, inflation, save_gif
 from pneumorph.output.bodies import Row, bodies_figure
 from pneumorph.output.figures import PLOTS, save
 from pneumorph.output.history import history_figure
 from pneumorph.output.pressures import has_free_pressures, pressures_figure
-from pneumorph.output.profile import profile_figure
 from pneumorph.output.render import Drawing, NoPicture
 from pneumorph.output.scenes import Scene, highest_stretch, scenes_of
 from pneumorph.output.shape import shape_figure
+from pneumorph.output.tube.nets import of_tubes
+from pneumorph.output.tube.profile import profile_figure
 from pneumorph.output.view import View
 from pneumorph.problem import Problem
 from pneumorph.problem.designed import starting_from
@@ -94,10 +96,18 @@ def accepted(run: RunDirectory) -> list[HistoryEntry]:
 
 
 def compared_profiles(run: RunDirectory, history: list[HistoryEntry], number: int | None = None) -> Figure:
-    """The profiles of the start and of a design, by default the last."""
+    """The profiles of the start and of a design, by default the last.
+
+    Raises
+    ------
+    ProblemError
+        If the body is not of tubes.
+    """
     number = history[-1].iteration if number is None else number
     envelope = run.problem.limits.envelope
     first, last = (run.load_design(each).body(run.problem) for each in (history[0].iteration, number))
+    if not of_tubes(first):
+        raise ProblemError("picture: a profile is drawn of tubes only; ask for the body")
     return profile_figure(first, last, envelope and envelope.radius, ("start", _called(number, history)))
 
 
@@ -133,7 +143,8 @@ def _called(number: int, history: list[HistoryEntry]) -> str:
 
 def _plots(run: RunDirectory, history: list[HistoryEntry]) -> Iterator[tuple[str, Figure]]:
     yield "history", history_figure(run.problem, history)
-    yield "profile", compared_profiles(run, history)
+    if of_tubes(body_of(run.problem)):
+        yield "profile", compared_profiles(run, history)
     shapes = tasks_with_shapes(run.problem)
     for name in shapes:
         yield "shape" if len(shapes) == 1 else f"shape_{name}", compared_shapes(run, history, name)

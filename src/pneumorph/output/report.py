@@ -10,10 +10,12 @@ from typing import Any
 
 from pneumorph.atomic import write_bytes
 from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import body_of
+from pneumorph.limits.of_shape import limits_of
 from pneumorph.output.packed import as_text, pack
 from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import Known, packed_usage
-from pneumorph.output.report_shapes import packed_nets, packed_obstacles, packed_states
+from pneumorph.output.report_shapes import packed_obstacles, packed_states, packed_surfaces
 from pneumorph.results import HistoryEntry
 from pneumorph.run import RunDirectory
 
@@ -76,13 +78,14 @@ def facts_and_shapes(
     known : Known, optional
         For `packed_usage`.
     """
-    designs = [run.load_design(entry.iteration) for entry in history]
-    surfaces, nets = packed_nets(run.problem, designs)
-    words, used = packed_usage(run.problem, designs, known)
+    start = body_of(run.problem)
+    bodies = [run.load_design(entry.iteration).on(start) for entry in history]
+    surfaces, drawn = packed_surfaces(bodies)
+    words, used = packed_usage(limits_of(run.problem, start), bodies, known)
     states, moved, notes = packed_states(run, history, numbers)
     obstacles, beside = packed_obstacles(run.problem)
     shapes = {"surfaces": surfaces, "obstacles": obstacles, "states": states, "notes": notes}
-    return pack(facts_of(run, history) | words | shapes | dict(more or {}), nets | used | beside | moved, level)
+    return pack(facts_of(run, history) | words | shapes | dict(more or {}), drawn | used | beside | moved, level)
 
 
 def page_of(blocks: Sequence[bytes], title: str) -> str:

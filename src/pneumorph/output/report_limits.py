@@ -1,20 +1,19 @@
-"""How much of the nearest limit the designs of a page use, by the control nets."""
+"""How much of the nearest limit the designs of a page use."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from hashlib import blake2b
 from typing import Any
 
 import numpy as np
 
-from pneumorph.geometry.starting import body_of
-from pneumorph.limits.of_shape import limits_of
+from pneumorph.geometry import Body
+from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.limits.shares import NAMES, Usage
 from pneumorph.limits.table import BY_NAME
 from pneumorph.output.packed import Steps, in_steps
 from pneumorph.output.report_shapes import array_key
-from pneumorph.problem import Problem
-from pneumorph.run import StoredDesign
 
 STEP = 0.01
 """Step of shares."""
@@ -27,24 +26,21 @@ Known = dict[bytes, list[Usage]]
 
 
 def packed_usage(
-    problem: Problem, designs: list[StoredDesign], known: Known | None = None
+    limits: ShapeLimits, bodies: Sequence[Body], known: Known | None = None
 ) -> tuple[dict[str, Any], dict[str, Steps]]:
-    """The names of limits as a page needs them, and shares and limits (designs, rows, columns) of every surface.
+    """The names of limits as a page needs them, and shares and limits of every surface, (designs, ...) as `Usage`.
 
     What is in `known` is not computed again, and what is computed is added to it.
     """
     known = {} if known is None else known
-    start = body_of(problem)
-    limits = limits_of(problem, start)
     found = []
-    for design in designs:
-        body = design.body(problem)
+    for body in bodies:
         digest = blake2b(np.asarray(body.control_points()).tobytes(), digest_size=16).digest()
         if digest not in known:
             known[digest] = limits.shares(body)
         found.append(known[digest])
     words, arrays = [BY_NAME[name].word for name in NAMES], {}
-    for number, surface in enumerate(start.surfaces):
+    for number, surface in enumerate(bodies[0].surfaces):
         key = array_key(surface)
         shares = np.array([each[number].share for each in found])
         arrays[f"used {key}"] = in_steps(np.minimum(shares, MOST), STEP, differences=True)

@@ -1,8 +1,8 @@
-"""The shapes of a run for its page: control nets of every design, and the deformed surfaces that are stored."""
+"""The shapes of a run for its page: the surfaces of every design, and the deformed surfaces that are stored."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +13,10 @@ from pneumorph.geometry.starting import body_of
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
+from pneumorph.output.tube.nets import told_as_tube
 from pneumorph.problem import Problem
 from pneumorph.results import Fields, HistoryEntry, SweepStep, TaskResult, nodal_stretch
-from pneumorph.run import RunDirectory, StoredDesign
+from pneumorph.run import RunDirectory
 
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """A six-node triangle as four flat ones."""
@@ -27,16 +28,26 @@ there are more, surfaces are drawn by the corners of their triangles only, and t
 Arrays = dict[str, Steps]
 
 
-def packed_nets(problem: Problem, designs: list[StoredDesign]) -> tuple[list[dict[str, Any]], Arrays]:
-    """A description of every surface for a page, and their control nets (designs, n_r, n_q, 3)."""
-    start = body_of(problem)
+def packed_surfaces(bodies: Sequence[Body]) -> tuple[list[dict[str, Any]], Arrays]:
+    """A description for a page of every surface of some designs of a body, and what it is drawn from in each.
+
+    Of a tube that is its control net, (designs, n_r, n_q, 3). Any other surface is drawn by the vertices of its shell,
+    (designs, n, 3), whose triangles are the same in all designs.
+    """
     told, arrays = [], Arrays()
-    step = _length_step(start)
-    for surface in start.surfaces:
-        nets = [design.chambers[surface.name] if surface.cavity else design.exterior for design in designs]
-        key = array_key(surface)
-        told.append({"name": surface.name, "cavity": surface.cavity, "ends": surface.ends, "key": key})
-        arrays[f"net {key}"] = in_steps(np.array(nets), step, differences=True)
+    step = _length_step(bodies[0])
+    for surfaces in zip(*(body.surfaces for body in bodies), strict=True):
+        first, key = surfaces[0], array_key(surfaces[0])
+        kind = told_as_tube(surfaces)
+        if kind is None:
+            kind, stored = {"kind": "triangles"}, f"shell {key}"
+            shells = [surface.shell() for surface in surfaces]
+            arrays[f"corners {key}"] = Steps(shells[0][1].ravel(), differences=True)
+            points = [each for each, _ in shells]
+        else:
+            stored, points = f"net {key}", [each.control_points().reshape(*each.shape, 3) for each in surfaces]
+        arrays[stored] = in_steps(np.array(points), step, differences=True)
+        told.append({"name": first.name, "cavity": first.cavity, "key": key, "stored": stored} | kind)
     return told, arrays
 
 

@@ -76,7 +76,10 @@ class StoredDesign:
 
     def body(self, problem: Problem) -> Body:
         """The body of this design; `problem` is the one it was made for."""
-        start = body_of(problem)
+        return self.on(body_of(problem))
+
+    def on(self, start: Body) -> Body:
+        """The same from the body with which the run began."""
         nets = [self.exterior, *(self.chambers[chamber.name] for chamber in start.chambers)]
         return start.with_control_points(np.concatenate([net.reshape(-1, 3) for net in nets]))
 
