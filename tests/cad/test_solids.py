@@ -1,5 +1,7 @@
 """Bodies in STEP files: what is found in them, what is refused, and that they move as the same tubes do."""
 
+import json
+
 import numpy as np
 import pytest
 from solids import box, cylinder, occ, problem, written
@@ -11,6 +13,7 @@ from pneumorph.cad.read import read_faces
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.interface.design import starting_design
+from pneumorph.interface.runs import prepare_run
 from pneumorph.mesh import scaled_jacobian
 from pneumorph.problem import load, loads
 
@@ -215,3 +218,41 @@ def test_ports_that_are_not_there(tmp_path, plane):
         loads(problem("port.step", PORT.format(plane=plane)), folder=tmp_path)
     with pytest.raises(ProblemError, match="port"):
         loads(problem("port.step"), folder=tmp_path)
+
+
+def test_commands_show_and_export_it(folder, tmp_path, capsys):
+    from pneumorph.cli.commands import check, draw, export, simulate
+
+    path = tmp_path / "two.toml"
+    path.write_text(problem(folder / "two.step", 'tip = { faces = "x = 20 mm" }', "6 mm"), encoding="utf-8")
+    simulate(path, json=tmp_path / "steps.json", pressure=["A=0:20:20kPa"])
+    steps = json.loads((tmp_path / "steps.json").read_text())["steps"]
+    assert [set(step["volume_mm3"]) for step in steps] == [{"A", "B"}] * 2
+    check(path, quick=True)
+    said = capsys.readouterr().out
+    assert "wall      at least 2 mm" in said
+    assert "chamber   B: 1260 mm³" in said
+    export(path, tmp_path / "two.inp")
+    assert (tmp_path / "two.inp").stat().st_size > 10_000
+    draw(path, cut="xz", out=tmp_path / "two.png")
+    assert (tmp_path / "two.png").stat().st_size > 10_000
+    with pytest.raises(ProblemError, match=r"body\.file: .*designed"):
+        prepare_run(path, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_obstacles_vacuum_and_contact_with_itself(folder):
+    more = """
+[contact]
+distance = "0.2 mm"
+[[obstacle]]
+name = "table"
+kind = "plane"
+point = ["0 mm", "0 mm", "-1 mm"]
+normal = [0, 0, 1]
+"""
+    text = problem("tube.step", "", "4 mm") + more
+    steps = starting_design(loads(text, folder=folder)).simulate({"A": "0:-20:-20kPa"}).steps
+    assert all(step.converged for step in steps)
+    assert steps[1].translation[2] < -0.02
+    assert steps[1].volumes["A"] < 0.99 * steps[0].volumes["A"]

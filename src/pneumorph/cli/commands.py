@@ -124,7 +124,9 @@ def check(
 
 
 def export(
-    run: RunDirectory,
+    source: Annotated[
+        Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file (TOML).")
+    ],
     out: Annotated[Path, typer.Option(help="The file to write.")],
     format: Annotated[
         str | None,
@@ -139,11 +141,11 @@ def export(
     design: DesignNumber = None,
     trust: Trusted = False,
 ) -> None:
-    """Export a design of a run for other programs, always as a whole body."""
+    """Export a design of a run, or the starting body of a problem, for other programs, always as a whole body."""
+    from pneumorph.cli.source import design_of
     from pneumorph.cli.trust import asking
-    from pneumorph.interface.runs import open_run
 
-    open_run(run, asking(trust)).design(design).export(out, format, task)
+    design_of(source, design, asking(trust)).export(out, format, task)
     print(f"written to {out}")
 
 
@@ -164,7 +166,13 @@ def report(
 
 
 def draw(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory; the run may be in progress or stopped.")],
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RUN_OR_PROBLEM",
+            help="A run directory; the run may be in progress or stopped. Or a problem file, for body and inflation.",
+        ),
+    ],
     picture: Annotated[
         str,
         typer.Argument(
@@ -195,7 +203,7 @@ def draw(
     """Draw a picture of a run: a design cut open, its history, or how it changes and inflates."""
     from pneumorph.cli.draw import draw
 
-    draw(run, picture, design, cut, at, task, format, out, trust)
+    draw(source, picture, design, cut, at, task, format, out, trust)
 
 
 def view(

@@ -15,15 +15,14 @@ from rich.text import Text
 
 from pneumorph import atomic, compiling
 from pneumorph.analysis import Curve
+from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
-from pneumorph.interface.design import Design, starting_design
-from pneumorph.interface.runs import open_run
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.format import SELF_INTERSECTS, format_pressures, part_note
-from pneumorph.problem import Task, Trust, load
+from pneumorph.problem import Task
 from pneumorph.results import SweepStep
 
 
@@ -78,7 +77,7 @@ def simulate(
     began = time.perf_counter()
     if quiet:
         compiling.announce(None)
-    design = _design(source, number, asking(trust))
+    design = design_of(source, number, asking(trust))
     given = _given("--pressure", pressures, PRESSURES)
     moved = _given("--move", moves, MOVES)
     console = Console(quiet=quiet)
@@ -118,14 +117,6 @@ def simulate(
         reason = next(step.reason for step in steps if not step.converged)
         missing = simulation.count - len(sweep.found)
         raise ComputationError(f"{missing} of {simulation.count} steps have no equilibrium: {reason}{kept}")
-
-
-def _design(source: Path, number: int | None, trust: Trust) -> Design:
-    if source.is_dir():
-        return open_run(source, trust).design(number)
-    if number is not None:
-        raise ProblemError(f"--design: {source} is not a run directory and has no designs; leave the option out")
-    return starting_design(load(source, trust))
 
 
 PRESSURES = "a chamber with its pressure; write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"

@@ -51,7 +51,8 @@ def asked_view(problem: Problem, cut: Cut, at: float | None = None) -> View:
     if at is not None:
         place = float(normal.sum()) * at
     else:
-        place = -problem.body.length / 2 if cut == "xy" else _through_chambers(problem, normal).offset
+        across = -sum(end[2] for end in problem.body.ends) / 2
+        place = across if cut == "xy" else _through_chambers(problem, normal).offset
     # A body is long, so one that is seen along its axis is seen nearly straight.
     return View(normal, place, 4.0, 6.0) if cut == "xy" else View(normal, place)
 
@@ -68,7 +69,8 @@ def _normal(axis: np.ndarray) -> np.ndarray:
 
 def _through_chambers(problem: Problem, normal: np.ndarray) -> View:
     """The cut through the axis if that passes through a chamber, otherwise through the nearest chamber in front."""
-    places = [(float(np.dot([*chamber.center, 0.0], normal)), chamber.radius) for chamber in problem.body.chamber]
-    if any(abs(place) < radius for place, radius in places):
+    extents = problem.body.across(normal)
+    if any(low < 0.0 < high for low, high in extents):
         return View(normal)
-    return View(normal, -min(abs(place) for place, _ in places))
+    middles = [(low + high) / 2.0 for low, high in extents]
+    return View(normal, min(middles, key=lambda middle: (round(abs(middle), 6), middle)))

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.patheffects import withStroke
 from scipy.spatial import ConvexHull
 
+from pneumorph.mesh.tets import area_vectors
 from pneumorph.objective.kinds import target_of
 from pneumorph.objective.kinds.kind import Target
 from pneumorph.output.figures import INK, SMALL
@@ -92,7 +93,7 @@ def loads_at(problem: Problem, tip: np.ndarray) -> list[Arrow]:
 def task_marks(problem: Problem, task: Task, result: TaskResult) -> Marks:
     """Loads and target of a task, on the body that it moves."""
     length = problem.body.length
-    tip = np.array([0.0, 0.0, length]) + result.translation
+    tip = problem.body.ends[1] + result.translation
     motion = np.array([*result.translation, *result.rotation])
     target = target_of(task.objective, length, motion) or Target()
     reached = np.reshape(result.section_positions, (-1, 3)) if len(target.line) else NOTHING
@@ -115,11 +116,16 @@ def clamp_of(shape: Shape | Shell) -> np.ndarray:
     """Corners (n, 3) of the ground to which the base is clamped."""
     points = shape.rest
     low, high = points[:, 2].min(), points[:, 2].max()
-    base = points[points[:, 2] < low + 1e-6 * (high - low)]
-    disc = base[ConvexHull(base[:, :2]).vertices]
+    base, outwards = points[points[:, 2] < low + 1e-6 * (high - low)], np.array([0.0, 0.0, -1.0])
+    if isinstance(shape, Shape) and "base" in shape.mesh.faces:
+        faces = shape.mesh.faces["base"]
+        base, normal = points[np.unique(faces)], area_vectors(points, faces)[1].sum(axis=(0, 1))
+        outwards = normal / np.linalg.norm(normal)
+    along = np.linalg.svd(outwards[None])[2][1:]
+    disc = base[ConvexHull(base @ along.T).vertices]
     middle = disc.mean(axis=0)
     disc = middle + 1.08 * (disc - middle)
-    return np.concatenate([disc, disc - [0.0, 0.0, CLAMP * (high - low)]])
+    return np.concatenate([disc, disc + CLAMP * float(np.ptp(points, axis=0).max()) * outwards])
 
 
 def draw_clamp(axes: Axes, view: View, shape: Shape | Shell) -> None:

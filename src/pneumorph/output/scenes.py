@@ -126,6 +126,5 @@ def _loaded(problem: Problem) -> str:
 def _tip(problem: Problem, fields: Fields) -> np.ndarray:
     """The centre (3,) of the tip under the loads alone."""
     assert fields.sag is not None
-    z = fields.mesh.points[:, 2]
-    top = z > z.max() - 1e-6 * np.ptp(z)
-    return np.array([0.0, 0.0, problem.body.length]) + fields.sag[top].mean(axis=0)
+    top = np.unique(fields.mesh.faces["tip"])
+    return problem.body.ends[1] + fields.sag[top].mean(axis=0)

@@ -213,6 +213,16 @@ class BodySpec(_Tube):
         object.__setattr__(self, "chamber", tuple(map(ChamberSpec.at, chambers, places)))
         return self
 
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centres (3,) of base and tip, mm."""
+        return np.zeros(3), np.array([0.0, 0.0, self.length])
+
+    def across(self, normal: np.ndarray) -> list[tuple[float, float]]:
+        """From where to where each chamber is along a normal (3,) across the axis, mm."""
+        middles = [float(np.dot([*chamber.center, 0.0], normal)) for chamber in self.chamber]
+        return [(at - each.radius, at + each.radius) for at, each in zip(middles, self.chamber, strict=True)]
+
     def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
         """The ripple a chamber starts with: its own or, if it has none, the body's."""
         return chamber.ripple or self.ripple

@@ -110,11 +110,6 @@ class VoidSpec(Table):
             _plane("port", self.port)
         return self
 
-    @property
-    def center(self) -> tuple[float, float]:
-        """x and y of that point, mm."""
-        return self.inside[:2]
-
 
 class SolidSpec(Table):
     """A body from a CAD file, with a clamped base, a tip, and its closed voids as chambers.
@@ -239,6 +234,13 @@ class SolidSpec(Table):
         """Distance of the centroids of base and tip, mm."""
         base, tip = self.ends
         return float(np.linalg.norm(tip - base))
+
+    def across(self, normal: np.ndarray) -> list[tuple[float, float]]:
+        """From where to where each chamber is along a normal (3,), mm."""
+        faces = self.outline
+        along = faces.points @ normal
+        own = [along[faces.triangles[found.triangles]] for found in self.parts.chambers.values()]
+        return [(float(each.min()), float(each.max())) for each in own]
 
     @property
     def radius(self) -> float:
