@@ -15,6 +15,7 @@ from pneumorph.analysis.analyse import (
 from pneumorph.analysis.collect import collect_fields, collect_task_results, compute_inflation, compute_sag
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
+from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import (
     Slopes,
@@ -55,6 +56,7 @@ __all__ = [
     "lateral_stiffness",
     "margin_slopes",
     "margins",
+    "motion_rates",
     "predict_states",
     "prepare_simulation",
     "run_gradient_check",

@@ -10,6 +10,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from pneumorph.cli.certainty import certainty
 from pneumorph.cli.columns import MARK
 from pneumorph.cli.verdict import verdict
 from pneumorph.interface.runs import Run
@@ -27,6 +28,10 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     yield verdict(run.problem, run.history)
     yield Text(how_many(run.problem.optimizer.iterations, result))
     yield tasks_table(run.problem, start, result)
+    for task in run.problem.task:
+        if rates := result.rates.get(task.name):
+            for sentence in certainty(task.objective, result.tasks[task.name], rates):
+                yield Text(f"{task.name}: {sentence}")
     last = run.history[-1]
     if last.reinforcements:
         yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")

@@ -35,7 +35,7 @@ def _sentence(problem: Problem, name: str, found: Reached, history: Sequence[His
     )
     which = f" of task {name}" if len(problem.task) > 1 else ""
     if found is Reached.YES:
-        return f"Target{which} reached, within {left}."
+        return f"Target{which} reached, to {left}."
     if found is Reached.NEARLY:
         return f"Target{which} reached within {left}."
     return f"Target{which} not reached: still {left} away, {before} at the start."

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pneumorph.geometry import Body
-from pneumorph.results import Fields, HistoryEntry
+from pneumorph.results import Fields, HistoryEntry, MotionRates
 from pneumorph.symmetry.part import Part
 
 
@@ -93,14 +94,15 @@ class Finished:
     """The loop has ended; `reason` is a sentence.
 
     The last design is the best: each is better than its predecessor, compared on one mesh. `held` says whether it
-    satisfies every limit; `stable`, by task, whether its state is stable, also where a part was analysed. `fields`
-    are those of the last design, with its sag under weight alone and its inflation.
+    satisfies every limit; `stable`, by task, whether its state is stable, also where a part was analysed; `rates` how
+    fast its motions change. `fields` are those of the last design, with its sag under weight alone and its inflation.
     """
 
     iteration: int
     reason: str
     held: bool
     stable: dict[str, bool]
+    rates: Mapping[str, MotionRates]
     fields: Fields
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import check_stability, collect_fields, compute_inflation, compute_sag
+from pneumorph.analysis import check_stability, collect_fields, compute_inflation, compute_sag, motion_rates
 from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Attempt, Ended, Tried, first_objection
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
@@ -132,4 +132,5 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
     is_stable = check_stability(last.disc, last.analysis)
     sag, inflation = compute_sag(setup.problem, last.disc, last.analysis), compute_inflation(last.disc, last.analysis)
     fields = collect_fields(last.disc, last.analysis, sag, inflation)
-    return Finished(last.number, conclusion(setup, last, reason, is_stable), last.feasible, is_stable, fields)
+    rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
+    return Finished(last.number, why, last.feasible, is_stable, rates, fields)

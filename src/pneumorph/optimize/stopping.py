@@ -74,7 +74,8 @@ def conclusion(setup: Setup, last: Iterate, reason: str, is_stable: Mapping[str,
     is_stable : whether the state of each task is stable, against all motions of the whole body.
     """
     if last.optimality > setup.settings.stopping.optimality and not reached(setup, last):
-        reason += f"; the limits leave {100 * last.optimality:.0f} % of the objective's gradient"
+        left = 100 * last.optimality
+        reason += f"; more designs may improve it, as the limits leave {left:.0f} % of the objective's gradient"
     if last.states.broken:
         worst = int(last.states.value.argmax())
         reason += f"; it is {100 * last.states.worst():.1f} % beyond limits.{last.states.limits[worst].name}"

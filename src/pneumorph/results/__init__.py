@@ -2,13 +2,23 @@
 
 from pneumorph.results.fields import Fields, Inflation, unpack_fields
 from pneumorph.results.nodal import nodal_stress, nodal_stretch
-from pneumorph.results.records import HistoryEntry, Motion, RunResult, SweepStep, TaskResult, from_json, to_json
+from pneumorph.results.records import (
+    HistoryEntry,
+    Motion,
+    MotionRates,
+    RunResult,
+    SweepStep,
+    TaskResult,
+    from_json,
+    to_json,
+)
 
 __all__ = [
     "Fields",
     "HistoryEntry",
     "Inflation",
     "Motion",
+    "MotionRates",
     "RunResult",
     "SweepStep",
     "TaskResult",

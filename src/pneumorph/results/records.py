@@ -145,6 +145,23 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class MotionRates:
+    """How fast the tip's motion changes: its translation along and rotation vector about x, y, z, in mm and rad.
+
+    Attributes
+    ----------
+    by_pressure : {chamber: (6,)}
+        Per MPa.
+    by_modulus : (6,) or None
+        Per relative change of all moduli of all rubbers: 0.1 times it is what ten per cent stiffer rubber does. None
+        where it is not known: with contact, sheets or fibres.
+    """
+
+    by_pressure: Mapping[str, tuple[float, ...]]
+    by_modulus: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
 class RunResult:
     """Contents of ``result.json``: how a run ended, and the results of its last design, which is its best.
 
@@ -163,6 +180,7 @@ class RunResult:
     versions : {package: version}
     targets : {task: "reached", "nearly reached" or "not reached"}
         Of the tasks that have a target, see `results.targets`.
+    rates : {task: MotionRates}, at the last states.
     """
 
     title: str
@@ -181,6 +199,7 @@ class RunResult:
     versions: Mapping[str, str | None]
     reinforcements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     targets: Mapping[str, str] = field(default_factory=dict)
+    rates: Mapping[str, MotionRates] = field(metadata={"of": MotionRates}, default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -283,10 +302,11 @@ def from_json(kind: type[Record], content: Mapping[str, Any]) -> Record:
     for each in fields(kind):
         key = each.metadata.get("key", each.name)
         inner = each.metadata.get("of")
-        if inner is not None:
+        optional = each.default is not MISSING or each.default_factory is not MISSING
+        if inner is not None and not (optional and key not in content):
             _check(isinstance(content[key], Mapping), key)
             values[each.name] = {name: from_json(inner, part) for name, part in content[key].items()}
-        elif (each.default is MISSING and each.default_factory is MISSING) or content.get(key) is not None:
+        elif not optional or content.get(key) is not None:
             values[each.name] = _tuples(content[key])
             _check(_fits(values[each.name], hints[each.name]), key)
     return kind(**values)

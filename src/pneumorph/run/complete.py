@@ -13,7 +13,7 @@ import pneumorph
 from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.problem import Problem
-from pneumorph.results import HistoryEntry, Motion, RunResult
+from pneumorph.results import HistoryEntry, Motion, MotionRates, RunResult
 from pneumorph.results.targets import targets_reached
 from pneumorph.run import RunDirectory, StoredDesign, locked
 
@@ -28,11 +28,14 @@ class Outcome:
     completed : whether the loop ended by itself, and did not fail.
     stable : {task: bool}
         If completed, whether the last state of each task is stable, against all motions of the whole body.
+    rates : {task: MotionRates}
+        If completed, of the last states.
     """
 
     reason: str
     completed: bool
     stable: Mapping[str, bool] = field(default_factory=dict)
+    rates: Mapping[str, MotionRates] = field(default_factory=dict)
 
 
 def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
@@ -69,7 +72,7 @@ def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
                 run.write_fields(event.iteration, event.fields)
             show(event)
             if isinstance(event, Finished):
-                outcome = Outcome(event.reason, True, event.stable)
+                outcome = Outcome(event.reason, True, event.stable, event.rates)
                 _conclude(run, outcome)
                 return outcome
     except NotWritten:
@@ -112,6 +115,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
             **{name: _version(name) for name in ("numpy", "scipy", "jax", "netgen-mesher")},
         },
         reinforcements=last.reinforcements,
+        rates=outcome.rates,
         targets={name: each.value for name, each in targets_reached(problem, history).items()},
     )
 

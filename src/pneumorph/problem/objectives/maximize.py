@@ -48,6 +48,11 @@ class Maximize(ObjectiveTable):
         return self.motion.lstrip("+-")
 
     @property
+    def tip_motions(self) -> dict[str, float]:
+        """See `ObjectiveTable.tip_motions`."""
+        return {self.component: self.sign}
+
+    @property
     def aimed(self) -> bool:
         """False: there is no target."""
         return False

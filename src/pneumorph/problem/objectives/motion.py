@@ -54,6 +54,11 @@ class TargetMotion(ObjectiveTable):
         """The motions that are given, in mm and rad, in the order of `MOTIONS`."""
         return given_motions(self, MOTIONS)
 
+    @property
+    def tip_motions(self) -> dict[str, float]:
+        """See `ObjectiveTable.tip_motions`."""
+        return dict.fromkeys(self.targets, 1.0)
+
     def weight_of(self, motion: str) -> float:
         """The weight of a motion's squared difference."""
         return self.position_weight if motion in MOTIONS[:3] else self.rotation_weight

@@ -36,6 +36,11 @@ class ObjectiveTable(Table):
         return True
 
     @property
+    def tip_motions(self) -> dict[str, float]:
+        """Which of `MOTIONS` it is about, with the sign in which each is reported; none if it is about others too."""
+        return {}
+
+    @property
     def section_count(self) -> tuple[str, int]:
         """The key that sets how many sections of the body it needs, and their number."""
         return "kind", 0

@@ -1,0 +1,45 @@
+"""How fast the tip's motion changes with pressures and with the rubber's modulus, from adjoints at the equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.mechanics.assembly import products
+from pneumorph.objective.objective import squares
+from pneumorph.results import MotionRates
+
+_MOTIONS = squares([(1.0, lambda f: jnp.concatenate([f.translation, f.rotation]))], {})
+
+
+def motion_rates(disc: Discretisation, analysis: Analysis) -> Mapping[str, MotionRates]:
+    """Derivatives of the tip's translation and rotation vector in every task, by one adjoint for each of the six.
+
+    If all moduli grew by the factor s, the state would be that of all loads divided by s. The derivative by ln s is
+    therefore minus the sum of every load times the derivative by it; sheets, fibres and contact are loads in this
+    sense, but their shares are not known here, so with them there is no derivative by the modulus.
+    """
+    found = {}
+    for name, equilibrium in analysis.equilibria.items():
+        at, state, model = analysis.configurations[name], equilibrium.state, disc.model
+        _, _, seeds = _MOTIONS.jacobian(model, at.X, state)
+        rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
+        adjoints = [model.state(w) for w in disc.tangents[name].solve_at(at, state, rhs.T).T]
+        acting = [loads for _, loads in products.pullback(model.potential, at.X, state, at.loads, adjoints)]
+        by_pressure = -np.array([loads.pressure for loads in acting])
+        alone = model.contact is None and len(at.loads.reinforcement) == 0
+        by_modulus = np.array([_work(loads, at.loads) for loads in acting]) if alone else None
+        found[name] = MotionRates(
+            {chamber: tuple(map(float, by_pressure[:, k])) for k, chamber in enumerate(model.chambers)},
+            None if by_modulus is None else tuple(map(float, by_modulus)),
+        )
+    return found
+
+
+def _work(acting, loads) -> float:
+    """The sum of all loads times the derivatives by them."""
+    parts = ("pressure", "acceleration", "spring", "wrench")
+    return sum(float(np.sum(np.asarray(getattr(acting, part)) * getattr(loads, part))) for part in parts)

@@ -1,0 +1,35 @@
+"""What a reached motion depends on: pressure, rubber, and what else the tip does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.objectives.table import ObjectiveTable
+from pneumorph.problem.objectives.words import MOTION_WORDS, motion_amount
+from pneumorph.results import MotionRates, TaskResult
+
+STIFFER = 0.1
+"""The relative change of the moduli of which the effect is told; rubbers of one name differ by more."""
+
+LEAST = {"mm": 0.05, "°": 0.1}
+"""Motions of the tip below which they are not worth telling."""
+
+
+def certainty(objective: ObjectiveTable, found: TaskResult, rates: MotionRates) -> Iterator[str]:
+    """Sentences on the motion of a task: how it changes with pressures and rubber, and the tip's other motions."""
+    for name, sign in objective.tip_motions.items():
+        k, unit = MOTIONS.index(name), "mm" if name in MOTIONS[:3] else "°"
+        size = sign * (1.0 if unit == "mm" else float(np.degrees(1.0)))
+        by = [f"{1e-3 * size * rate[k]:+.3g} {unit}/kPa of {chamber}" for chamber, rate in rates.by_pressure.items()]
+        if rates.by_modulus is not None:
+            changed = f"{STIFFER * size * rates.by_modulus[k]:+.3g} {unit} with {100 * STIFFER:.0f} % stiffer rubber"
+            by.append(changed)
+        yield f"{MOTION_WORDS[name]} changes by {', '.join(by)}"
+    if objective.tip_motions:
+        others = [motion_amount(name, 1.0, found) for name in MOTIONS if name not in objective.tip_motions]
+        large = [f"{other.word} {other}" for other in others if abs(other.value) >= LEAST[other.unit]]
+        if large:
+            yield f"the tip also moves: {', '.join(large)}"
