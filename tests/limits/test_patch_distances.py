@@ -37,7 +37,7 @@ def measured(first, second, neighbourhood, accuracy):
 def wall(body, bound=2.0):
     first, second = (patches(surface, knot_spans(surface)) for surface in body.surfaces)
     found, beyond = measured(first, second, 0.0, Accuracy(-bound, -0.995 * bound, 0.003 * bound, 0.003 * bound, 0.01))
-    return min(beyond, found.lower.min()), found.seen.min()
+    return min(beyond, found.lower.min()), found.attained.min()
 
 
 def fold(surface, bound=1.0, neighbourhood=2.0):
@@ -45,7 +45,7 @@ def fold(surface, bound=1.0, neighbourhood=2.0):
     tube = without_discs(patches(surface, part))
     accuracy = Accuracy(-bound, -0.995 * bound, 0.003 * bound, 0.003 * bound, 0.8)
     found, beyond = measured(tube, tube, neighbourhood, accuracy)
-    return min(beyond, found.lower.min()), found.seen.min()
+    return min(beyond, found.lower.min()), found.attained.min()
 
 
 def test_concentric_cylinders(make_body):
@@ -63,8 +63,8 @@ def test_discs_of_chambers_count(make_body):
     body = make_body(chambers=((4.0, (0.0, 0.0), (3.0, 11.0), "flat"), (4.0, (0.0, 0.0), (13.5, 21.0), "flat")))
     first, second = (patches(surface, knot_spans(surface)) for surface in body.chambers)
     found, beyond = measured(first, second, 0.0, Accuracy(-2.5, -2.49, 0.0075, 0.0075, 0.01))
-    assert 2.5 - 0.0076 <= min(beyond, found.lower.min()) <= found.seen.min() == pytest.approx(2.5, abs=1e-9)
-    k = int(np.argmin(found.seen))
+    assert 2.5 - 0.0076 <= min(beyond, found.lower.min()) <= found.attained.min() == pytest.approx(2.5, abs=1e-9)
+    k = int(np.argmin(found.attained))
     assert found.a[k, 1] == 1.0
     assert found.b[k, 1] == 0.0
 

@@ -9,7 +9,7 @@ from pneumorph.limits.table import BY_NAME
 
 
 def count(places):
-    return sum(len(found.seen) for found in places.values())
+    return sum(len(found.attained) for found in places.values())
 
 
 def fine_points(surface, per_span=20):
@@ -21,9 +21,9 @@ def fine_points(surface, per_span=20):
 def test_plain_tube(make_body, table):
     found = certified(make_body(), table())
     assert found["wall"].value == pytest.approx(3.0)
-    assert 8.0 - 1e-3 <= found["envelope"].seen <= found["envelope"].value <= 8.05
-    assert found["curvature"].seen == pytest.approx(0.5 / 16.0, rel=0.06)
-    assert found["curvature"].seen <= found["curvature"].value <= 0.5 / 16.0 + 0.01 * 0.3
+    assert 8.0 - 1e-3 <= found["envelope"].attained <= found["envelope"].value <= 8.05
+    assert found["curvature"].attained == pytest.approx(0.5 / 16.0, rel=0.06)
+    assert found["curvature"].attained <= found["curvature"].value <= 0.5 / 16.0 + 0.01 * 0.3
     assert found["ends"].value == pytest.approx(0.0, abs=1e-12)
     assert found.satisfied()
     assert set(found.values()) == {"wall_mm", "fold_mm", "curvature", "skew", "stretch", "envelope_mm"}
@@ -40,7 +40,7 @@ def test_wall_and_fold_agree_with_brute_force(make_body, table, waved, seed):
     ends = min(inner[..., 2].min(), 24.0 - inner[..., 2].max())
     least = min(distance.min(), ends)
     assert found["wall"].value <= least <= found["wall"].value + 0.02
-    assert found["wall"].seen == pytest.approx(least, abs=0.02)
+    assert found["wall"].attained == pytest.approx(least, abs=0.02)
 
     fold = np.inf
     for surface in body.surfaces:
@@ -65,9 +65,9 @@ def test_worst_place_is_where_it_says(make_body, table, waved):
     others = [fine_points(other)[2].reshape(-1, 3) for other in body.surfaces if other is not surface]
     nearest = min(np.linalg.norm(other - point, axis=1).min() for other in others)
     plane = min(point[2], 24.0 - point[2]) if surface.cavity else np.inf
-    assert min(nearest, plane) == pytest.approx(wall.seen, abs=5e-3)
+    assert min(nearest, plane) == pytest.approx(wall.attained, abs=5e-3)
     widest = found["envelope"]
-    assert np.hypot(*body.exterior.points([widest.q], [widest.r])[0, :2]) == pytest.approx(widest.seen)
+    assert np.hypot(*body.exterior.points([widest.q], [widest.r])[0, :2]) == pytest.approx(widest.attained)
 
 
 def test_what_is_violated_is_said_in_a_sentence(make_body, table):
@@ -100,7 +100,7 @@ def test_crumpled_nets_end_in_finite_numbers(make_body, table, scale):
     points = np.random.default_rng(0).normal(scale=scale, size=(body.n_points, 3))
     found = certified(body.with_control_points(points), table())
     assert not found.satisfied()
-    assert np.all(np.isfinite([[reading.value, reading.seen] for reading in found.readings]))
+    assert np.all(np.isfinite([[reading.value, reading.attained] for reading in found.readings]))
 
 
 @pytest.mark.parametrize("wave", [1.0, 1.8])
@@ -134,16 +134,16 @@ def test_places_are_all_that_is_beyond(make_body, table, waved):
         if isinstance(places := found.places.get(name), Points):
             worst = limit.excess(np.asarray(places.certified), limit.read(table()))
             assert np.all(worst > 0.0)
-            assert np.all(limit.excess(places.seen, limit.read(table())) <= worst + 1e-12)
+            assert np.all(limit.excess(places.attained, limit.read(table())) <= worst + 1e-12)
     wall = found.places["wall"]
-    assert len(wall.seen)
-    for k in range(len(wall.seen)):
+    assert len(wall.attained)
+    for k in range(len(wall.attained)):
         ends = []
         for number, (q, r, s) in ((wall.surface_a[k], wall.a[k]), (wall.surface_b[k], wall.b[k])):
             surface = body.surfaces[number]
             ends.append(cap_points(surface, r > 0.5, [q], [s])[0] if s < 1.0 else surface.points([q], [r])[0])
-        assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(wall.seen[k], abs=1e-9)
-        assert wall.certified[k] <= min(wall.seen[k], 2.0)
+        assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(wall.attained[k], abs=1e-9)
+        assert wall.certified[k] <= min(wall.attained[k], 2.0)
 
 
 def test_worst_place_between_samples_is_found(make_body, table):
@@ -159,4 +159,4 @@ def test_worst_place_between_samples_is_found(make_body, table):
     spec = table(envelope=float(widest) / 1.001)
     found = certified(body, spec)["envelope"]
     assert widest <= found.value <= 1.004 * widest
-    assert found.seen <= found.value
+    assert found.attained <= found.value

@@ -55,7 +55,7 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
         if kind == "fold":  # far from its bound there is a safe value, not the exact one
             assert worst > reading.value
         else:
-            assert worst == pytest.approx(reading.seen, rel=0.01), kind
+            assert worst == pytest.approx(reading.attained, rel=0.01), kind
 
 
 def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, waved):
@@ -70,7 +70,7 @@ def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, 
         of_kind = again.kind == ROWS.index(name)
         assert np.count_nonzero(of_kind) == count[name]
         bound = {"curvature": 0.05, "skew": 0.2, "stretch": 0.1}.get(name, 1.0)
-        assert np.sort(again.value[of_kind]) == pytest.approx(np.sort(found.seen / bound - 1.0))
+        assert np.sort(again.value[of_kind]) == pytest.approx(np.sort(found.attained / bound - 1.0))
 
 
 def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_body, table, waved):
@@ -90,7 +90,7 @@ def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_bod
     for name in ("wall", "planes", "fold", "rim", "ends", "envelope"):
         limit = BY_NAME[name]
         scale = {None: limit.read(spec), "wall": spec.wall, "fold": spec.fold.distance}[limit.per]
-        beyond = (places[name].seen - limit.read(spec)) * (-1.0 if limit.at_least else 1.0) / scale
+        beyond = (places[name].attained - limit.read(spec)) * (-1.0 if limit.at_least else 1.0) / scale
         value = rows.value[rows.kind == ROWS.index(name)]
         assert len(value) > 0, name
         assert np.sort(value) == pytest.approx(np.sort(beyond), rel=5e-3, abs=5e-3), name
@@ -157,7 +157,7 @@ def test_peaks_between_samples_that_are_far_below_them_are_found(make_body, tabl
     points[body.slices[0]] = net.reshape(-1, 3)
     body, spec = body.with_control_points(points), table()
     for _ in range(2):  # certificates are accurate near a bound only
-        worst = certified(body, spec)["stretch"].seen
+        worst = certified(body, spec)["stretch"].attained
         spec = spec.model_copy(update={"stretch": spec.stretch.model_copy(update={"limit": worst})})
     rows = tube_limits(body, spec).rows(body, 0.1, -0.3)
     assert -0.005 < rows.value[rows.kind == ROWS.index("stretch")].max() < 0.005

@@ -15,7 +15,7 @@ from pneumorph.limits.tube import rim
 from pneumorph.limits.tube.certify.cells import Bounds, Cells, knot_spans, recentred, refine, whole
 from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
 from pneumorph.limits.tube.certify.shape_bounds import enclosed, polynomials
-from pneumorph.limits.tube.certify.taylor import attained, bottom, inverse, modelled, taylor, top
+from pneumorph.limits.tube.certify.taylor import bottom, highest_sample, inverse, modelled, taylor, top
 from pneumorph.limits.tube.measures.formulas import measures
 from pneumorph.limits.tube.measures.grid import grid
 from pneumorph.limits.tube.measures.pole_frame import frame
@@ -65,15 +65,15 @@ def test_enclosures_contain_every_sample_and_are_tight_at_the_limit(ends, seed, 
     # Limits right where the surface is.
     bounds = {name: value if abs(value) > 1e-3 else BOUNDS[name] for name, value in dense.items()}
     for name, found in bounded(surface, form, bounds).items():
-        assert np.all(found.seen <= found.upper + 1e-12)
+        assert np.all(found.attained <= found.upper + 1e-12)
         assert dense[name] <= found.upper.max() + 1e-9
-        assert found.upper.max() <= found.seen.max() + 0.0101 * abs(bounds[name]) + 0.01 * abs(found.seen.max())
+        assert found.upper.max() <= found.attained.max() + 0.0101 * abs(bounds[name]) + 0.01 * abs(found.attained.max())
 
 
 def test_seen_values_are_attained_where_it_says():
     surface = moved("pole", 1, 0.3, 0.05)
     found = bounded(surface)["curvature"]
-    k = int(np.argmax(found.seen))
+    k = int(np.argmax(found.attained))
     at = grid(surface, (1, 1))
     here = replace(
         at,
@@ -82,7 +82,7 @@ def test_seen_values_are_attained_where_it_says():
         values_q=tuple(surface.basis_q.matrix(found.at[k, 0], d) / surface.size[0] ** d for d in range(3)),
         frame=frame(surface, [found.at[k, 1]]),
     )
-    assert float(measures(jnp.asarray(surface.net), here).curvature[0, 0]) == pytest.approx(found.seen[k], rel=0.02)
+    assert float(measures(jnp.asarray(surface.net), here).curvature[0, 0]) == pytest.approx(found.attained[k], rel=0.02)
 
 
 def test_a_pole_without_tangent_plane_is_never_within_a_limit():
@@ -100,7 +100,7 @@ def results(a, b):
     found, bounds = np.empty((4, 7)), np.empty((4, 5))
     for k, f in enumerate((one * two, one + two, one - two * 2.0, inverse(two))):
         found[k] = np.array([f.c0, f.c1, f.c2, f.c3, f.c4, f.c5, f.rest])
-        value, s, t = attained(f)
+        value, s, t = highest_sample(f)
         bounds[k] = np.array([bottom(f), top(f), value, s, t])
     return found, bounds
 
@@ -174,8 +174,8 @@ def test_extents_contain_every_sample(seed):
 
     widest -= 3.0
     found = beyond(Cylinder(3.0), accuracy)
-    assert found.seen.max() <= widest + 1e-3
-    assert widest <= found.upper.max() <= found.seen.max() + 0.02
+    assert found.attained.max() <= widest + 1e-3
+    assert widest <= found.upper.max() <= found.attained.max() + 0.02
 
     passed = np.maximum(4.0 - x[..., 2] - 4.0, x[..., 2] - 26.0).max()
     found = beyond(box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, 26.0)), Accuracy(1.0, 1.0, 0.003, 0.003, 0.01))

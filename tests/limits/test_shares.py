@@ -56,7 +56,7 @@ def test_shares_are_those_of_the_certified_values(make_body, table, waved, bulge
     body = start.with_control_points(waved(start, seed, 0.8, 0.01) if ends == "flat" else bulged(start, seed))
     found = of(body, spec)
     readings = [reading for reading in certified(body, spec).readings if reading.limit != "ends"]
-    used = {reading.limit: BY_NAME[reading.limit].used(reading.seen, reading.bound) for reading in readings}
+    used = {reading.limit: BY_NAME[reading.limit].used(reading.attained, reading.bound) for reading in readings}
     assert max(each.share.max() for each in found) == pytest.approx(max(used.values()), rel=0.03)
     counted = 0
     for reading in readings:
@@ -76,5 +76,5 @@ def test_two_walls_that_touch_within_a_surface(make_body, table, waved):
     found = of(start, table(envelope=20.0))[0]
     report = certified(start, table(envelope=20.0))
     worst = max((each for each in report.readings if each.limit != "ends"), key=lambda each: each.excess())
-    used = BY_NAME[worst.limit].used(worst.seen, worst.bound)
+    used = BY_NAME[worst.limit].used(worst.attained, worst.bound)
     assert used > 1.0 and found.share.max() == pytest.approx(used, rel=0.05)

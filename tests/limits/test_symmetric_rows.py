@@ -46,7 +46,7 @@ CASES = {
 
 
 def count(places):
-    return sum(len(found.seen) for found in places.values())
+    return sum(len(found.attained) for found in places.values())
 
 
 def problem_with(symmetry, chambers):
@@ -69,8 +69,8 @@ def test_one_knot_span_is_certified_for_its_images(symmetry, chambers, order):
         for one, other in zip(whole.readings, part.readings, strict=True):
             # Each is as bad as all points that the other has seen.
             sign = -1.0 if BY_NAME[one.limit].at_least else 1.0
-            assert sign * one.value >= sign * other.seen - 1e-9, one.limit
-            assert sign * other.value >= sign * one.seen - 1e-9, one.limit
+            assert sign * one.value >= sign * other.attained - 1e-9, one.limit
+            assert sign * other.value >= sign * one.attained - 1e-9, one.limit
         assert count(part.places) <= count(whole.places)
         assert bool(count(part.places)) == bool(count(whole.places))
 

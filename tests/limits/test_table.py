@@ -21,7 +21,7 @@ def test_a_bound_is_a_bound(limit, bound, beyond):
 def test_certificates_decide_where_the_optimiser_leaves_designs(make_body, table):
     """The optimiser aims 0.2 % within bounds on distances and meets that to half; there certificates must agree."""
     body = make_body()
-    attained = {reading.limit: reading.seen for reading in certified(body, table(wall=3.0, envelope=8.1)).readings}
+    attained = {reading.limit: reading.attained for reading in certified(body, table(wall=3.0, envelope=8.1)).readings}
     within = certified(body, table(wall=0.999 * attained["wall"], envelope=1.001 * attained["envelope"]))
     assert within["wall"].satisfied() and within["envelope"].satisfied()
     beyond = certified(body, table(wall=1.0001 * attained["wall"], envelope=0.9999 * attained["envelope"]))
@@ -44,7 +44,7 @@ def test_an_envelope_of_planes_is_certified_and_linearised(make_body, table, wav
         spec = Limits.model_validate(table().model_dump(mode="json", exclude_none=True) | {"envelope": envelope})
         found = certified(body, spec)["envelope"]
         assert found.bound == 0.0 and found.satisfied() == (beyond < 0.0)
-        assert found.seen - 1e-3 <= beyond <= found.value
+        assert found.attained - 1e-3 <= beyond <= found.value
         rows = tube_limits(body, spec).rows(body, 0.5, 1e9)
         of_kind = rows.kind == ROWS.index("envelope")
         assert 2.0 * rows.value[of_kind].max() == pytest.approx(beyond, abs=0.05)

@@ -108,7 +108,7 @@ def test_shares_of_limits_agree_with_the_certificate(run, problem):
     for number in (0, 2):
         readings = certified(run.load_design(number).body(problem), problem.limits).readings
         used = {
-            each.limit: BY_NAME[each.limit].used(each.seen, each.bound) for each in readings if each.limit != "ends"
+            each.limit: BY_NAME[each.limit].used(each.attained, each.bound) for each in readings if each.limit != "ends"
         }
         shares = [arrays[f"used {surface['key']}"][number] for surface in facts["surfaces"]]
         assert max(map(np.max, shares)) == pytest.approx(min(max(used.values()), MOST), rel=0.03)

@@ -49,11 +49,11 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         for sentence in warnings_of(rubbers_of(asked), found[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
     for reading in design.limits:
-        # The certified bound holds for all points; the value seen is that of the worst sample.
-        seen = without_rounding(reading.seen)
+        # The certified bound holds for all points; the attained value is that of the worst sample.
+        attained = without_rounding(reading.attained)
         at_bound = not reading.satisfied() and reading.touched()
         said = "; it is at its bound, and a design run begins just within it" if at_bound else ""
-        say(f"limit     {reading}, attained {seen:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
+        say(f"limit     {reading}, attained {attained:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
     states = linear_states(asked, at.space, at.disc, at.analysis)
     for name, value in states.values().items():
         if value is None:

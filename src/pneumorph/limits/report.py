@@ -1,7 +1,7 @@
 """Certified worst values of all limits on a body: bounds that hold on the whole surfaces, not only at samples.
 
-A value is the safe end of an enclosure, and `seen` is what some point attains. Near a limit the two differ by at most
-0.3 % of its bound. Rounding errors, about 1e-13 relative, are neglected.
+A value is the conservative end of an enclosure, and `attained` is what some point attains. Near a limit the two differ
+by at most 0.3 % of its bound. Rounding errors, about 1e-13 relative, are neglected.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class LimitReading:
         Name of the surface with the worst point found.
     q, r : float
         Parameters of that point on a tube; on an end disc those of the nearest point of its rim.
-    seen : float
+    attained : float
         The value attained there.
     scale : float
         What distances from the bound are divided by in rows, see `Limit.scale`.
@@ -54,7 +54,7 @@ class LimitReading:
     surface: str
     q: float
     r: float
-    seen: float
+    attained: float
     scale: float = 1.0
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -66,13 +66,13 @@ class LimitReading:
         """Distance beyond the bound, relative to it (in mm for the ends, whose bound is zero); positive if violated."""
         return BY_NAME[self.limit].excess(self.value, self.bound)
 
-    def seen_excess(self) -> float:
+    def attained_excess(self) -> float:
         """The same for the worst point found."""
-        return BY_NAME[self.limit].excess(self.seen, self.bound)
+        return BY_NAME[self.limit].excess(self.attained, self.bound)
 
     def touched(self) -> bool:
         """Whether the worst point found is at the bound, as near as the optimiser keeps designs within it."""
-        return self.bound != 0.0 and abs(self.seen - self.bound) <= BY_NAME[self.limit].aim * self.scale
+        return self.bound != 0.0 and abs(self.attained - self.bound) <= BY_NAME[self.limit].aim * self.scale
 
     def shown(self) -> str:
         """The value, with as many digits as tell it from its bound where it is beyond."""
@@ -157,7 +157,7 @@ def _readings(body: EnclosedBody, tallies: Mapping[str, Tally]) -> list[LimitRea
                 q=float(found.at[0]),
                 r=float(found.at[1]),
                 # Nothing is attained if all pieces are farther apart than the largest distance that is measured.
-                seen=limit.sign * min(worst, upper),
+                attained=limit.sign * min(worst, upper),
                 scale=alike[0].scale,
                 point=(x, y, z),
             )

@@ -81,8 +81,8 @@ def within(
             # Only where no sample is beyond the bound: added samples repair the rest, and where every limit is near, a
             # wider margin would push others beyond theirs, again and again.
             limit = BY_NAME[reading.limit]
-            if limit.satisfied(reading.seen, reading.bound):
-                short = abs(reading.value - reading.seen) / reading.scale
+            if limit.satisfied(reading.attained, reading.bound):
+                short = abs(reading.value - reading.attained) / reading.scale
                 margins[[BY_NAME[name].word == limit.word for name in ROWS]] += min(short, settings.widest)
         phi, places = search.nearest(phi, margins, places, broken)
         report = limits.certify(space.body(phi))

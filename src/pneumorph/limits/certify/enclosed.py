@@ -46,16 +46,16 @@ class Accuracy:
     decided: float
     relative_gap: float
 
-    def enough(self, seen: float, elsewhere: float) -> float:
+    def enough(self, attained: float, elsewhere: float) -> float:
         """Upper bound that needs no refinement, given the worst values attained on this surface and elsewhere."""
-        here = seen + max(self.gap, self.relative_gap * (self.bound - seen))
+        here = attained + max(self.gap, self.relative_gap * (self.bound - attained))
         return min(max(elsewhere, here), self.needed)
 
-    def close(self, seen: Floats) -> Floats:
-        """The same for single cells with the worst attained values `seen` (n,)."""
-        near = seen + self.gap * np.clip(np.abs(seen) / max(abs(self.bound), 1e-9), 1.0, 1e12)
-        decided = np.minimum(near, np.maximum(self.needed, seen + self.decided))
-        return np.where(seen > self.needed + self.decided, near, decided)
+    def close(self, attained: Floats) -> Floats:
+        """The same for single cells with the worst `attained` values (n,)."""
+        near = attained + self.gap * np.clip(np.abs(attained) / max(abs(self.bound), 1e-9), 1.0, 1e12)
+        decided = np.minimum(near, np.maximum(self.needed, attained + self.decided))
+        return np.where(attained > self.needed + self.decided, near, decided)
 
 
 class CellBounds(NamedTuple):
@@ -63,14 +63,14 @@ class CellBounds(NamedTuple):
 
     Attributes
     ----------
-    upper, seen : (n,) arrays
+    upper, attained : (n,) arrays
         Certified and attained values.
     at : (n, 3) array
         Where the latter are, see `places.Points`.
     """
 
     upper: Floats
-    seen: Floats
+    attained: Floats
     at: Floats
 
 
@@ -79,7 +79,7 @@ class Gaps(NamedTuple):
 
     Attributes
     ----------
-    lower, seen : (n,) arrays
+    lower, attained : (n,) arrays
         Certified lower bound, and the distance of an actual pair of points, mm.
     piece : (n, 2) array
         Indices of the pieces.
@@ -88,7 +88,7 @@ class Gaps(NamedTuple):
     """
 
     lower: Floats
-    seen: Floats
+    attained: Floats
     piece: Ints
     a: Floats
     b: Floats

@@ -22,13 +22,13 @@ class Points(NamedTuple):
     at : (n, 3) array
         Numbers by which the surface knows the points. Of a tube q, r and s: s is 1 on the tube itself; on an end disc
         (r = 0 or 1) it is the fraction of the way from its centre to its rim.
-    seen, certified : (n,) arrays
+    attained, certified : (n,) arrays
         The value there, and the certified one for its cell, in the limit's unit.
     """
 
     surface: Ints
     at: Floats
-    seen: Floats
+    attained: Floats
     certified: Floats
 
 
@@ -44,7 +44,7 @@ class Pairs(NamedTuple):
         Indices of the surfaces; the exterior is 0.
     a, b : (n, 3) arrays
         The closest points found, see `Points.at`.
-    seen, certified : (n,) arrays
+    attained, certified : (n,) arrays
         Their distance in mm, and the certified one of the two pieces of surfaces that contain them.
     """
 
@@ -52,7 +52,7 @@ class Pairs(NamedTuple):
     surface_b: Ints
     a: Floats
     b: Floats
-    seen: Floats
+    attained: Floats
     certified: Floats
 
 

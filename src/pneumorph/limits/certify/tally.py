@@ -39,10 +39,10 @@ class Tally:
 
     def points(self, surface: int, found: CellBounds) -> None:
         """Add the bounds on a surface's cells."""
-        self._worst(found.upper, found.seen, surface, found.at)
+        self._worst(found.upper, found.attained, surface, found.at)
         some, sign = ~(found.upper <= self.accuracy.needed), self.limit.sign
         on = np.full(np.count_nonzero(some), surface)
-        self._places.append(Points(on, found.at[some], sign * found.seen[some], sign * found.upper[some]))
+        self._places.append(Points(on, found.at[some], sign * found.attained[some], sign * found.upper[some]))
 
     def pairs(self, first: int, second: int, found: Gaps, beyond: float) -> None:
         """Add the distances between two surfaces, and the lower bound `beyond` of all other pairs of pieces.
@@ -55,11 +55,11 @@ class Tally:
         beyond : float
             Lower bound of all other pairs, mm.
         """
-        self._worst(-found.lower, -found.seen, first, found.a)
+        self._worst(-found.lower, -found.attained, first, found.a)
         self.upper = max(self.upper, -beyond)
         some = _nearest_uncertified(found, -self.accuracy.needed)
         between = np.full(len(some), first), np.full(len(some), second), found.a[some], found.b[some]
-        self._places.append(Pairs(*between, found.seen[some], found.lower[some]))
+        self._places.append(Pairs(*between, found.attained[some], found.lower[some]))
 
     def places(self) -> Points | Pairs:
         """All places where the limit is not certified."""
@@ -67,13 +67,13 @@ class Tally:
             return NO_POINTS
         return type(self._places[0])(*(np.concatenate(part) for part in zip(*self._places, strict=True)))
 
-    def _worst(self, upper: Floats, seen: Floats, surface: int, at: Floats) -> None:
+    def _worst(self, upper: Floats, attained: Floats, surface: int, at: Floats) -> None:
         if not len(upper):
             return
         self.upper = max(self.upper, float(upper.max()))
-        k = int(np.argmax(seen))
-        if seen[k] > self.worst:
-            self.worst, self.surface, self.at = float(seen[k]), surface, at[k]
+        k = int(np.argmax(attained))
+        if attained[k] > self.worst:
+            self.worst, self.surface, self.at = float(attained[k]), surface, at[k]
 
 
 def certify_pairs(
@@ -84,7 +84,7 @@ def certify_pairs(
     known = {couple: body.near(*couple) for couple in couples}
     # Nothing is refined that is farther than what is known of all limits with the same name for users.
     alike = [-other.worst for other in tallies.values() if other.limit.word == limit.word]
-    least = min([*alike, *(found.seen.min(initial=np.inf) for found in known.values())])
+    least = min([*alike, *(found.attained.min(initial=np.inf) for found in known.values())])
     for couple, near in known.items():
         tally.pairs(*couple, *body.gaps(*couple, tally.accuracy, near, min(least, -tally.worst)))
 
@@ -92,7 +92,7 @@ def certify_pairs(
 def _nearest_uncertified(found: Gaps, needed: float) -> NDArray[np.integer]:
     """Indices of pairs whose distance is not certified to be at least `needed`: of each piece only the nearest."""
     some = np.flatnonzero(~(found.lower >= needed))
-    some = some[np.isfinite(found.seen[some])]
-    some = some[np.argsort(found.seen[some], kind="stable")]
+    some = some[np.isfinite(found.attained[some])]
+    some = some[np.argsort(found.attained[some], kind="stable")]
     first = [np.unique(found.piece[some, side], return_index=True)[1] for side in (0, 1)]
     return some[np.unique(np.concatenate(first))]

@@ -190,5 +190,5 @@ def bounds(
         both = KnotSpans(np.zeros((0, 3, 4, 4)), np.tile(spans.q, (2, 1)), np.tile(r, (2, 1)), some)
         polynomials = np.concatenate([near, away]).reshape(count, 2, 4, 4)
         found.append(hull_bounds(polynomials, lambda net: -net[:, 0] / net[:, 1], both, accuracy, worst, cells))
-        worst = max(worst, float(found[-1].seen.max()))
+        worst = max(worst, float(found[-1].attained.max()))
     return found

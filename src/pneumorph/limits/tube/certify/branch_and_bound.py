@@ -96,11 +96,11 @@ def approach(pairs, sides, neighbourhood):
         Points nearer than this on the starting tube do not count, mm; all count if it is zero.
     """
     nets, others, boxes, other_boxes, size = sides
-    seen, at = np.empty(len(pairs)), np.full((len(pairs), 4), 0.5)
+    attained, at = np.empty(len(pairs)), np.full((len(pairs), 4), 0.5)
     for k in range(len(pairs)):
         i, j = pairs[k]
-        seen[k] = descend(nets[i], others[j], at[k], boxes[i], other_boxes[j], size, neighbourhood)
-    return seen, at
+        attained[k] = descend(nets[i], others[j], at[k], boxes[i], other_boxes[j], size, neighbourhood)
+    return attained, at
 
 
 @numba.njit(cache=True)
@@ -166,26 +166,26 @@ def least_distances(
     -------
     lower : (m,) array
         Lower bounds.
-    seen : (m,) array
+    attained : (m,) array
         Distances of actual points.
     at : (m, 4) array
         Their u, v on both patches.
     """
-    lower, seen, at = np.empty(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
+    lower, attained, at = np.empty(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
 
     def work(some: slice) -> None:
-        into = lower[some], seen[some], at[some]
+        into = lower[some], attained[some], at[some]
         _bound(pairs[some], tuple(sides), neighbourhood, asked, accuracy, most, into)
 
     each(work, [slice(first, first + _SHARE) for first in range(0, len(pairs), _SHARE)])
-    return lower, seen, at
+    return lower, attained, at
 
 
 @numba.njit(cache=True, nogil=True)
 def _bound(pairs, sides, neighbourhood, asked, accuracy, most, into):
     """The bounds of some pairs, see `least_distances`; fills its results, which are `into`."""
     nets, others, boxes, other_boxes, size = sides
-    lower, seen, at = into
+    lower, attained, at = into
     gap, decided, bound, needed = accuracy
     way, here, whole = np.empty(3), np.empty(4), np.empty(8)
     for c in range(8):
@@ -299,7 +299,7 @@ def _bound(pairs, sides, neighbourhood, asked, accuracy, most, into):
                 height += 1
         if asked <= best < np.inf and certified < asked:
             best = descend(a, b, place, box_a, box_b, size, neighbourhood)
-        lower[k], seen[k] = max(certified, 0.0), best
+        lower[k], attained[k] = max(certified, 0.0), best
 
 
 @numba.njit(cache=True)

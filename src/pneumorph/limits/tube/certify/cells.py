@@ -63,7 +63,7 @@ class Bounds(NamedTuple):
 
     Attributes
     ----------
-    upper, seen : (n, m) arrays
+    upper, attained : (n, m) arrays
         Certified upper bound, and a value that some point of the cell attains.
     place : (n, m, 2) array
         That point on the cell, from -1 to 1 in u and v.
@@ -72,7 +72,7 @@ class Bounds(NamedTuple):
     """
 
     upper: Floats
-    seen: Floats
+    attained: Floats
     place: Floats
     vary: Floats
 
@@ -177,18 +177,18 @@ def refine(
 
     Returns
     -------
-    upper, seen : (count, m) arrays
+    upper, attained : (count, m) arrays
     place : (count, m, 2) array
-        Where `seen` is attained, in u and v.
+        Where `attained` is attained, in u and v.
     """
     m = len(accuracies)
-    upper, seen, place = np.full((count, m), -np.inf), np.full((count, m), -np.inf), np.zeros((count, m, 2))
+    upper, attained, place = np.full((count, m), -np.inf), np.full((count, m), -np.inf), np.zeros((count, m, 2))
     cells, left = start, _MAX_CELLS * count
     for round in range(_ROUNDS + 1):
         found = evaluate(cells)
-        _raise(cells, found, seen, place)
+        _raise(cells, found, attained, place)
         enough = [
-            np.maximum(accuracy.enough(seen[:, k].max(), known), accuracy.close(seen[:, k]))
+            np.maximum(accuracy.enough(attained[:, k].max(), known), accuracy.close(attained[:, k]))
             for k, (accuracy, known) in enumerate(zip(accuracies, worst, strict=True))
         ]
         open_ = _above(cells.span, found.upper, np.stack(enough, axis=1))
@@ -199,7 +199,7 @@ def refine(
         if not open_.any():
             break
         cells = _halved(cells, found.vary, open_)
-    return upper, seen, place
+    return upper, attained, place
 
 
 def whole(count: int) -> Cells:
@@ -207,30 +207,30 @@ def whole(count: int) -> Cells:
     return Cells(np.arange(count), np.full((count, 2), 0.5), np.full((count, 2), 0.5))
 
 
-def span_bounds(spans: KnotSpans, upper: Floats, seen: Floats, place: Floats) -> CellBounds:
+def span_bounds(spans: KnotSpans, upper: Floats, attained: Floats, place: Floats) -> CellBounds:
     """The bounds of one quantity on the knot spans to bound, of those (n,) on all, with places (n, 2) in u and v.
 
     Parameters
     ----------
     spans : KnotSpans
-    upper, seen : (n,) arrays
+    upper, attained : (n,) arrays
         Certified and attained values on all knot spans.
     place : (n, 2) array
         Where the latter are, in u and v.
     """
     q = (spans.q[:, 0] + place[:, 0] * spans.q[:, 1]) % 1.0
     at = on_tube(q, spans.r[:, 0] + place[:, 1] * spans.r[:, 1])
-    return CellBounds(*(part[spans.own] for part in (upper, seen, at)))
+    return CellBounds(*(part[spans.own] for part in (upper, attained, at)))
 
 
 @numba.njit(cache=True, nogil=True)
-def _raise(cells, found, seen, place):
+def _raise(cells, found, attained, place):
     """Note values attained in cells that are worse than those known on their knot spans, and where they are."""
     for n in range(len(cells.span)):
         span = cells.span[n]
-        for k in range(seen.shape[1]):
-            if found.seen[n, k] > seen[span, k]:
-                seen[span, k] = found.seen[n, k]
+        for k in range(attained.shape[1]):
+            if found.attained[n, k] > attained[span, k]:
+                attained[span, k] = found.attained[n, k]
                 for c in range(2):
                     place[span, k, c] = cells.centre[n, c] + cells.half[n, c] * found.place[n, k, c]
 

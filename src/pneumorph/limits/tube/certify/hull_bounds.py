@@ -66,12 +66,12 @@ def hull_bounds(
         bend = [np.abs(np.diff(value, 2, axis=axis)).max(axis=(1, 2)) for axis in (2, 1)]
         return Bounds(
             upper=value.max(axis=(1, 2))[:, None],
-            seen=corners[np.arange(len(best)), best][:, None],
+            attained=corners[np.arange(len(best)), best][:, None],
             place=np.stack([best % 2, best // 2], axis=1)[:, None] * 2.0 - 1.0,
             vary=np.stack(bend, axis=1),
         )
 
     count = len(coefficients)
     start = (whole(count) if cells is None else cells).select(spans.own)
-    upper, seen, place = refine(evaluate, start, [accuracy], [worst], count)
-    return span_bounds(spans, upper[:, 0], seen[:, 0], place[:, 0])
+    upper, attained, place = refine(evaluate, start, [accuracy], [worst], count)
+    return span_bounds(spans, upper[:, 0], attained[:, 0], place[:, 0])

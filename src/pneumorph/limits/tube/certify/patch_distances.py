@@ -103,8 +103,8 @@ def nearest(first: Patches, second: Patches, neighbourhood: float) -> Gaps:
     some = np.argsort(away, kind="stable")[:_STARTS]
     some = some[np.isfinite(away[some])]
     pairs = np.stack([own[some], partner[some]], axis=1)
-    seen, at = approach(pairs, tuple(_sides(first, second)), neighbourhood)
-    return _found(first, second, pairs, np.full(len(pairs), np.inf), seen, at)
+    attained, at = approach(pairs, tuple(_sides(first, second)), neighbourhood)
+    return _found(first, second, pairs, np.full(len(pairs), np.inf), attained, at)
 
 
 def _sides(first: Patches, second: Patches) -> Sides:
@@ -136,7 +136,7 @@ def gaps(
     beyond : float
         Certified lower bound of the distance of all other pairs, mm.
     """
-    asked = _asked(known.seen, accuracy, worst)
+    asked = _asked(known.attained, accuracy, worst)
     pairs, away = candidates(first.centres, first.radii, second.centres, second.radii, asked, first is second)
     # One of every set of images is kept: on other surfaces either of its patches may be the one that is bounded.
     own = first.own[pairs[:, 0]] | second.own[pairs[:, 1]]
@@ -149,14 +149,14 @@ def gaps(
         pairs = pairs[order[:most]]
     # In random order, so that all threads have similar work.
     pairs = np.random.default_rng(0).permutation(pairs)
-    lower, seen, at = _bounded(pairs, first, second, neighbourhood, accuracy, known.seen, worst)
-    found = [known, _found(first, second, pairs, lower, seen, at)]
+    lower, attained, at = _bounded(pairs, first, second, neighbourhood, accuracy, known.attained, worst)
+    found = [known, _found(first, second, pairs, lower, attained, at)]
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
 
-def _asked(seen: Floats, accuracy: Accuracy, worst: float) -> float:
-    """Distance beyond which nothing is refined, from distances `seen` on these surfaces and the smallest elsewhere."""
-    least = min(seen.min(initial=np.inf), _FAR * -accuracy.bound)
+def _asked(attained: Floats, accuracy: Accuracy, worst: float) -> float:
+    """Distance beyond which nothing is refined, from attained distances on these surfaces and the least elsewhere."""
+    least = min(attained.min(initial=np.inf), _FAR * -accuracy.bound)
     return -accuracy.enough(-least, -worst)
 
 
@@ -170,16 +170,16 @@ def _bounded(
     worst: float,
 ) -> tuple[Floats, Floats, Floats]:
     """Lower bounds, attained distances and their u, v for pairs of patches; difficult pairs are subdivided further."""
-    lower, seen, at = np.zeros(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
+    lower, attained, at = np.zeros(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
     bound = -accuracy.bound
     broken = known.min(initial=np.inf) < _BROKEN * bound
     work = _WORK * (len(first.nets) + len(second.nets)) * (0.1 if broken else 1.0)
     for most, modest in _PASSES:
-        asked = _asked(np.append(known, seen), accuracy, worst)
+        asked = _asked(np.append(known, attained), accuracy, worst)
         sufficient = min(asked, -accuracy.needed) if modest else asked
-        nearest = np.minimum(seen, 1e9)
+        nearest = np.minimum(attained, 1e9)
         some = np.flatnonzero(lower < np.minimum(sufficient, -accuracy.close(-nearest)))
-        if not len(some) or seen.min() < _BROKEN * bound:
+        if not len(some) or attained.min() < _BROKEN * bound:
             break
         found, near, where = least_distances(
             pairs[some],
@@ -190,15 +190,15 @@ def _bounded(
             int(min(most, max(work / len(some), 4))),
         )
         lower[some] = np.maximum(lower[some], found)
-        closer = near < seen[some]
-        seen[some[closer]], at[some[closer]] = near[closer], where[closer]
-    return lower, seen, at
+        closer = near < attained[some]
+        attained[some[closer]], at[some[closer]] = near[closer], where[closer]
+    return lower, attained, at
 
 
-def _found(first: Patches, second: Patches, pairs: Ints, lower: Floats, seen: Floats, at: Floats) -> Gaps:
+def _found(first: Patches, second: Patches, pairs: Ints, lower: Floats, attained: Floats, at: Floats) -> Gaps:
     """The gaps of pairs of patches, with the u, v (n, 4) of their points."""
     i, j = pairs.T
-    return Gaps(lower, seen, pairs, _place(first, i, at[:, :2]), _place(second, j, at[:, 2:]))
+    return Gaps(lower, attained, pairs, _place(first, i, at[:, :2]), _place(second, j, at[:, 2:]))
 
 
 def _place(surface: Patches, patch: Ints, at: Floats) -> Floats:

@@ -27,7 +27,7 @@ from pneumorph.limits.tube.certify.cells import (
     span_bounds,
     whole,
 )
-from pneumorph.limits.tube.certify.taylor import attained, bottom, inverse, largest, modelled, top
+from pneumorph.limits.tube.certify.taylor import bottom, highest_sample, inverse, largest, modelled, top
 from pneumorph.limits.tube.measures.formulas import FLOOR, SMOOTHING, Form, Forms, forms, quantities
 from pneumorph.threads import each
 
@@ -121,8 +121,8 @@ def enclosed(
         each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
         return found
 
-    upper, seen, place = refine(evaluate, whole(len(spans.x)).select(spans.own), accuracies, worst, len(spans.x))
-    return [span_bounds(spans, upper[:, k], seen[:, k], place[:, k]) for k in range(4)]
+    upper, attained, place = refine(evaluate, whole(len(spans.x)).select(spans.own), accuracies, worst, len(spans.x))
+    return [span_bounds(spans, upper[:, k], attained[:, k], place[:, k]) for k in range(4)]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -132,7 +132,7 @@ def _enclose(parts, scale, broken, aspect, per_mm, cells, into):
     `broken` is None without poles: then what is for them is not compiled.
     """
     span, centre, half = cells
-    upper, seen, place, vary = into
+    upper, attained, place, vary = into
     local, slope = np.empty(parts.shape[1:]), np.zeros((4, 4))
     for n in range(len(span)):
         k = span[n]
@@ -142,9 +142,9 @@ def _enclose(parts, scale, broken, aspect, per_mm, cells, into):
             f = _flat_forms(local, slope, by_q, by_r, vary[n])
         else:
             f = _polar_forms(local, slope, by_q, by_r, vary[n])
-        _bound(f, aspect, per_mm, upper[n], seen[n], place[n])
+        _bound(f, aspect, per_mm, upper[n], attained[n], place[n])
         if broken is not None and broken[k]:
-            upper[n, 0], seen[n, 0] = np.inf, np.inf
+            upper[n, 0], attained[n, 0] = np.inf, np.inf
 
 
 @_compiled
@@ -213,7 +213,7 @@ def _vary(across, along, across_q, across_r, vary):
 
 
 @_compiled
-def _bound(f, aspect, per_mm, upper, seen, place):
+def _bound(f, aspect, per_mm, upper, attained, place):
     """Bounds of the four quantities (4,); denominators that may vanish are replaced by their floor."""
     # Of models; of the values at the centre; and of absolute values, which gives upper bounds.
     models = quantities(f, aspect, per_mm, inverse(f.area2), inverse(f.E), inverse(f.G))
@@ -245,12 +245,12 @@ def _bound(f, aspect, per_mm, upper, seen, place):
     rough = (rough[0], min(rough[1], 1.0), rough[2])
     lengths = least_E > FLOOR**2 and least_G > FLOOR**2
     for k in range(3):
-        upper[k], seen[k] = rough[k], exact[k]
+        upper[k], attained[k] = rough[k], exact[k]
         if lengths if k else least_area2 > FLOOR**2:
             upper[k] = min(top(models[k]), rough[k])
-            value, s, t = attained(models[k])
-            if value > seen[k]:
-                seen[k], place[k, 0], place[k, 1] = value, s, t
-    value, place[3, 0], place[3, 1] = attained(f.area2 * -1.0)
+            value, s, t = highest_sample(models[k])
+            if value > attained[k]:
+                attained[k], place[k, 0], place[k, 1] = value, s, t
+    value, place[3, 0], place[3, 1] = highest_sample(f.area2 * -1.0)
     upper[3] = -np.sqrt(max(least_area2, 0.0) + SMOOTHING**2)
-    seen[3] = -np.sqrt(max(-value, 0.0) + SMOOTHING**2)
+    attained[3] = -np.sqrt(max(-value, 0.0) + SMOOTHING**2)

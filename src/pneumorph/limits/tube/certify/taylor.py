@@ -164,7 +164,7 @@ def bottom(a):
 
 
 @_compiled
-def attained(a):
+def highest_sample(a):
     """A value that f reaches or exceeds on the cell, and s and t where it does: the centre, a corner or a middle."""
     best, at_s, at_t = a.c0 if np.isfinite(a.c0) else -np.inf, 0.0, 0.0
     for s in (-1.0, 0.0, 1.0):
