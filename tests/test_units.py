@@ -59,6 +59,7 @@ def test_degrees_become_radians():
         ("60 KPa", '"KPa" is not a known unit; write e.g. "60 kPa"'),
         ("60 kPa*2", '"kPa*2" is not a unit; write e.g. "60 kPa"'),
         ("nan kPa", '"nan kPa" is not a number with a unit; write e.g. "60 kPa"'),
+        ("2e7 kPa", '"2e7 kPa" is too large; write e.g. "60 kPa"'),
         ("1e999 kPa", '"1e999 kPa" is too large; write e.g. "60 kPa"'),
         (True, 'a pressure with its unit is expected here; write e.g. "60 kPa"'),
         (["60 kPa"], 'a pressure with its unit is expected here; write e.g. "60 kPa"'),
@@ -86,8 +87,9 @@ def test_any_unit_is_read_or_refused(text):
         assert str(error).endswith('write e.g. "60 kPa"')
 
 
-@given(st.sampled_from(KINDS), st.floats(-1e12, 1e12).filter(lambda x: x == 0 or abs(x) > 1e-15))
-def test_written_text_reads_back_exactly(kind, value):
+@given(st.sampled_from(KINDS), st.floats(-1, 1).filter(lambda x: x == 0 or abs(x) > 1e-20))
+def test_written_text_reads_back_exactly(kind, part):
+    value = part * min(kind.most, 1e12)
     assert units.parse(units.write(value, kind), kind) == value
 
 

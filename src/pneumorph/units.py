@@ -37,19 +37,23 @@ _NO_UNIT = (
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of quantity: its name, the unit used in the code, the unit it is written in, and an example."""
+    """A kind of quantity: its name, the unit used in the code, the unit it is written in, and an example.
+
+    `most` is the largest, in the unit used in the code, beyond all that robots have: what is above it is a slip.
+    """
 
     name: str
     inside: str
     written: str
     example: str
+    most: float = LARGEST
 
 
-LENGTH = Kind("a length", "mm", "mm", "80 mm")
+LENGTH = Kind("a length", "mm", "mm", "80 mm", 1e6)
 AREA = Kind("an area", "mm^2", "mm^2", "8 mm^2")
 PER_LENGTH = Kind("a number per length", "1/mm", "/mm", "0.6 /mm")
 CURVATURE = Kind("a number per area", "1/mm^2", "/mm^2", "0.3 /mm^2")
-PRESSURE = Kind("a pressure", "MPa", "kPa", "60 kPa")
+PRESSURE = Kind("a pressure", "MPa", "kPa", "60 kPa", 1e4)
 MODULUS = Kind("a modulus", "MPa", "MPa", "0.49 MPa")
 DENSITY = Kind("a density", "t/mm^3", "g/cm^3", "1.10 g/cm^3")
 ACCELERATION = Kind("an acceleration", "mm/s^2", "m/s^2", "9.81 m/s^2")
@@ -57,10 +61,10 @@ ACCELERATION = Kind("an acceleration", "mm/s^2", "m/s^2", "9.81 m/s^2")
 STANDARD_GRAVITY = 9810.0
 """mm/s²: the default of problem files, and that in which silicone and cores sag."""
 
-ANGLE = Kind("an angle", "rad", "deg", "30 deg")
+ANGLE = Kind("an angle", "rad", "deg", "30 deg", 63.0)
 MASS = Kind("a mass", "t", "g", "20 g")
-FORCE = Kind("a force", "N", "N", "2 N")
-MOMENT = Kind("a moment", "N*mm", "N*mm", "50 N*mm")
+FORCE = Kind("a force", "N", "N", "2 N", 1e8)
+MOMENT = Kind("a moment", "N*mm", "N*mm", "50 N*mm", 1e11)
 STIFFNESS = Kind("a stiffness", "N/mm", "N/mm", "4 N/mm")
 ROTATIONAL_STIFFNESS = Kind("a rotational stiffness", "N*mm/rad", "N*mm/rad", "100 N*mm/rad")
 
@@ -104,7 +108,7 @@ def parse(text: Any, kind: Kind) -> float:
     if not unit:
         raise ValueError(f'"{short(text)}" has no unit; {fix}')
     value = float(Decimal(number) * _factor(unit, kind))
-    if not abs(value) <= LARGEST:
+    if not abs(value) <= kind.most:
         raise ValueError(f'"{short(text)}" is too large; {fix}')
     return value
 

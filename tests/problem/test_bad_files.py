@@ -35,6 +35,7 @@ step = "0.2 mm"
 method = "sqp"
 iterations = 40
 """
+SPHERE = '[[obstacle]]\nname = "o"\nkind = "sphere"\ncenter = ["20 mm", "0 mm", "40 mm"]\nradius = "0.5 mm"\n'
 RIPPLE = 'ripple = { amplitude = "0.2 mm", period = "10 mm" }'
 GOOD = problem_text(REST, 80, 12, TWO_BESIDE, body=RIPPLE, head='title = "Two chambers"')
 
@@ -60,6 +61,19 @@ WRONG = [
     ('length = "80 mm"', 'length = "long"', "body.length", "not a number with a unit"),
     ('length = "80 mm"', 'length = "1e300 mm"', "body.length", "too large"),
     ('size = "2 mm"', 'size = "1e-300 mm"', "mesh.size", "too small"),
+    ('length = "80 mm"', 'length = "2 km"', "body.length", "too large"),
+    ('"60 kPa", B', '"2e4 MPa", B', "task[0].pressure.A", "too large"),
+    ("[gravity]", 'force = ["0 N", "0 N", "1e9 N"]\n[gravity]', "end_effector.force[2]", "too large"),
+    ("[limits]", f'turn = {{ o = ["0 deg", "1e9 deg", "0 deg"] }}\n{SPHERE}[limits]', "task[0].turn.o[1]", "too large"),
+    ("[limits]", f"{SPHERE.replace('20 mm', '9.5 mm')}[limits]", "obstacle[0].center", "is in the rubber"),
+    ('radius = "12 mm"', 'radius = "8.001 mm"', "body.chamber[0].center", "leaves a wall of 0.001 mm"),
+    ('center = ["-5 mm"', 'center = ["-1.001 mm"', "body.chamber[1]", 'leaves a wall of 0.001 mm to "A"'),
+    (
+        'envelope = { radius = "14 mm" }',
+        'envelope = { radius = "1e-9 mm" }',
+        "limits.envelope.radius",
+        "leaves no room",
+    ),
     ('length = "80 mm"', 'length = "-80 mm"', "body.length", "not above zero"),
     ('length = "80 mm"', "", "body.length", 'is missing; add e.g. length = "80 mm"'),
     ('length = "80 mm"', 'lenght = "80 mm"', "body.lenght", 'did you mean "length"?'),

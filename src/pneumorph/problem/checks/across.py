@@ -36,7 +36,7 @@ def inconsistencies(problem: Tables) -> list[Fault]:
         return [fault for check in together for fault in check(problem)]
     found = [*_names(problem), *_chambers_in_body(problem), *_no_lattice(problem)]
     relying = () if found else (_symmetry, _walls, check_regions, check_reinforcements)
-    for check in (*relying, _tasks, _ranges, _limits, _contact, _resolution):
+    for check in (*relying, _tasks, _ranges, _limits, _contact, _obstacles, _resolution):
         found += check(problem)
     return found
 
@@ -74,7 +74,7 @@ def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
                 f"{key}.span",
                 f"is shorter than its two hemispherical ends, {2 * chamber.mean_radius:g} mm; make it longer",
             )
-        yield from _out_of_the_body(body, chamber, key)
+        yield from _out_of_the_body(body, chamber, key, THIN * problem.mesh.size)
     for (i, one), (j, other) in combinations(enumerate(body.chamber), 2):
         across, along = _gaps(one, other)
         if max(across, along) <= 0:
@@ -82,12 +82,22 @@ def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
                 f"body.chamber[{j}]",
                 f'"{other.name}" overlaps "{one.name}" (body.chamber[{i}]); move one of them or make it smaller',
             )
+        elif max(across, along) < THIN * problem.mesh.size:
+            yield f"body.chamber[{j}]", f'leaves a wall of {max(across, along):.3g} mm to "{one.name}", {TOO_THIN}'
 
 
-def _out_of_the_body(body: BodySpec, chamber: ChamberSpec, key: str) -> Iterator[Fault]:
-    """Whether the cross-sections of a chamber are inside those of the body."""
+THIN = 1 / 100
+"""Thinnest wall across the axis, over the size of elements: in a thinner one no element has a sound shape."""
+
+TOO_THIN = "less than a hundredth of mesh.size, which cannot be meshed; move or shrink the chamber"
+
+
+def _out_of_the_body(body: BodySpec, chamber: ChamberSpec, key: str, thin: float) -> Iterator[Fault]:
+    """Whether the cross-sections of a chamber are inside those of the body, with walls that are not too thin."""
     if body.round and chamber.round:
         reach = math.hypot(*chamber.center) + chamber.radius
+        if 0.0 < body.radius - reach < thin and body.taper == chamber.taper == 1.0:
+            yield f"{key}.{_across(chamber)}", f"leaves a wall of {body.radius - reach:.3g} mm, {TOO_THIN}"
         if reach >= body.radius:
             yield (
                 f"{key}.{_across(chamber)}",
@@ -97,7 +107,11 @@ def _out_of_the_body(body: BodySpec, chamber: ChamberSpec, key: str) -> Iterator
         return
     for height, size in zip(chamber.span, (1.0, chamber.taper), strict=True):
         outside = body.outline.scaled(1.0 + (body.taper - 1.0) * height / body.length)
-        if outside.clearance(chamber.outline.scaled(size).moved(*chamber.center)) <= 0.0:
+        wall = outside.clearance(chamber.outline.scaled(size).moved(*chamber.center))
+        if 0.0 < wall < thin:
+            yield f"{key}.{_across(chamber)}", f"leaves a wall of {wall:.3g} mm, {TOO_THIN}"
+            return
+        if wall <= 0.0:
             yield (
                 f"{key}.{_across(chamber)}",
                 f"puts part of the chamber's section outside the body's at z = {height:g} mm; make the chamber smaller "
@@ -301,6 +315,12 @@ def _limits(problem: Tables) -> Iterator[Fault]:
             "is not symmetric as the body is by body.symmetry, about the middle of its axis; add the images of its "
             "planes, or leave out the symmetry",
         )
+    if limits.envelope and limits.envelope.radius is not None and limits.envelope.radius <= limits.wall:
+        yield (
+            "limits.envelope.radius",
+            f"{limits.envelope.radius:g} mm leaves no room for a chamber between walls of limits.wall = "
+            f"{limits.wall:g} mm; make it larger",
+        )
     if limits.fold.neighbourhood <= limits.fold.distance:
         yield (
             "limits.fold.neighbourhood",
@@ -338,6 +358,26 @@ def _contact(problem: Tables) -> Iterator[Fault]:
                 "contact.distance",
                 f"{distance:g} mm is more than half of limits.{key} = {least:g} mm, so surfaces would be in contact "
                 "at rest; make it smaller",
+            )
+
+
+def _obstacles(problem: Tables) -> Iterator[Fault]:
+    """Obstacles with a middle in the rubber of the start; one that crosses its surfaces is found once it is meshed."""
+    body = problem.body
+    for number, obstacle in enumerate(problem.obstacle):
+        x, y, z = getattr(obstacle, "center", (0.0, 0.0, -1.0))
+        tubes = [(body, 0.0, body.length), *((each, *each.span) for each in body.chamber)]
+        if not 0.0 < z < body.length:
+            continue
+        within = []
+        for tube, start, end in tubes:
+            outline = tube.outline.scaled(1.0 + (tube.taper - 1.0) * (z - start) / (end - start))
+            place = (0.0, 0.0) if tube is body else tube.center
+            within.append(start <= z <= end and bool(outline.moved(*place).contains(np.array([[x, y]]))[0]))
+        if within[0] and not any(within[1:]):
+            yield (
+                f"obstacle[{number}].center",
+                f'is in the rubber: "{obstacle.name}" would be part of the body; move it out',
             )
 
 
