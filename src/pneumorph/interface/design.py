@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from pneumorph.output.view import View
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Design:
     """A design of a problem.
 
@@ -360,6 +360,11 @@ class Design:
         fields = stored if stored is not None and name in stored.inflation else self._computed(inflated=True)
         film = inflation(self.problem, fields, self.results[name], name, self._view(cut, at))
         saved_gif(film.drawn(), Path(path))
+
+    def __repr__(self) -> str:
+        from pneumorph.interface.text import design_text
+
+        return design_text(self.problem, self.iteration, self.entry, len(self.pressures))
 
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import design_html

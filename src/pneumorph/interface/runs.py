@@ -24,7 +24,7 @@ ROUNDING = 1e-6
 """Largest distance in mm of a stored design from the shapes of its problem; designs as they are stored have 1e-12."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A run of a problem in a directory.
 
@@ -107,6 +107,11 @@ class Run:
             )
         problem = starting_from(self.problem, entry.reinforcements)
         return Design(problem, body, stored.pressures, number, entry, self.directory.fields(number))
+
+    def __repr__(self) -> str:
+        from pneumorph.interface.text import run_text
+
+        return run_text(self.problem, self.path, self.history, self.result)
 
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import run_html

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
     """The equilibria along sweeps of pressure.
 
@@ -65,6 +65,11 @@ class Sweep:
     def to_csv(self) -> str:
         """A table with a line per step and units in the header, as ``pneumorph simulate --csv`` writes it."""
         return csv_text(self.curves, self._chambers)
+
+    def __repr__(self) -> str:
+        from pneumorph.interface.text import sweep_text
+
+        return sweep_text(self.steps, self.seconds)
 
     def _repr_html_(self) -> str:
         from pneumorph.interface.html import table as html_table

@@ -39,7 +39,7 @@ class Amount(NamedTuple):
 
     def aimed_at(self, wanted: float | None) -> Amount:
         """The same with the target, in the same unit, in its words if there is one."""
-        return self if wanted is None else self._replace(word=f"{self.word}, target {self._replace(value=wanted)}")
+        return self if wanted is None else self._replace(word=f"{self.word} (target {self._replace(value=wanted)})")
 
 
 class Result(Protocol):
