@@ -375,19 +375,27 @@ for each in ENDLESS:
     attack(f"kill -9 of a program: {each}", each)(killed)
 
 
+def _late(*_: object) -> None:
+    raise Succeeded("it hangs")
+
+
 def main() -> int:
     """Make all attacks; how many have succeeded."""
     words, count = sys.argv[1:], 0
+    signal.signal(signal.SIGALRM, _late)
     # What is trusted here is nobody's.
     os.environ["XDG_CONFIG_HOME"] = tempfile.mkdtemp()
     for name, make in ATTACKS.items():
         if words and not any(word in name for word in words):
             continue
         with tempfile.TemporaryDirectory() as folder:
+            signal.alarm(int(HUNG))
             try:
                 verdict = make(Path(folder))
             except Succeeded as error:
                 verdict, count = f"SUCCEEDS: {error}", count + 1
+            finally:
+                signal.alarm(0)
         print(f"{name}: {verdict}", flush=True)
     return count
 
