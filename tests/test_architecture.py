@@ -45,7 +45,7 @@ ROOMS = {
     "geometry": ["bspline", "regions", "surface", "body", "design_space", "__init__", "tube", "lattice", "starting"],
     "mechanics": ["material", "elements", "contact", "assembly", "solve", "setup", "__init__"],
     "limits": [
-        *("__init__", "limit", "certify", "rows", "kinds", "tube"),
+        *("__init__", "limit", "certify", "rows", "kinds", "tube", "lattice"),
         *("table", "report", "linearised", "shares", "of_shape"),
     ],
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,12 +21,15 @@ class Basis:
     count : int
         Number of basis functions, which is the number of control points in this direction.
     periodic : bool
-        Whether the functions wrap around; otherwise both ends are clamped.
+        Whether the functions wrap around.
+    clamped : bool
+        Whether the ends are clamped, for functions that do not wrap around; else the knots continue beyond them.
     """
 
     degree: int
     count: int
     periodic: bool
+    clamped: bool = True
 
     @property
     def spans(self) -> int:
@@ -40,14 +43,14 @@ class Basis:
 
     @cached_property
     def knots(self) -> NDArray[np.float64]:
-        """The full knot vector: repeated at clamped ends, continued beyond [0, 1] when periodic."""
-        if self.periodic:
-            return np.arange(-self.degree, self.count + self.degree + 1) / self.count
+        """The full knot vector: repeated at clamped ends, else continued beyond [0, 1]."""
+        if self.periodic or not self.clamped:
+            return np.arange(-self.degree, self.spans + self.degree + 1) / self.spans
         return np.concatenate([np.zeros(self.degree), self.breaks, np.ones(self.degree)])
 
     @cached_property
     def greville(self) -> NDArray[np.float64]:
-        """The parameter of each control point (Greville abscissa); as control values they give f(t) = t if clamped."""
+        """The parameter of each control point (Greville abscissa); as control values they give t, unless periodic."""
         if self.periodic:
             return np.arange(self.count) / self.count
         windows = np.lib.stride_tricks.sliding_window_view(self.knots[1:-1], self.degree)
@@ -105,6 +108,17 @@ def periodic(count: int, degree: int = 3) -> Basis:
             f"a periodic basis needs an odd degree less than its count of functions; got {degree}, {count}"
         )
     return Basis(degree, count, periodic=True)
+
+
+def uniform(spans: int, degree: int = 3) -> Basis:
+    """A basis on `spans` equal knot spans of which all functions are alike; some reach beyond [0, 1].
+
+    Raises
+    ------
+    ValueError
+        If there is no knot span.
+    """
+    return replace(clamped(spans, degree), clamped=False)
 
 
 def clamped(spans: int, degree: int = 3) -> Basis:

@@ -10,20 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.lattice import LatticeSurface
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places, Points
 from pneumorph.limits.kinds.kind import Kind
+from pneumorph.limits.lattice.enclosed import EnclosedLattices
+from pneumorph.limits.lattice.neighbours import linked
+from pneumorph.limits.lattice.pieces import patches_of
+from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.linearised import Rows, linearised
 from pneumorph.limits.report import LimitReport, certify
 from pneumorph.limits.rows.sampled import SampledBody
 from pneumorph.limits.shares import Usage, usage
-from pneumorph.limits.table import KINDS
+from pneumorph.limits.table import LATTICE_KINDS, TUBE_KINDS
 from pneumorph.limits.tube.enclosed import enclosed_tubes
 from pneumorph.limits.tube.measures.grid import grid
 from pneumorph.limits.tube.sampled import SampledTubes
 from pneumorph.limits.tube.samples import LimitSamples, sample_limits
 from pneumorph.limits.tube.smooth import LimitFunctions
-from pneumorph.problem.solid import require_tube
+from pneumorph.problem.solid import SolidSpec
 from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
@@ -81,7 +86,7 @@ def limits_at(samples: LimitSamples) -> ShapeLimits:
     """The limits on bodies of tubes with these samples."""
     return ShapeLimits(
         samples.spec,
-        KINDS,
+        TUBE_KINDS,
         int(samples.first[-1]),
         lambda body: SampledTubes(samples, body),
         lambda body: enclosed_tubes(body, samples.spec, samples.own_spans),
@@ -93,14 +98,29 @@ def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] =
     return limits_at(sample_limits(body, spec, group))
 
 
+def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float) -> ShapeLimits:
+    """The limits on all bodies of a run, of this length in mm, that are displaced by the lattices of a body."""
+    patches = tuple(map(patches_of, body.surfaces))
+    known = length, patches, tuple(linked(each, spec.fold.neighbourhood) for each in patches)
+    return ShapeLimits(
+        spec,
+        LATTICE_KINDS,
+        sum(len(each.nodes) for each in patches),
+        lambda body: SampledLattices(body, spec, *known),
+        lambda body: EnclosedLattices(body, spec, *known),
+    )
+
+
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
-    return tube_limits(body, problem.limits, operations(require_tube(problem.body, "designed").symmetry))
+    if isinstance(problem.body, SolidSpec):
+        return lattice_limits(body, problem.limits, problem.body.length)
+    return tube_limits(body, problem.limits, operations(problem.body.symmetry))
 
 
 def certified(body: Body, spec: Limits) -> LimitReport:
     """The certified worst values of limits on a body that need not be symmetric."""
-    return certify(KINDS, enclosed_tubes(body, spec))
+    return certify(TUBE_KINDS, enclosed_tubes(body, spec))
 
 
 def build_limit_functions(
@@ -121,7 +141,7 @@ def build_limit_functions(
         See `LimitFunctions`.
     """
     return LimitFunctions(
-        kinds=KINDS,
+        kinds=TUBE_KINDS,
         grids=tuple(grid(surface, per_span) for surface in body.surfaces),
         slices=body.slices,
         length=float(body.exterior.net[-1, 0, 2]),

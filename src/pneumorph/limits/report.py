@@ -14,6 +14,7 @@ from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places
 from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.kinds.kind import Enclosed, Kind
+from pneumorph.limits.kinds.region import ENVELOPE
 from pneumorph.limits.table import BY_NAME, OF_SHAPE
 
 NOISE = 1e-9
@@ -111,7 +112,8 @@ class LimitReport:
     def values(self) -> dict[str, float | None]:
         """Certified values by their keys in the history; None for limits that the problem does not have."""
         found = {reading.limit: reading.value for reading in self.readings}
-        return {limit.key: found.get(limit.name) for limit in OF_SHAPE if limit.key is not None}
+        own = (limit for limit in OF_SHAPE if limit.name in found or limit.name == ENVELOPE.name)
+        return {limit.key: found.get(limit.name) for limit in own if limit.key is not None}
 
     def violated(self) -> tuple[LimitReading, ...]:
         """Limits that are not certified to be satisfied."""

@@ -9,6 +9,7 @@ from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.kinds.region import ENDS, ENVELOPE, PLANES, Inside, between_ends, within_envelope
 from pneumorph.limits.kinds.states import MARGIN, STRAIN
 from pneumorph.limits.kinds.wall import Walls
+from pneumorph.limits.lattice.scaling import Scalings
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.tube.rim import Rims
 from pneumorph.limits.tube.shape import Shapes
@@ -16,7 +17,7 @@ from pneumorph.limits.tube.shape import Shapes
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
 
-KINDS: tuple[Kind[Any, Any, Any], ...] = (
+TUBE_KINDS: tuple[Kind[Any, Any, Any], ...] = (
     Walls(),
     Inside(PLANES, between_ends, cavities=True),
     Folds(),
@@ -25,12 +26,20 @@ KINDS: tuple[Kind[Any, Any, Any], ...] = (
     Inside(ENDS, between_ends, cavities=False, ends=False),
     Inside(ENVELOPE, within_envelope, cavities=False),
 )
-"""The kinds of limits that the shape alone decides, in the order in which they are shown."""
+"""The kinds of limits that the shape of a body of tubes decides, in the order in which they are shown."""
+
+LATTICE_KINDS: tuple[Kind[Any, Any, Any], ...] = (
+    Walls(),
+    Folds(),
+    Scalings(),
+    Inside(ENVELOPE, within_envelope, cavities=False),
+)
+"""The same of a body from a file. Its exterior contains base and tip, so walls there need no limit of their own."""
 
 OF_STATES = (STRAIN, MARGIN)
 """The limits that the states of the tasks decide, see `optimize.states`."""
 
-OF_SHAPE = tuple(limit for kind in KINDS for limit in kind.limits)
+OF_SHAPE = tuple(dict.fromkeys(limit for kind in (*TUBE_KINDS, *LATTICE_KINDS) for limit in kind.limits))
 
 BY_NAME = {limit.name: limit for limit in (*OF_SHAPE, *OF_STATES)}
 
@@ -40,5 +49,7 @@ ROWS = tuple(limit.name for limit in sorted(OF_SHAPE, key=lambda limit: limit no
 
 def in_history(limits: Limits) -> list[tuple[Limit, str, float]]:
     """The limits of a problem that its history contains, in the order they are shown: limit, key and bound."""
-    found = ((limit, limit.key, limit.read(limits)) for limit in BY_NAME.values())
+    kinds = TUBE_KINDS if limits.scaling is None else LATTICE_KINDS
+    own = (*(limit for kind in kinds for limit in kind.limits), *OF_STATES)
+    found = ((limit, limit.key, limit.read(limits)) for limit in own)
     return [(limit, key, bound) for limit, key, bound in found if key is not None and bound is not None]

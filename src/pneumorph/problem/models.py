@@ -385,8 +385,20 @@ class Stretch(Table):
         return {"anyOf": [Quantity(units.CURVATURE, "positive").json_schema(), handler(schema)]}
 
 
+class Scaling(Table):
+    """How lengths at a surface of a body from a file may change relative to the file, in any direction."""
+
+    least: Annotated[Number, Field(gt=0, lt=1)] = 0.5
+    """Least ratio."""
+    largest: Annotated[Number, Field(gt=1, le=100)] = 2.0
+    """Largest ratio."""
+
+
 class Limits(Table):
-    """Limits that every design satisfies; the defaults are those of the paper's Table I."""
+    """Limits that every design satisfies; the defaults are those of the paper's Table I.
+
+    Curvature, skew and stretch are for tubes, scaling is for bodies from files.
+    """
 
     wall: PositiveLength = 2.0
     """Least distance of two surfaces, and of a chamber from the end planes."""
@@ -398,6 +410,8 @@ class Limits(Table):
     """Largest cos² of the angle between parameter lines."""
     stretch: Stretch = Stretch()
     """Largest squared relative change of the spacing of parameter lines per length."""
+    scaling: Scaling | None = None
+    """Least and largest change of lengths at the surfaces of a body from a file."""
     envelope: Envelope | None = None
     """The space that must contain the exterior."""
     strain: Annotated[Number, Field(gt=0)] | None = None

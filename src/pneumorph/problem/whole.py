@@ -11,10 +11,9 @@ from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 
 from pneumorph.problem.changes import change
 from pneumorph.problem.checks.across import inconsistencies
-from pneumorph.problem.models import (
-    Pressure,
-)
+from pneumorph.problem.models import Pressure, Scaling
 from pneumorph.problem.reasons import faults_of, refusal
+from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.tables import Tables
 
 
@@ -48,7 +47,7 @@ class Problem(Tables):
     @model_validator(mode="wrap")
     @classmethod
     def _sound(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Report invalid input in one line, and give every task a pressure for every chamber."""
+        """Report invalid input in one line, and give every task a pressure for every chamber, bodies their limits."""
         try:
             problem = handler(data)
         except ValidationError as error:
@@ -67,6 +66,8 @@ class Problem(Tables):
             for task in problem.task
         ]
         object.__setattr__(problem, "task", tuple(tasks))
+        if isinstance(problem.body, SolidSpec) and problem.limits.scaling is None:
+            object.__setattr__(problem, "limits", problem.limits.model_copy(update={"scaling": Scaling()}))
         return problem
 
     def with_changes(self, changes: Mapping[str, Any]) -> Problem:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from pneumorph.cad.shells import quarters
-from pneumorph.geometry.bspline import Basis, clamped
+from pneumorph.geometry.bspline import Basis, uniform
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Lattice:
     @property
     def bases(self) -> list[Basis]:
         """Along x, y and z."""
-        return [clamped(count) for count in self.spans]
+        return [uniform(count) for count in self.spans]
 
     def points(self) -> Array:
         """Control points (n, 3), mm, with which every place is where it is."""
@@ -59,8 +59,9 @@ class Lattice:
             first = np.clip((t * basis.spans).astype(int), 0, basis.spans - 1)
             near = first[:, None] + np.arange(basis.degree + 1)
             own = np.take_along_axis(basis.matrix(t, order[k]), near, axis=1) / width ** order[k]
-            values = (values[:, :, None] * own[:, None, :]).reshape(len(places), -1)
-            numbers = (numbers[:, :, None] * basis.count + near[:, None, :]).reshape(len(places), -1)
+            shape = len(places), values.shape[1] * own.shape[1]
+            values = (values[:, :, None] * own[:, None, :]).reshape(shape)
+            numbers = (numbers[:, :, None] * basis.count + near[:, None, :]).reshape(shape)
         return numbers, values
 
     @property

@@ -56,6 +56,8 @@ def _names(problem: Tables) -> Iterator[Fault]:
 def _no_lattice(problem: Tables) -> Iterator[Fault]:
     if problem.design is not None:
         yield "design", "is for bodies from files; give body.control_density in its place"
+    if problem.limits.scaling is not None:
+        yield "limits.scaling", "is for bodies from files; for tubes there are curvature, skew and stretch"
 
 
 def _chambers_in_body(problem: Tables) -> Iterator[Fault]:

@@ -1,0 +1,310 @@
+"""A body from a file by the triangles of its faces, as certificates ask about it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from pneumorph.geometry import Body
+from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
+from pneumorph.limits.lattice.neighbours import Links, close_pairs
+from pneumorph.limits.lattice.pieces import Displaced, Patches, Pieces, displaced
+from pneumorph.limits.lattice.triangles import distances
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+LEVELS = 12
+"""Most divisions of a triangle: its pieces then deviate by less than rounding errors from flat ones."""
+
+FULL = 5
+"""After so many, only whether a limit holds is decided, not its worst value."""
+
+FULL_OF_FOLDS = 1
+"""The same within a surface, where points on the edge of the neighbourhood are the nearest ones far from the limit."""
+
+MOST = 3_000_000
+"""Most pieces, or pairs of them, at a time: where surfaces lie in each other, no more is found out."""
+
+_NEAREST = 6
+_STARTS = 256
+_BROKEN = 0.5  # fraction of the limit: surfaces nearer than this need no accurate bounds
+_FAR = 2.0  # largest distance that is measured, relative to the limit
+# A convex function on a ball is at most the largest of its values at the corners of the octahedron around it.
+_AROUND = np.sqrt(3.0) * np.vstack([np.eye(3), -np.eye(3)])
+
+
+@dataclass(frozen=True, eq=False)
+class EnclosedLattices:
+    """An `EnclosedBody` whose cells are the triangles of its faces. Points are triangles with their second and third
+    barycentric coordinates.
+
+    Attributes
+    ----------
+    body : Body
+    spec : problem.Limits
+    length : float
+        See `EnclosedBody`.
+    patches : sequence of Patches
+        Of each surface, the exterior first.
+    links : sequence of Links
+        Which triangles of each surface are neighbours.
+    """
+
+    body: Body
+    spec: Limits
+    length: float
+    patches: Sequence[Patches]
+    links: Sequence[Links]
+
+    @property
+    def own(self) -> range:
+        return range(len(self.patches))
+
+    @cached_property
+    def surfaces(self) -> list[Displaced]:
+        """Each surface with bounds of the derivatives of its map."""
+        return [displaced(*each) for each in zip(self.body.surfaces, self.patches, strict=True)]
+
+    @cached_property
+    def whole(self) -> list[Pieces]:
+        """The triangles of each surface."""
+        return [surface.pieces() for surface in self.surfaces]
+
+    def position(self, number: int, at: Floats) -> Floats:
+        patch, bary = coordinates(at)
+        return self.surfaces[number].at(patch, bary)
+
+    def farthest(self, number: int, value: Callable[[Floats], Floats], accuracy: Accuracy, worst: float) -> CellBounds:
+        def bounds(pieces: Pieces) -> tuple[Floats, Floats]:
+            seen = value(pieces.x)
+            around = pieces.x[:, :, None] + pieces.error[:, None, None, None] * _AROUND
+            return np.maximum(value(around).max(axis=(1, 2)), seen.max(axis=1)), seen
+
+        return self.bounded(number, bounds, accuracy, worst)
+
+    def bounded(
+        self,
+        number: int,
+        bounds: Callable[[Pieces], tuple[Floats, Floats]],
+        accuracy: Accuracy,
+        worst: float,
+    ) -> CellBounds:
+        """Bounds of a quantity on the triangles of a surface.
+
+        Parameters
+        ----------
+        number : int
+            Index of the surface.
+        bounds : function
+            Upper bounds (n,) of the quantity on pieces, and its values (n, 3) at their corners.
+        accuracy : Accuracy
+        worst : float
+            Worst value attained elsewhere.
+        """
+        surface, pieces = self.surfaces[number], self.whole[number]
+        count = len(pieces.patch)
+        upper, seen, at = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros((count, 3))
+        for level in range(LEVELS + 1):
+            above, values = bounds(pieces)
+            best = values.argmax(axis=1)
+            attained = values[np.arange(len(best)), best]
+            order = np.argsort(attained, kind="stable")
+            better = order[attained[order] > seen[pieces.patch[order]]]
+            # The largest of each triangle is written last.
+            seen[pieces.patch[better]] = attained[better]
+            corner = pieces.bary[better, best[better]]
+            at[pieces.patch[better]] = np.column_stack([pieces.patch[better], corner[:, 1:]])
+            needed = accuracy.enough(float(seen.max()), worst) if level < FULL else accuracy.needed
+            open_ = above > np.maximum(needed, accuracy.close(seen[pieces.patch]))
+            if level == LEVELS or 4 * np.count_nonzero(open_) > MOST:
+                open_[:] = False
+            np.maximum.at(upper, pieces.patch[~open_], above[~open_])
+            if not open_.any():
+                break
+            pieces = surface.divided(pieces[np.flatnonzero(open_)])
+        return CellBounds(upper, seen, at)
+
+    def near(self, first: int, second: int) -> Gaps:
+        one, other = self.whole[first], self.whole[second]
+        away, j = KDTree(other.x.mean(axis=1)).query(one.x.mean(axis=1), min(_NEAREST, len(other.patch)))
+        i, j = np.repeat(np.arange(len(one.patch)), j.size // len(j)), j.ravel()
+        if first == second:
+            apart = ~self.links[first].hold(i, j)
+            i, j, away = i[apart], j[apart], away.ravel()[apart]
+        some = np.argsort(away.ravel(), kind="stable")[: _STARTS * _NEAREST]
+        i, j = i[some], j[some]
+        found = self._attained(first, second, one, other, i, j, distances(one.x, other.x, i, j))
+        some = np.isfinite(found[0])
+        return Gaps(
+            np.full(np.count_nonzero(some), np.inf),
+            found[0][some],
+            np.stack([i, j], axis=1)[some],
+            *(part[some] for part in found[1:]),
+        )
+
+    def gaps(self, first: int, second: int, accuracy: Accuracy, known: Gaps, worst: float) -> tuple[Gaps, float]:
+        def asked(seen: Floats) -> float:
+            least = min(seen.min(initial=np.inf), known.seen.min(initial=np.inf), _FAR * -accuracy.bound)
+            return -accuracy.enough(-least, -worst)
+
+        one, other = self.whole[first], self.whole[second]
+        beyond = asked(np.zeros(0))
+        i, j = close_pairs(one.x, other.x, beyond + one.error + other.error.max())
+        if first == second:
+            i, j = i[i <= j], j[i <= j]
+        pairs = np.stack([i, j], axis=1)
+        lower, seen, a, b = self._distances(first, second, pairs, accuracy, asked)
+        found = [known, Gaps(lower, seen, pairs, a, b)]
+        return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
+
+    def _distances(
+        self, first: int, second: int, pairs: Ints, accuracy: Accuracy, asked: Callable[[Floats], float]
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """Lower bounds of the distances of pairs of triangles, attained distances, and points where these are."""
+        count, bound = len(pairs), -accuracy.bound
+        lower, seen = np.full(count, np.inf), np.full(count, np.inf)
+        a, b = np.zeros((count, 3)), np.zeros((count, 3))
+        one, other = self.whole[first], self.whole[second]
+        origin, (i, j) = np.arange(count), pairs.T
+        bends, known = np.zeros((count, 3, 3)), np.zeros(count, bool)
+        if first == second:
+            known = self.links[first].hold(i, j)
+            starts, ends = self.patches[first].spans
+            low, high = np.minimum(starts[i], starts[j]), np.maximum(ends[i], ends[j])
+            bends[known] = self.surfaces[first].bends_over(low[known], high[known])
+        for level in range(LEVELS + 1):
+            least = np.zeros(len(origin))
+            if first == second:
+                within, least = self._beside(first, one, other, i, j, origin, bends, known)
+                least[within] = np.inf
+            full = level < (FULL_OF_FOLDS if first == second else FULL)
+            measured = np.flatnonzero(least < self._asked(seen, origin, accuracy, asked, full))
+            flat = distances(one.x, other.x, i[measured], j[measured])
+            gap = flat[0] - one.error[i[measured]] - other.error[j[measured]]
+            least[measured] = np.maximum(least[measured], gap)
+            # Only what may be nearer than all that is known is evaluated.
+            nearer = np.flatnonzero(least[measured] < seen[origin[measured]])
+            some = measured[nearer]
+            found = self._attained(first, second, one, other, i[some], j[some], tuple(part[nearer] for part in flat))
+            order = np.argsort(-found[0], kind="stable")
+            order = order[found[0][order] < seen[origin[some[order]]]]
+            to = origin[some[order]]
+            seen[to], a[to], b[to] = found[0][order], found[1][order], found[2][order]
+            open_ = least < self._asked(seen, origin, accuracy, asked, full)
+            last = level == LEVELS or 16 * np.count_nonzero(open_) > MOST
+            if last or seen.min(initial=np.inf) < _BROKEN * bound:
+                open_[:] = False
+            np.minimum.at(lower, origin[~open_], least[~open_])
+            if not open_.any():
+                break
+            some = np.flatnonzero(open_)
+            origin, i, j = origin[some], i[some], j[some]
+            one, other, origin, i, j = self._divided(first, second, one, other, origin, i, j)
+        return np.maximum(lower, 0.0), seen, a, b
+
+    @staticmethod
+    def _asked(seen: Floats, origin: Ints, accuracy: Accuracy, asked: Callable[[Floats], float], full: bool) -> Floats:
+        """Lower bounds (n,) that need no refinement, of pairs that come from `origin`."""
+        enough = asked(seen) if full else min(asked(seen), -accuracy.needed)
+        return np.minimum(enough, -accuracy.close(-np.minimum(seen, 1e9)))[origin]
+
+    def _divided(
+        self, first: int, second: int, one: Pieces, other: Pieces, origin: Ints, i: Ints, j: Ints
+    ) -> tuple[Pieces, Pieces, Ints, Ints, Ints]:
+        """The pairs of the four parts of pieces, of which each pair comes from `origin`."""
+        here, i = np.unique(i, return_inverse=True)
+        there, j = np.unique(j, return_inverse=True)
+        one, other = self.surfaces[first].divided(one[here]), self.surfaces[second].divided(other[there])
+        parts = np.arange(4)
+        i = np.repeat((4 * i[:, None] + parts).ravel(), 4)
+        j = np.tile(4 * j[:, None] + parts, (1, 4)).ravel()
+        return one, other, np.repeat(origin, 16), i, j
+
+    def _attained(
+        self,
+        first: int,
+        second: int,
+        one: Pieces,
+        other: Pieces,
+        i: Ints,
+        j: Ints,
+        flat: tuple[Floats, ...],
+    ) -> tuple[Floats, Floats, Floats]:
+        """Distances of points of pairs of pieces, and the points: those that are closest on the flat triangles.
+
+        Of points within the neighbourhood on one surface the distance is infinite.
+        """
+        _, u, v = flat
+        here, there = (np.einsum("nc,ncb->nb", part, side.bary[k]) for part, side, k in ((u, one, i), (v, other, j)))
+        a, b = one.patch[i], other.patch[j]
+        away = np.linalg.norm(self.surfaces[first].at(a, here) - self.surfaces[second].at(b, there), axis=1)
+        if first == second:
+            patches = self.patches[first]
+            between = np.linalg.norm(patches.places(a, here) - patches.places(b, there), axis=1)
+            away[self.links[first].hold(a, b) & (between < self.spec.fold.neighbourhood)] = np.inf
+        return away, np.column_stack([a, here[:, 1:]]), np.column_stack([b, there[:, 1:]])
+
+    def _beside(
+        self, number: int, one: Pieces, other: Pieces, i: Ints, j: Ints, origin: Ints, bends: Floats, known: Mask
+    ) -> tuple[Mask, Floats]:
+        """Of pairs of pieces of a surface: which are wholly in the neighbourhood of each other, and lower bounds of the
+        distances of points that count.
+
+        Between two points the map φ changes, along the straight way between them in the reference, by at least the
+        least stretch of its gradient at one place, minus by how much the gradient differs from that on the way. Such
+        bounds are zero where triangles are not linked.
+        """
+        middles = one.place.mean(axis=1)
+        least = np.linalg.svd(self.surfaces[number].gradients(middles), compute_uv=False)[:, -1]
+        within, lower = np.zeros(len(i), bool), np.zeros(len(i))
+        sides = (one.place, one.bulge, middles, least), (other.place, other.bulge)
+        _beside(*sides, i, j, origin, bends, known, self.spec.fold.neighbourhood, within, lower)
+        return within, lower
+
+
+def coordinates(at: Floats) -> tuple[Ints, Floats]:
+    """Triangles (n,) and barycentric coordinates (n, 3) of points (n, 3) given as in `places.Points`."""
+    return at[:, 0].astype(int), np.column_stack([1.0 - at[:, 1] - at[:, 2], at[:, 1:]])
+
+
+@numba.njit(cache=True, nogil=True)
+def _beside(one, other, i, j, origin, bends, known, neighbourhood, within, lower):
+    """Fill in what `EnclosedLattices._beside` returns."""
+    (place_a, bulge_a, middles, least), (place_b, bulge_b) = one, other
+    reach = np.empty(3)
+    for n in range(len(i)):
+        if not known[origin[n]]:
+            continue
+        a, b = i[n], j[n]
+        spread, bulge = 0.0, bulge_a[a] + bulge_b[b]
+        for k in range(3):
+            for m in range(3):
+                away = 0.0
+                for c in range(3):
+                    away += (place_a[a, k, c] - place_b[b, m, c]) ** 2
+                spread = max(spread, away)
+        within[n] = np.sqrt(spread) + bulge < neighbourhood
+        for c in range(3):
+            reach[c] = 0.0
+            for k in range(3):
+                reach[c] = max(reach[c], abs(place_a[a, k, c] - middles[a, c]), abs(place_b[b, k, c] - middles[a, c]))
+            reach[c] += bulge
+        differs = 0.0
+        for k in range(3):
+            by = 0.0
+            for c in range(3):
+                by += bends[origin[n], k, c] * reach[c]
+            differs += by * by
+        lower[n] = neighbourhood * max(least[a] - np.sqrt(differs), 0.0)

@@ -1,0 +1,142 @@
+"""A body from a file at the nodes of the triangles of its faces, as linearised limits ask about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneumorph.geometry import Body
+from pneumorph.limits.lattice.enclosed import coordinates
+from pneumorph.limits.lattice.neighbours import Links, close_pairs
+from pneumorph.limits.lattice.pieces import Displaced, Patches, Pieces, displaced
+from pneumorph.limits.lattice.triangles import distances
+from pneumorph.limits.rows.sampled import DIGITS, Couples, Placed, Sums, worst_of_cells
+
+if TYPE_CHECKING:
+    from pneumorph.problem import Limits
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.integer]
+
+NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
+"""Second and third barycentric coordinates of the nodes of a triangle."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLattices:
+    """A `SampledBody` whose cells are the triangles of its faces, and whose samples (m, 6) are their nodes.
+
+    Points are triangles with their second and third barycentric coordinates.
+
+    Attributes
+    ----------
+    body : Body
+    spec : problem.Limits
+    length : float
+        See `SampledBody`.
+    patches : sequence of Patches
+        Of each surface, the exterior first.
+    links : sequence of Links
+        Which triangles of each surface are neighbours.
+    """
+
+    body: Body
+    spec: Limits
+    length: float
+    patches: Sequence[Patches]
+    links: Sequence[Links]
+
+    @cached_property
+    def first(self) -> Ints:
+        """The first cell of each surface, and their number."""
+        return np.concatenate([[0], np.cumsum([len(each.nodes) for each in self.patches])])
+
+    @cached_property
+    def surfaces(self) -> list[Displaced]:
+        """Each surface as it is displaced."""
+        return [displaced(*each) for each in zip(self.body.surfaces, self.patches, strict=True)]
+
+    @cached_property
+    def whole(self) -> list[Pieces]:
+        """The triangles of each surface."""
+        return [surface.pieces() for surface in self.surfaces]
+
+    def positions(self, number: int) -> Floats:
+        surface = self.body.surfaces[number]
+        return self.surfaces[number].map(surface.outline)[surface.patches]
+
+    def in_end_planes(self, number: int) -> NDArray[np.bool_]:
+        return np.zeros(self.body.surfaces[number].patches.shape, bool)
+
+    def worst(self, number: int, c: Floats, least: float) -> Placed:
+        node = np.round(c, DIGITS).argmax(axis=1)
+        patch = np.flatnonzero(c[np.arange(len(c)), node] > least)
+        return self.placed(number, np.column_stack([patch, NODES[node[patch]]]))
+
+    def placed(self, number: int, at: Floats) -> Placed:
+        return Placed(number, self.first[number] + at[:, 0].astype(int), at)
+
+    def sums(self, points: Placed) -> Sums:
+        numbers, weights = self.body.surfaces[points.number].lattice.sums(self.places(points.number, points.at))
+        return Sums(self.body.slices[points.number].start + numbers, weights)
+
+    def places(self, number: int, at: Floats) -> Floats:
+        """Where points (n, 3) are in the reference, (n, 3) in mm."""
+        return self.patches[number].places(*coordinates(at))
+
+    def couples(self, first: int, second: int, bound: float, reach: float) -> Couples:
+        i, j, distance, u, v = self._near(first, second, bound + reach)
+        # Of every triangle the nearest one, of either surface.
+        pick = np.unique(np.concatenate([worst_of_cells(-distance, i), worst_of_cells(-distance, j)]))
+        i, j, u, v = i[pick], j[pick], u[pick], v[pick]
+        one = self.placed(first, np.column_stack([i, u[:, 1:]]))
+        other = self.placed(second, np.column_stack([j, v[:, 1:]]))
+        outward = None
+        if first != second:
+            a, b, c = np.moveaxis(self.whole[second].x[j], 1, 0)
+            normals = np.cross(b - a, c - a)
+            outward = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        return Couples(one.cell, self.sums(one), self.sums(other), outward)
+
+    def apart(self, number: int, bound: float) -> Floats:
+        found = np.full(len(self.patches[number].nodes), np.inf)
+        for other in range(len(self.patches)):
+            if other != number:
+                i, _, distance, _, _ = self._near(number, other, bound)
+                np.minimum.at(found, i, distance)
+        return np.repeat(found[:, None], 6, axis=1)
+
+    def folded(self, number: int, bound: float) -> Floats:
+        found = np.full(len(self.patches[number].nodes), np.inf)
+        i, j, distance, _, _ = self._near(number, number, bound)
+        np.minimum.at(found, i, distance)
+        np.minimum.at(found, j, distance)
+        return np.repeat(found[:, None], 6, axis=1)
+
+    def pooled(self, number: int, values: Floats) -> Floats:
+        surface = self.body.surfaces[number]
+        found = np.full(len(surface.outline), -np.inf)
+        np.maximum.at(found, surface.patches, values)
+        return found
+
+    def _near(self, first: int, second: int, within: float) -> tuple[Ints, Ints, Floats, Floats, Floats]:
+        """Pairs of triangles within a distance, mm, their distances, and the closest points (n, 3) of both.
+
+        Triangles are taken as flat. On one surface points count that are not within the neighbourhood.
+        """
+        one, other = self.whole[first], self.whole[second]
+        i, j = close_pairs(one.x, other.x, within)
+        if first == second:
+            i, j = i[i < j], j[i < j]
+        distance, u, v = distances(one.x, other.x, i, j)
+        some = np.flatnonzero(distance < within)
+        if first == second:
+            here, there = (self.patches[first].places(k[some], part[some]) for k, part in ((i, u), (j, v)))
+            near = np.linalg.norm(here - there, axis=1) < self.spec.fold.neighbourhood
+            some = some[~(near & self.links[first].hold(i[some], j[some]))]
+        return i[some], j[some], distance[some], u[some], v[some]

@@ -1,0 +1,156 @@
+"""Limits on bodies from files: distances of triangles, what encloses displaced faces, certificates, and rows."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import KDTree
+from solids import box, cylinder, problem, written
+
+from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.limits.lattice.pieces import displaced, patches_of
+from pneumorph.limits.lattice.scaling import scalings
+from pneumorph.limits.lattice.triangles import distances
+from pneumorph.limits.of_shape import limits_of
+from pneumorph.limits.table import ROWS
+from pneumorph.optimize.smoothing import build_smoothing
+from pneumorph.problem import loads
+
+LIMITS = """
+[design]
+spacing = "5 mm"
+[limits]
+wall = "1.5 mm"
+envelope = { radius = "13 mm" }
+"""
+STEPS = np.linspace(0.0, 1.0, 13)
+GRID = np.array([[1 - u - v, u, v] for u in STEPS for v in STEPS if u + v <= 1 + 1e-12])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A file with a block that has a round void and a slot of 1.4 mm in its side."""
+    where = tmp_path_factory.mktemp("limits")
+    block = box((-8, -7, 0), (8, 7, 24)) - cylinder(3, 4, 20, x=-3)
+    written(block - box((2, -9, 9), (9, 9, 10.4)), where / "block.step")
+    return where
+
+
+@pytest.fixture(scope="module")
+def block(folder):
+    asked = loads(problem("block.step", size="4 mm") + LIMITS, folder=folder)
+    return asked, space_of(asked), limits_of(asked, body_of(asked))
+
+
+def moved(space, seed, far):
+    z = build_smoothing(space).apply(np.random.default_rng(seed).uniform(-1, 1, space.n))
+    return space.body(space.start + far * z / np.abs(z).max())
+
+
+def dense(surface):
+    """Points of all triangles of a displaced surface, and where they are in the reference."""
+    patches = patches_of(surface)
+    count = len(patches.nodes)
+    places = patches.places(np.repeat(np.arange(count), len(GRID)), np.tile(GRID, (count, 1)))
+    return surface.lattice.weights(places) @ surface.net, places
+
+
+CORNER = st.tuples(*[st.floats(-1, 1, width=16)] * 3)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(CORNER, min_size=6, max_size=6), st.floats(-2, 2, width=16))
+def test_distances_of_triangles(corners, apart):
+    a, b = np.array(corners).reshape(2, 1, 3, 3)
+    b = b + np.array([0, 0, apart])
+    distance, u, v = distances(a, b, np.array([0]), np.array([0]))
+    one, other = GRID @ a[0], GRID @ b[0]
+    sampled = np.linalg.norm(one[:, None] - other, axis=2).min()
+    assert distance[0] <= sampled + 1e-9
+    gap = 3.0 * 0.5 * np.linalg.norm(np.ptp(np.concatenate([a[0], b[0]]), axis=0)) / (len(STEPS) - 1)
+    assert distance[0] >= sampled - gap - 1e-9
+    assert np.linalg.norm(u[0] @ a[0] - v[0] @ b[0]) == pytest.approx(distance[0], abs=1e-6)
+
+
+@pytest.mark.parametrize(("seed", "far"), [(0, 0.5), (1, 2.0)])
+def test_pieces_contain_their_points(block, seed, far):
+    body = moved(block[1], seed, far)
+    for surface in body.surfaces:
+        shown = displaced(surface, patches_of(surface))
+        pieces, errors = shown.pieces(), []
+        for _ in range(3):
+            inside = np.einsum("gc,ncb->ngb", GRID, pieces.bary).reshape(-1, 3)
+            points = shown.at(np.repeat(pieces.patch, len(GRID)), inside).reshape(len(pieces.patch), -1, 3)
+            away = np.linalg.norm(points - np.einsum("gc,ncb->ngb", GRID, pieces.x), axis=2).max(axis=1)
+            assert (away <= pieces.error + 1e-9).all()
+            errors.append(pieces.error.max())
+            pieces = shown.divided(pieces)
+        assert errors[2] == pytest.approx(errors[0] / 16, rel=0.2)
+
+
+def test_points_and_gradients_are_those_of_the_lattice(block):
+    surface = moved(block[1], 2, 1.0).exterior
+    places = dense(surface)[1][::50]
+    shown = displaced(surface, patches_of(surface))
+    np.testing.assert_allclose(shown.map(places), surface.lattice.weights(places) @ surface.net, atol=1e-12)
+    for axis, order in enumerate(((1, 0, 0), (0, 1, 0), (0, 0, 1))):
+        slope = surface.lattice.weights(places, order) @ surface.net
+        np.testing.assert_allclose(shown.gradients(places)[:, :, axis], slope, atol=1e-12)
+
+
+@pytest.mark.parametrize(("seed", "far"), [(3, 0.3), (4, 0.8)])
+def test_certificates_contain_dense_samples(block, seed, far):
+    _, space, limits = block
+    body = moved(space, seed, far)
+    report = limits.certify(body)
+    points = [dense(surface) for surface in body.surfaces]
+    wall = KDTree(points[1][0]).query(points[0][0])[0].min()
+    assert report["wall"].value <= wall
+    assert report["wall"].seen == pytest.approx(wall, abs=0.02)
+    assert report["wall"].value == pytest.approx(report["wall"].seen, abs=0.02)
+    radius = np.hypot(*points[0][0][:, :2].T).max()
+    assert radius <= report["envelope"].value <= radius + 0.05
+    found = [
+        scalings(displaced(s, patches_of(s)).gradients(x)) for s, (_, x) in zip(body.surfaces, points, strict=True)
+    ]
+    least, largest = min(each[:, 0].min() for each in found), max(each[:, 1].max() for each in found)
+    assert report["least scaling"].value <= least + 1e-12
+    assert report["largest scaling"].value >= largest - 1e-12
+    assert least > 0
+    # The slot is the only fold; its sides are not near each other along the surface.
+    x, places = points[0]
+    below, above = (np.abs(places[:, 2] - z) < 1e-6 for z in (9.0, 10.4))
+    inner = places[:, 0] > 5.0
+    slot = KDTree(x[below & inner]).query(x[above & inner])[0].min()
+    assert report["fold"].value <= slot
+
+
+def test_a_slot_is_a_fold_and_flat_faces_are_none(folder):
+    text = problem("block.step", size="4 mm") + LIMITS + 'fold = { distance = "1.6 mm", neighbourhood = "2.4 mm" }\n'
+    asked = loads(text, folder=folder)
+    body = body_of(asked)
+    report = limits_of(asked, body).certify(body)
+    assert report["fold"].value == pytest.approx(1.4, abs=0.01)
+    assert [each.limit for each in report.violated()] == ["fold"]
+    places = report.places["fold"]
+    assert set(places.surface_a) == {0}
+    wider = loads(text.replace("1.6 mm", "1.3 mm"), folder=folder)
+    assert limits_of(wider, body).certify(body).satisfied()
+
+
+def test_rows_are_derivatives(block):
+    _, space, limits = block
+    body = moved(space, 5, 0.8)
+    step = 1e-4 * np.random.default_rng(6).normal(size=3 * space.reference.n_points)
+    other = body.with_control_points(body.control_points() + step.reshape(-1, 3))
+    rows = limits.rows(body, 3.0, -0.99)
+    predicted = rows.value + rows.jacobian @ step
+    again = limits.rows(other, 3.0, -0.99)
+    for name in ("wall", "fold", "least scaling", "largest scaling", "envelope"):
+        number = ROWS.index(name)
+        assert (rows.kind == number).any(), name
+        worst = [np.max(values[kind == number]) for values, kind in ((predicted, rows.kind), (again.value, again.kind))]
+        before = rows.value[rows.kind == number].max()
+        # Points that are closest on flat triangles are nearly so on the faces.
+        share = 0.15 if name in ("wall", "fold") else 0.02
+        assert worst[0] == pytest.approx(worst[1], abs=share * abs(worst[1] - before) + 1e-8), name
