@@ -88,9 +88,9 @@ class EnclosedLattices:
 
     def farthest(self, number: int, value: Callable[[Floats], Floats], accuracy: Accuracy, worst: float) -> CellBounds:
         def bounds(pieces: Pieces) -> tuple[Floats, Floats]:
-            seen = value(pieces.x)
+            attained = value(pieces.x)
             around = pieces.x[:, :, None] + pieces.error[:, None, None, None] * _AROUND
-            return np.maximum(value(around).max(axis=(1, 2)), seen.max(axis=1)), seen
+            return np.maximum(value(around).max(axis=(1, 2)), attained.max(axis=1)), attained
 
         return self.bounded(number, bounds, accuracy, worst)
 
@@ -115,26 +115,26 @@ class EnclosedLattices:
         """
         surface, pieces = self.surfaces[number], self.whole[number]
         count = len(pieces.patch)
-        upper, seen, at = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros((count, 3))
+        upper, attained, at = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros((count, 3))
         for level in range(LEVELS + 1):
             above, values = bounds(pieces)
             best = values.argmax(axis=1)
-            attained = values[np.arange(len(best)), best]
-            order = np.argsort(attained, kind="stable")
-            better = order[attained[order] > seen[pieces.patch[order]]]
+            here = values[np.arange(len(best)), best]
+            order = np.argsort(here, kind="stable")
+            better = order[here[order] > attained[pieces.patch[order]]]
             # The largest of each triangle is written last.
-            seen[pieces.patch[better]] = attained[better]
+            attained[pieces.patch[better]] = here[better]
             corner = pieces.bary[better, best[better]]
             at[pieces.patch[better]] = np.column_stack([pieces.patch[better], corner[:, 1:]])
-            needed = accuracy.enough(float(seen.max()), worst) if level < FULL else accuracy.needed
-            open_ = above > np.maximum(needed, accuracy.close(seen[pieces.patch]))
+            needed = accuracy.enough(float(attained.max()), worst) if level < FULL else accuracy.needed
+            open_ = above > np.maximum(needed, accuracy.close(attained[pieces.patch]))
             if level == LEVELS or 4 * np.count_nonzero(open_) > MOST:
                 open_[:] = False
             np.maximum.at(upper, pieces.patch[~open_], above[~open_])
             if not open_.any():
                 break
             pieces = surface.divided(pieces[np.flatnonzero(open_)])
-        return CellBounds(upper, seen, at)
+        return CellBounds(upper, attained, at)
 
     def near(self, first: int, second: int) -> Gaps:
         one, other = self.whole[first], self.whole[second]
@@ -155,8 +155,8 @@ class EnclosedLattices:
         )
 
     def gaps(self, first: int, second: int, accuracy: Accuracy, known: Gaps, worst: float) -> tuple[Gaps, float]:
-        def asked(seen: Floats) -> float:
-            least = min(seen.min(initial=np.inf), known.seen.min(initial=np.inf), _FAR * -accuracy.bound)
+        def asked(attained: Floats) -> float:
+            least = min(attained.min(initial=np.inf), known.attained.min(initial=np.inf), _FAR * -accuracy.bound)
             return -accuracy.enough(-least, -worst)
 
         one, other = self.whole[first], self.whole[second]
@@ -165,8 +165,8 @@ class EnclosedLattices:
         if first == second:
             i, j = i[i <= j], j[i <= j]
         pairs = np.stack([i, j], axis=1)
-        lower, seen, a, b = self._distances(first, second, pairs, accuracy, asked)
-        found = [known, Gaps(lower, seen, pairs, a, b)]
+        lower, attained, a, b = self._distances(first, second, pairs, accuracy, asked)
+        found = [known, Gaps(lower, attained, pairs, a, b)]
         return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
     def _distances(
@@ -174,7 +174,7 @@ class EnclosedLattices:
     ) -> tuple[Floats, Floats, Floats, Floats]:
         """Lower bounds of the distances of pairs of triangles, attained distances, and points where these are."""
         count, bound = len(pairs), -accuracy.bound
-        lower, seen = np.full(count, np.inf), np.full(count, np.inf)
+        lower, attained = np.full(count, np.inf), np.full(count, np.inf)
         a, b = np.zeros((count, 3)), np.zeros((count, 3))
         one, other = self.whole[first], self.whole[second]
         origin, (i, j) = np.arange(count), pairs.T
@@ -190,21 +190,21 @@ class EnclosedLattices:
                 within, least = self._beside(first, one, other, i, j, origin, bends, known)
                 least[within] = np.inf
             full = level < (FULL_OF_FOLDS if first == second else FULL)
-            measured = np.flatnonzero(least < self._asked(seen, origin, accuracy, asked, full))
+            measured = np.flatnonzero(least < self._asked(attained, origin, accuracy, asked, full))
             flat = distances(one.x, other.x, i[measured], j[measured])
             gap = flat[0] - one.error[i[measured]] - other.error[j[measured]]
             least[measured] = np.maximum(least[measured], gap)
             # Only what may be nearer than all that is known is evaluated.
-            nearer = np.flatnonzero(least[measured] < seen[origin[measured]])
+            nearer = np.flatnonzero(least[measured] < attained[origin[measured]])
             some = measured[nearer]
             found = self._attained(first, second, one, other, i[some], j[some], tuple(part[nearer] for part in flat))
             order = np.argsort(-found[0], kind="stable")
-            order = order[found[0][order] < seen[origin[some[order]]]]
+            order = order[found[0][order] < attained[origin[some[order]]]]
             to = origin[some[order]]
-            seen[to], a[to], b[to] = found[0][order], found[1][order], found[2][order]
-            open_ = least < self._asked(seen, origin, accuracy, asked, full)
+            attained[to], a[to], b[to] = found[0][order], found[1][order], found[2][order]
+            open_ = least < self._asked(attained, origin, accuracy, asked, full)
             last = level == LEVELS or 16 * np.count_nonzero(open_) > MOST
-            if last or seen.min(initial=np.inf) < _BROKEN * bound:
+            if last or attained.min(initial=np.inf) < _BROKEN * bound:
                 open_[:] = False
             np.minimum.at(lower, origin[~open_], least[~open_])
             if not open_.any():
@@ -212,13 +212,15 @@ class EnclosedLattices:
             some = np.flatnonzero(open_)
             origin, i, j = origin[some], i[some], j[some]
             one, other, origin, i, j = self._divided(first, second, one, other, origin, i, j)
-        return np.maximum(lower, 0.0), seen, a, b
+        return np.maximum(lower, 0.0), attained, a, b
 
     @staticmethod
-    def _asked(seen: Floats, origin: Ints, accuracy: Accuracy, asked: Callable[[Floats], float], full: bool) -> Floats:
+    def _asked(
+        attained: Floats, origin: Ints, accuracy: Accuracy, asked: Callable[[Floats], float], full: bool
+    ) -> Floats:
         """Lower bounds (n,) that need no refinement, of pairs that come from `origin`."""
-        enough = asked(seen) if full else min(asked(seen), -accuracy.needed)
-        return np.minimum(enough, -accuracy.close(-np.minimum(seen, 1e9)))[origin]
+        enough = asked(attained) if full else min(asked(attained), -accuracy.needed)
+        return np.minimum(enough, -accuracy.close(-np.minimum(attained, 1e9)))[origin]
 
     def _divided(
         self, first: int, second: int, one: Pieces, other: Pieces, origin: Ints, i: Ints, j: Ints
