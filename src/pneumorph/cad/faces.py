@@ -35,6 +35,18 @@ class Faces:
 
 
 def compact(points: np.ndarray, triangles: np.ndarray, face: np.ndarray, names: tuple[str, ...] = ()) -> Faces:
-    """Faces with nodes of triangles only, in the order of their numbers."""
+    """Faces with nodes of triangles only, in the order of their numbers.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+        Of all nodes, mm.
+    triangles : (T, 6) int
+        With mid-side nodes.
+    face : (T,) int
+        The face of each triangle.
+    names : tuple of str
+        Of the faces.
+    """
     used, numbers = np.unique(triangles, return_inverse=True)
     return Faces(points[used], numbers.reshape(-1, 6), face, names)

@@ -79,7 +79,18 @@ class Tally:
 def certify_pairs(
     body: EnclosedBody, couples: Sequence[tuple[int, int]], limit: Limit, tallies: Mapping[str, Tally]
 ) -> None:
-    """Enclose the distances between pairs of surfaces, or within surfaces, in the tally of their limit."""
+    """Enclose the distances between pairs of surfaces, or within surfaces, in the tally of their limit.
+
+    Parameters
+    ----------
+    body : EnclosedBody
+    couples : sequence of (int, int)
+        Numbers of two surfaces, or twice the same.
+    limit : Limit
+        On distances.
+    tallies : {limit: Tally}
+        Of all limits; that of this limit is added to.
+    """
     tally = tallies[limit.name]
     known = {couple: body.near(*couple) for couple in couples}
     # Nothing is refined that is farther than what is known of all limits with the same name for users.

@@ -62,6 +62,13 @@ class EnclosedTubes:
         return positions_at(self.body, number, at)
 
     def farthest(self, number: int, value: Callable[[Floats], Floats], accuracy: Accuracy, worst: float) -> CellBounds:
+        """See `EnclosedBody.farthest`.
+
+        Parameters
+        ----------
+        number, value, accuracy, worst
+            As for `EnclosedBody.farthest`.
+        """
         spans = self.spans[number]
         return hull_bounds(spans.x, lambda net: value(np.moveaxis(net, 1, -1)), spans, accuracy, worst)
 
@@ -69,6 +76,13 @@ class EnclosedTubes:
         return nearest(*self._sides(first, second))
 
     def gaps(self, first: int, second: int, accuracy: Accuracy, known: Gaps, worst: float) -> tuple[Gaps, float]:
+        """See `EnclosedBody.gaps`.
+
+        Parameters
+        ----------
+        first, second, accuracy, known, worst
+            As for `EnclosedBody.gaps`.
+        """
         return gaps(*self._sides(first, second), accuracy, known, worst)
 
     def _sides(self, first: int, second: int) -> tuple[Patches, Patches, float]:

@@ -91,6 +91,13 @@ class SampledTubes:
         return sums_at(self.body, points.number, points.at)
 
     def couples(self, first: int, second: int, bound: float, reach: float) -> Couples:
+        """See `SampledBody.couples`.
+
+        Parameters
+        ----------
+        first, second, bound, reach
+            As for `SampledBody.couples`.
+        """
         return self._folds(first, bound + reach) if first == second else self._walls(first, second, bound, reach)
 
     def apart(self, number: int, bound: float) -> Floats:

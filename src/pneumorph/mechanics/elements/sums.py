@@ -83,7 +83,17 @@ def _back(measure: Measure, X: Values, u: Values, data: Values, weight: Values, 
 
 
 def cap_volumes(X: Values, u: Values, data: Values, weight: Values) -> Array:
-    """What caps (E, 4, 3) over ports add to the volumes of chambers (C,), mm³; see `volumes`."""
+    """What caps (E, 4, 3) over ports add to the volumes of chambers (C,), mm³; see `volumes`.
+
+    Parameters
+    ----------
+    X, u : (E, 4, 3) arrays
+        Nodes of the caps and their displacements, mm.
+    data : (E, C) array
+        Shares in the volumes of chambers.
+    weight : (E,) array
+        1, or 0 for padding.
+    """
     return (weight * triangle_volumes(cap_triangles(jnp.asarray(X + u)))) @ jnp.asarray(data)
 
 
