@@ -154,7 +154,7 @@ class WallAlone:
         distance, near = KDTree(other).query(one)
         return distance, (one - other[near]) / distance[:, None], sparse.hstack([B, -C[near]]).tocsr()
 
-    def rows(self, body, reach, least, places=None, broken=None):
+    def rows(self, body, reach, least, places=None, violated=None):
         distance, way, by_points = self.pairs(body)
         near = np.flatnonzero(distance < self.wall + reach)
         axes = [sparse.diags_array(-way[near, k]) @ by_points[near] / self.wall for k in range(3)]

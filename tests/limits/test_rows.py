@@ -85,7 +85,7 @@ def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_bod
     spec = table(envelope=7.5)
     limits, found = tube_limits(body, spec), certified(body, spec)
     assert not len(limits.rows(body, -1e6, 1e9).value)
-    rows = limits.rows(body, -1e6, 1e9, broken=found.places)
+    rows = limits.rows(body, -1e6, 1e9, violated=found.places)
     places = found.places
     for name in ("wall", "planes", "fold", "rim", "ends", "envelope"):
         limit = BY_NAME[name]
@@ -96,7 +96,7 @@ def test_places_that_a_certificate_finds_are_rows_with_what_it_has_seen(make_bod
         assert np.sort(value) == pytest.approx(np.sort(beyond), rel=5e-3, abs=5e-3), name
     way = np.random.default_rng(2).normal(size=points.shape) * 1e-6
     way[np.min(np.abs(points[:, 2, None] - [0.0, 1.5, 28.5, 30.0]), axis=1) < 1e-9] = 0.0
-    moved = limits.rows(body.with_control_points(points + way), -1e6, 1e9, broken=found.places)
+    moved = limits.rows(body.with_control_points(points + way), -1e6, 1e9, violated=found.places)
     assert moved.value - rows.value == pytest.approx(rows.jacobian @ way.ravel(), rel=1e-4, abs=1e-9)
 
 

@@ -237,8 +237,8 @@ def test_a_design_beyond_its_limits_is_brought_within(stage):
 def test_a_start_beyond_its_limits_is_brought_within_first(old, new, limit):
     first = next(design(loads(FILE.replace(old, new))))
     assert isinstance(first, BroughtWithin)
-    assert len(first.broken) == 1
-    assert first.broken[0].startswith(f"{limit} is")
+    assert len(first.violated) == 1
+    assert first.violated[0].startswith(f"{limit} is")
     assert 0.1 < first.moved_mm < 2.0
 
 

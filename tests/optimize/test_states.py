@@ -81,7 +81,7 @@ def test_what_is_expected_of_the_next_step():
     states = StateLimits(np.array([-0.1, -0.002]), np.array([[1.0, 0.0], [0.0, 1.0]]), two, (1.0, 1.5))
     assert states.values() == pytest.approx({"strain": 0.9, "margin": 1.503})
     step = np.array([0.2, 0.0])
-    assert not states.broken and states.worst() == -0.002
+    assert not states.violated and states.worst() == -0.002
     assert states.worst(step) == pytest.approx(0.1)
     # The step led to 0.15 instead of 0.1: half of the curvature times 0.04 mm².
     curvature = states.curvature(0.15, step)

@@ -18,7 +18,7 @@ LEAST = {"mm": 0.05, "°": 0.1}
 """Motions of the tip below which they are not worth telling."""
 
 
-def certainty(objective: ObjectiveTable, found: TaskResult, rates: MotionRates) -> Iterator[str]:
+def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates) -> Iterator[str]:
     """Sentences on the motion of a task: how it changes with pressures and rubber, and the tip's other motions."""
     for name, sign in objective.tip_motions.items():
         k, unit = MOTIONS.index(name), "mm" if name in MOTIONS[:3] else "°"
@@ -29,7 +29,7 @@ def certainty(objective: ObjectiveTable, found: TaskResult, rates: MotionRates) 
             by.append(changed)
         yield f"{MOTION_WORDS[name]} changes by {', '.join(by)}"
     if objective.tip_motions:
-        others = [motion_amount(name, 1.0, found) for name in MOTIONS if name not in objective.tip_motions]
+        others = [motion_amount(name, 1.0, result) for name in MOTIONS if name not in objective.tip_motions]
         large = [f"{other.word} {other}" for other in others if abs(other.value) >= LEAST[other.unit]]
         if large:
             yield f"the tip also moves: {', '.join(large)}"

@@ -73,7 +73,7 @@ class Screen:
                 self._started(event)
             case BroughtWithin():
                 self.say(
-                    f"the start is not certified to satisfy limits: {'; '.join(event.broken)}; its surfaces were "
+                    f"the start is not certified to satisfy limits: {'; '.join(event.violated)}; its surfaces were "
                     f"moved by up to {event.moved_mm:.2g} mm, after which it is"
                 )
             case DesignAccepted():

@@ -16,11 +16,11 @@ THIN = 1 / 3
 
 def found_in(body: SolidSpec, size: float) -> Iterator[tuple[str, str]]:
     """Lines on what is in a file, each with its style; `size` is that of the elements, mm."""
-    found = findings_of(body.outline)
-    box = " × ".join(f"{part:.4g}" for part in found.upper - found.lower)
+    findings = findings_of(body.outline)
+    box = " × ".join(f"{part:.4g}" for part in findings.upper - findings.lower)
     yield (
-        f"body      {box} mm, from {place(found.lower)} to {place(found.upper)}; {found.faces} faces, "
-        f"{found.volume:.4g} mm³ of rubber",
+        f"body      {box} mm, from {place(findings.lower)} to {place(findings.upper)}; {findings.faces} faces, "
+        f"{findings.volume:.4g} mm³ of rubber",
         "",
     )
     for chamber in body.chamber:
@@ -29,13 +29,13 @@ def found_in(body: SolidSpec, size: float) -> Iterator[tuple[str, str]]:
         yield f"chamber   {chamber.name}: {-void.volume:.4g} mm³, centroid {place(void.centre)}{port}", ""
     for name, where, at in zip(("base", "tip"), body.ends_at, body.ends, strict=True):
         yield f"{name:9} faces {where}, centroid {place(np.asarray(at))}", ""
-    yield from _faults(found, size)
+    yield from _faults(findings, size)
 
 
-def _faults(found: Findings, size: float) -> Iterator[tuple[str, str]]:
-    thickness, where = found.wall.thickness, place(found.wall.place)
+def _faults(findings: Findings, size: float) -> Iterator[tuple[str, str]]:
+    thickness, where = findings.wall.thickness, place(findings.wall.place)
     thin = thickness < THIN * size
     advice = f'; too thin for elements of {size:g} mm: use mesh.size = "{3 * thickness:.2g} mm"' if thin else ""
     yield f"wall      at least {thickness:.3g} mm, at {where}{advice}", "red" if thin else ""
-    if found.crossing is not None:
-        yield f"fault     the surface intersects itself at {place(found.crossing)}; repair it in CAD", "red"
+    if findings.crossing is not None:
+        yield f"fault     the surface intersects itself at {place(findings.crossing)}; repair it in CAD", "red"

@@ -23,20 +23,20 @@ def verdict(problem: Problem, history: Sequence[HistoryEntry]) -> Text:
     return Text("\n" + " ".join(said), style="bold red" if Reached.NO in found.values() else "bold")
 
 
-def all_reached(found: Mapping[str, Reached]) -> bool:
+def all_reached(reached: Mapping[str, Reached]) -> bool:
     """Whether no target is missed."""
-    return Reached.NO not in found.values()
+    return Reached.NO not in reached.values()
 
 
-def _sentence(problem: Problem, name: str, found: Reached, history: Sequence[HistoryEntry]) -> str:
+def _sentence(problem: Problem, name: str, reached: Reached, history: Sequence[HistoryEntry]) -> str:
     objective = next(task.objective for task in problem.task if task.name == name)
     left, before = (
         _words(objective.errors(distances(objective, each.tasks[name]))) for each in (history[-1], history[0])
     )
     which = f" of task {name}" if len(problem.task) > 1 else ""
-    if found is Reached.YES:
+    if reached is Reached.YES:
         return f"Target{which} reached, to {left}."
-    if found is Reached.NEARLY:
+    if reached is Reached.NEARLY:
         return f"Target{which} reached within {left}."
     return f"Target{which} not reached: still {left} away, {before} at the start."
 

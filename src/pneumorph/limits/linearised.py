@@ -54,7 +54,7 @@ def linearised(
     reach: float,
     least: float,
     places: Mapping[str, Points] | None = None,
-    broken: Places | None = None,
+    violated: Places | None = None,
 ) -> Rows:
     """Linearise the limits of a body.
 
@@ -71,15 +71,15 @@ def linearised(
     places : {name: Points}, optional
         Points of the previous linearisation, which also get rows. If only the worst point of a cell were kept,
         repairing it would alternately violate the limit at its neighbours.
-    broken : Places, optional
-        Places where certificates have found limits broken; they get rows too, those of curvature, skew, stretch and
+    violated : Places, optional
+        Places where certificates have found limits violated; they get rows too, those of curvature, skew, stretch and
         area only as a part of `places`.
     """
     near = Near(reach, least, places)
     numbers, blocks, close = [], [], {}
 
-    def add(own: list[int], found: Iterable[RowBlock]) -> None:
-        for block in found:
+    def add(own: list[int], more: Iterable[RowBlock]) -> None:
+        for block in more:
             numbers.append(np.array(own)[block.kind])
             blocks.append(block)
             for name, points in block.close.items():
@@ -87,11 +87,11 @@ def linearised(
 
     for kind in kinds:
         add([ROWS.index(limit.name) for limit in kind.limits], kind.rows(at, near))
-    if broken is not None:
+    if violated is not None:
         for kind in kinds:
             for limit in kind.limits:
-                if limit.name in broken:
-                    add([ROWS.index(limit.name)], kind.rows_at(at, limit.name, broken[limit.name]))
+                if limit.name in violated:
+                    add([ROWS.index(limit.name)], kind.rows_at(at, limit.name, violated[limit.name]))
     column, entry = (np.concatenate([getattr(block, name).ravel() for block in blocks]) for name in ("column", "entry"))
     width = np.concatenate([np.full(len(block.cell), block.column.shape[1]) for block in blocks])
     start = np.concatenate([[0], np.cumsum(width)])

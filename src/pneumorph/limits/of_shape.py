@@ -61,17 +61,17 @@ class ShapeLimits:
         reach: float,
         least: float,
         places: Mapping[str, Points] | None = None,
-        broken: Places | None = None,
+        violated: Places | None = None,
     ) -> Rows:
         """The limits linearised at a body.
 
         Parameters
         ----------
         body : Body
-        reach, least, places, broken
+        reach, least, places, violated
             See `limits.linearised`.
         """
-        return linearised(self.kinds, self.sampled(body), reach, least, places, broken)
+        return linearised(self.kinds, self.sampled(body), reach, least, places, violated)
 
     def certify(self, body: Body) -> LimitReport:
         """The certified worst values of all limits."""

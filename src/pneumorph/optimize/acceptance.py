@@ -105,7 +105,7 @@ class Tried(Attempt):
     def gain(self) -> float:
         """The actual gain: of the objective, on one mesh, or of the limits on states while these are violated."""
         states, trial = self.current.states, self.trial
-        if states.broken:
+        if states.violated:
             return states.worst() - max(trial.state_excess, 0.0)
         return trial.before - self.design.analysis.value
 
@@ -120,9 +120,9 @@ def _within_shape_limits(attempt: Attempt) -> Verdict:
     end = attempt.proposal.end
     if isinstance(end, Within):
         return None
-    broken = "; ".join(map(str, end.violated()))
+    violated = "; ".join(map(str, end.violated()))
     region = attempt.region.too_large(attempt.setup.settings.radius)
-    return Rejected(region, attempt.current, f"limits could not be satisfied: {broken}")
+    return Rejected(region, attempt.current, f"limits could not be satisfied: {violated}")
 
 
 def _predicts_a_gain(attempt: Attempt) -> Verdict:
@@ -136,7 +136,7 @@ def _promises_enough(attempt: Attempt) -> Verdict:
     """Ends a run in which even the longest steps promise less than an equilibrium is worth."""
     setup, current, region, gain = attempt.setup, attempt.current, attempt.region, attempt.proposal.predicted_gain
     small = region.radius < setup.settings.radius.ordinary
-    if small or current.states.broken or gain >= worthwhile(setup, current):
+    if small or current.states.violated or gain >= worthwhile(setup, current):
         return None
     if attempt.asked == region.radius < region.longest:
         # The objective may be far from where it changes much: a longer step may promise enough.
@@ -161,7 +161,7 @@ def _has_equilibria(tried: Tried) -> Verdict:
 def _satisfies_state_limits(tried: Tried) -> Verdict:
     """Rejects a design whose states violate a limit, unless those of the current one do; the next expects it."""
     trial, current = tried.trial, tried.current
-    if trial.state_excess <= ROUNDING or current.states.broken:
+    if trial.state_excess <= ROUNDING or current.states.violated:
         return None
     curvature = current.states.curvature(trial.state_excess, tried.proposal.change)
     reason = f"it would be {100 * trial.state_excess:.1f} % beyond limits.{trial.state_limit}"

@@ -29,9 +29,9 @@ class Started:
 
 @dataclass(frozen=True)
 class BroughtWithin:
-    """The start broke the limits in `broken`, one sentence each; moving points by up to `moved_mm` repaired that."""
+    """The start violated limits, one sentence for each; moving points by up to `moved_mm` repaired that."""
 
-    broken: tuple[str, ...]
+    violated: tuple[str, ...]
     moved_mm: float
 
 

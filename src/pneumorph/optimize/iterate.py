@@ -127,7 +127,7 @@ class Iterate:
     @property
     def feasible(self) -> bool:
         """Whether it satisfies every limit, those on its states too."""
-        return self.design.report.satisfied() and not self.states.broken
+        return self.design.report.satisfied() and not self.states.violated
 
     def learning(self, **known: Any) -> Iterate:
         """The same design with other knowledge: fields of `Learnt`."""
@@ -139,7 +139,7 @@ class Iterate:
 
     def predicted_gain(self, proxy: Proxy, step: np.ndarray) -> float:
         """Of a step (n,): of the objective, or of the limits on states while these are violated."""
-        if self.states.broken:
+        if self.states.violated:
             return self.states.worst() - max(self.states.worst(step), 0.0)
         return -proxy.change(step)[0]
 
@@ -175,7 +175,7 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
     with clock.phase("subproblem"):
         optimality = setup.optimality(design.analysis.phi, slopes.total, states)
     # Designs are compared by their objective from the first one on that satisfies the limits on states.
-    objectives = () if states.broken else (*learnt.objectives, design.analysis.value)
+    objectives = () if states.violated else (*learnt.objectives, design.analysis.value)
     return Iterate(number, design, replace(learnt, objectives=objectives), slopes, states, optimality)
 
 

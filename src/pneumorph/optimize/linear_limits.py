@@ -38,7 +38,7 @@ def linear_limits(
     reach: float,
     least: float,
     places: Mapping[str, Points] | None = None,
-    broken: Places | None = None,
+    violated: Places | None = None,
 ) -> LinearLimits:
     """The limits linearised at the variables Φ (n,); see `limits.linearised` for the other parameters.
 
@@ -50,10 +50,10 @@ def linear_limits(
         mm.
     reach : float
         Distances within their bounds by up to this much get rows, mm.
-    least, places, broken
+    least, places, violated
         See `limits.linearised`.
     """
-    rows = limits.rows(space.body(phi), reach, least, places, broken)
+    rows = limits.rows(space.body(phi), reach, least, places, violated)
     by_shape = sparse.csr_array(rows.jacobian @ space.L)
     # Products with a matrix take a fifth less time with short indices.
     parts = by_shape.data, by_shape.indices.astype(np.int32), by_shape.indptr.astype(np.int32)

@@ -74,7 +74,7 @@ def propose(setup: Setup, current: Iterate, region: TrustRegion) -> Proposal:
     settings, proxy, radius = setup.settings, current.proxy(), region.radius
     phi, reference = current.analysis.phi, setup.reference
     states = current.states.bent(current.learnt.state_curvature, radius * reference)
-    least = 0.0 if current.states.broken else worthwhile(setup, current)
+    least = 0.0 if current.states.violated else worthwhile(setup, current)
     best = None
     while True:
         step = current.learnt.stepper.step(phi, proxy, radius * reference, states)

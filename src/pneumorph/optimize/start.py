@@ -65,9 +65,9 @@ def _within_limits(setup: Setup) -> tuple[Within, BroughtWithin | None]:
         return Within(asked, before), None
     feasible = setup.within(asked)
     if not isinstance(feasible, Within):
-        broken = "; ".join(map(str, feasible.violated()))
+        violated = "; ".join(map(str, feasible.violated()))
         raise ComputationError(
-            f"the start violates limits that no design near it satisfies together: {broken}; relax one of them, or "
+            f"the start violates limits that no design near it satisfies together: {violated}; relax one of them, or "
             "change the body"
         )
     moved = float(np.abs(feasible.phi - asked).max())

@@ -65,7 +65,7 @@ class StateLimits:
         return float(value.max(initial=-np.inf))
 
     @property
-    def broken(self) -> bool:
+    def violated(self) -> bool:
         """Whether one is beyond its bound."""
         return self.worst() > ROUNDING
 
@@ -81,7 +81,7 @@ class StateLimits:
     def excess(self) -> np.ndarray:
         """c (k,) for the next step, with what it is to leave: a design that is nearer to its bound may stay there."""
         aimed = self.value + AIM
-        return aimed if self.broken else np.minimum(aimed, np.maximum(self.value, 0.0)) + self.curved
+        return aimed if self.violated else np.minimum(aimed, np.maximum(self.value, 0.0)) + self.curved
 
     def bent(self, curvature: float, length: float) -> StateLimits:
         """The same for steps of a length (mm), at the end of which c is larger by the curvature (1/mm²) times ½ℓ²."""

@@ -32,7 +32,7 @@ def reached(setup: Setup, current: Iterate) -> bool:
 
 
 def _optimal(setup: Setup, current: Iterate) -> str | None:
-    if current.optimality <= setup.settings.stopping.optimality and not current.states.broken:
+    if current.optimality <= setup.settings.stopping.optimality and not current.states.violated:
         left = 100 * current.optimality
         return f"the design is optimal: its limits leave {left:.1f} % of the objective's gradient"
     return None
@@ -76,7 +76,7 @@ def conclusion(setup: Setup, last: Iterate, reason: str, is_stable: Mapping[str,
     if last.optimality > setup.settings.stopping.optimality and not reached(setup, last):
         left = 100 * last.optimality
         reason += f"; more designs may improve it, as the limits leave {left:.0f} % of the objective's gradient"
-    if last.states.broken:
+    if last.states.violated:
         worst = int(last.states.value.argmax())
         reason += f"; it is {100 * last.states.worst():.1f} % beyond limits.{last.states.limits[worst].name}"
     for name, equilibrium in last.analysis.equilibria.items():

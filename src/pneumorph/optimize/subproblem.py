@@ -3,7 +3,7 @@
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
 the step so far (`limits.rows`) and is solved by an augmented Lagrangian (Hestenes 1969; Powell 1969; Rockafellar
 1973) with accelerated gradients; an evaluation costs two products with a sparse matrix. The multipliers of the limits
-are kept from design to design, by kind and knot-span cell. Limits that remain broken are repaired
+are kept from design to design, by kind and knot-span cell. Limits that remain violated are repaired
 afterwards (`within.py`).
 """
 

@@ -60,7 +60,7 @@ def within(
     """
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
     search = _Search(space, smooth, limits, settings, lower, upper)
-    margins, broken = MARGIN.copy(), None
+    margins, violated = MARGIN.copy(), None
     phi, places = search.nearest(phi, margins, None, None)
     report = limits.certify(space.body(phi))
     least, stuck = np.inf, 0
@@ -76,7 +76,7 @@ def within(
         places = {
             name: joined(new, known) for name, known in places.items() if isinstance(new := report.places[name], Points)
         }
-        broken = report.places if broken is None else together(broken, report.places)
+        violated = report.places if violated is None else together(violated, report.places)
         for reading in report.violated():
             # Only where no sample is beyond the bound: added samples repair the rest, and where every limit is near, a
             # wider margin would push others beyond theirs, again and again.
@@ -84,7 +84,7 @@ def within(
             if limit.satisfied(reading.attained, reading.bound):
                 short = abs(reading.value - reading.attained) / reading.scale
                 margins[[BY_NAME[name].word == limit.word for name in ROWS]] += min(short, settings.widest)
-        phi, places = search.nearest(phi, margins, places, broken)
+        phi, places = search.nearest(phi, margins, places, violated)
         report = limits.certify(space.body(phi))
     return Within(phi, report) if report.satisfied() else report
 
@@ -101,14 +101,14 @@ class _Search:
     upper: np.ndarray
 
     def nearest(
-        self, phi: np.ndarray, margins: np.ndarray, places: Mapping[str, Points] | None, broken: Places | None
+        self, phi: np.ndarray, margins: np.ndarray, places: Mapping[str, Points] | None, violated: Places | None
     ) -> tuple[np.ndarray, Mapping[str, Points]]:
         """The design after some least motions, or the best on the way if these do not converge; its limits' places."""
         settings = self.settings
         best, least, in_vain = phi, np.inf, 0
         resisting: Mapping[str, Points] = {}
         for _ in range(settings.motions):
-            linear = linear_limits(self.space, self.limits, phi, settings.reach, settings.least, places, broken)
+            linear = linear_limits(self.space, self.limits, phi, settings.reach, settings.least, places, violated)
             places, excess = linear.rows.places, linear.excess(margins)
             margin = MARGIN[linear.rows.kind]
             worst = float((excess - settings.accuracy * margin).max(initial=0.0))

@@ -37,29 +37,29 @@ class Tally:
         self.surface, self.at = 0, np.zeros(3)
         self._places: list[Points | Pairs] = []
 
-    def points(self, surface: int, found: CellBounds) -> None:
+    def points(self, surface: int, bounds: CellBounds) -> None:
         """Add the bounds on a surface's cells."""
-        self._worst(found.upper, found.attained, surface, found.at)
-        some, sign = ~(found.upper <= self.accuracy.needed), self.limit.sign
+        self._worst(bounds.upper, bounds.attained, surface, bounds.at)
+        some, sign = ~(bounds.upper <= self.accuracy.needed), self.limit.sign
         on = np.full(np.count_nonzero(some), surface)
-        self._places.append(Points(on, found.at[some], sign * found.attained[some], sign * found.upper[some]))
+        self._places.append(Points(on, bounds.at[some], sign * bounds.attained[some], sign * bounds.upper[some]))
 
-    def pairs(self, first: int, second: int, found: Gaps, beyond: float) -> None:
+    def pairs(self, first: int, second: int, gaps: Gaps, beyond: float) -> None:
         """Add the distances between two surfaces, and the lower bound `beyond` of all other pairs of pieces.
 
         Parameters
         ----------
         first, second : int
             Indices of the surfaces.
-        found : Gaps
+        gaps : Gaps
         beyond : float
             Lower bound of all other pairs, mm.
         """
-        self._worst(-found.lower, -found.attained, first, found.a)
+        self._worst(-gaps.lower, -gaps.attained, first, gaps.a)
         self.upper = max(self.upper, -beyond)
-        some = _nearest_uncertified(found, -self.accuracy.needed)
-        between = np.full(len(some), first), np.full(len(some), second), found.a[some], found.b[some]
-        self._places.append(Pairs(*between, found.attained[some], found.lower[some]))
+        some = _nearest_uncertified(gaps, -self.accuracy.needed)
+        between = np.full(len(some), first), np.full(len(some), second), gaps.a[some], gaps.b[some]
+        self._places.append(Pairs(*between, gaps.attained[some], gaps.lower[some]))
 
     def places(self) -> Points | Pairs:
         """All places where the limit is not certified."""
@@ -100,10 +100,10 @@ def certify_pairs(
         tally.pairs(*couple, *body.gaps(*couple, tally.accuracy, near, min(least, -tally.worst)))
 
 
-def _nearest_uncertified(found: Gaps, needed: float) -> NDArray[np.integer]:
+def _nearest_uncertified(gaps: Gaps, needed: float) -> NDArray[np.integer]:
     """Indices of pairs whose distance is not certified to be at least `needed`: of each piece only the nearest."""
-    some = np.flatnonzero(~(found.lower >= needed))
-    some = some[np.isfinite(found.attained[some])]
-    some = some[np.argsort(found.attained[some], kind="stable")]
-    first = [np.unique(found.piece[some, side], return_index=True)[1] for side in (0, 1)]
+    some = np.flatnonzero(~(gaps.lower >= needed))
+    some = some[np.isfinite(gaps.attained[some])]
+    some = some[np.argsort(gaps.attained[some], kind="stable")]
+    first = [np.unique(gaps.piece[some, side], return_index=True)[1] for side in (0, 1)]
     return some[np.unique(np.concatenate(first))]

@@ -11,25 +11,25 @@ from pneumorph.limits.certify.places import Pairs
 from pneumorph.limits.rows.sampled import Couples, RowBlock, SampledBody
 
 
-def rows_of_couples(at: SampledBody, found: Couples, bound: float) -> RowBlock:
+def rows_of_couples(at: SampledBody, couples: Couples, bound: float) -> RowBlock:
     """Rows of the distances between pairs of points, which are held at fixed parameters; `bound` in mm.
 
     The error is of second order, because at closest points the derivatives with respect to the parameters vanish.
     """
-    count = len(found.cell)
-    ways = np.zeros((count, 3)) if found.outward is None else found.outward
-    shape = count, 3 * (found.one.number.shape[1] + found.other.number.shape[1])
+    count = len(couples.cell)
+    ways = np.zeros((count, 3)) if couples.outward is None else couples.outward
+    shape = count, 3 * (couples.one.number.shape[1] + couples.other.number.shape[1])
     value, column, entry = np.empty(count), np.empty(shape, dtype=np.int64), np.empty(shape)
     into = value, column, entry
-    _separate(at.body.control_points(), tuple(found.one), tuple(found.other), ways, bound, into)
-    return RowBlock(np.zeros(count, dtype=np.int64), found.cell, value, column, entry)
+    _separate(at.body.control_points(), tuple(couples.one), tuple(couples.other), ways, bound, into)
+    return RowBlock(np.zeros(count, dtype=np.int64), couples.cell, value, column, entry)
 
 
-def rows_at_pairs(at: SampledBody, found: Pairs, bound: float) -> Iterator[RowBlock]:
+def rows_at_pairs(at: SampledBody, pairs: Pairs, bound: float) -> Iterator[RowBlock]:
     """Rows of the distances between pairs of points that a certificate has found closer than a bound in mm."""
-    for a, b in sorted(set(zip(found.surface_a.tolist(), found.surface_b.tolist(), strict=True))):
-        some = (found.surface_a == a) & (found.surface_b == b)
-        one, other = at.placed(a, found.a[some]), at.placed(b, found.b[some])
+    for a, b in sorted(set(zip(pairs.surface_a.tolist(), pairs.surface_b.tolist(), strict=True))):
+        some = (pairs.surface_a == a) & (pairs.surface_b == b)
+        one, other = at.placed(a, pairs.a[some]), at.placed(b, pairs.b[some])
         yield rows_of_couples(at, Couples(one.cell, at.sums(one), at.sums(other)), bound)
 
 

@@ -40,15 +40,15 @@ def peaks_at(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Fl
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _expect(c, least, found):
-    """The values of `expected_peaks` for one kind, into `found` (rows, columns)."""
+def _expect(c, least, into):
+    """Write the values of `expected_peaks` for one kind to `into` (rows, columns)."""
     for row in range(c.shape[0]):
         for column in range(c.shape[1]):
-            found[row, column] = -np.inf
+            into[row, column] = -np.inf
             if _highest(c, row, column) > least:
                 value = _peak(c, row, column)[0]
                 if value > least:
-                    found[row, column] = value
+                    into[row, column] = value
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -140,13 +140,13 @@ def worst_samples(
 
 
 @numba.njit(cache=True, nogil=True)
-def _pick(c, own, per_span, spans, least, found):
-    """Write the worst samples above `least` to `found` (halves of cells,) by their indices; the first of equal ones."""
-    best = np.empty(len(found))
+def _pick(c, own, per_span, spans, least, into):
+    """Write the worst samples above `least` to `into` (halves of cells,) by their indices; the first of equal ones."""
+    best = np.empty(len(into))
     for row in range(c.shape[0]):
         first = 2 * min(row // per_span[1], spans[1] - 1) * spans[0] + 2 * row // per_span[1] % 2
         for column in range(c.shape[1]):
             if own[row, column] and c[row, column] > least:
                 half, value = first + 2 * (column // per_span[0]), rounded(c[row, column])
-                if found[half] < 0 or value > best[half]:
-                    found[half], best[half] = row * c.shape[1] + column, value
+                if into[half] < 0 or value > best[half]:
+                    into[half], best[half] = row * c.shape[1] + column, value

@@ -224,15 +224,15 @@ def span_bounds(spans: KnotSpans, upper: Floats, attained: Floats, place: Floats
 
 
 @numba.njit(cache=True, nogil=True)
-def _raise(cells, found, attained, place):
+def _raise(cells, bounds, attained, place):
     """Note values attained in cells that are worse than those known on their knot spans, and where they are."""
     for n in range(len(cells.span)):
         span = cells.span[n]
         for k in range(attained.shape[1]):
-            if found.attained[n, k] > attained[span, k]:
-                attained[span, k] = found.attained[n, k]
+            if bounds.attained[n, k] > attained[span, k]:
+                attained[span, k] = bounds.attained[n, k]
                 for c in range(2):
-                    place[span, k, c] = cells.centre[n, c] + cells.half[n, c] * found.place[n, k, c]
+                    place[span, k, c] = cells.centre[n, c] + cells.half[n, c] * bounds.place[n, k, c]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -247,12 +247,12 @@ def _above(span, upper, enough):
 
 
 @numba.njit(cache=True, nogil=True)
-def _close(span, found, open_, upper):
+def _close(span, bounds, open_, upper):
     """Raise the bounds of knot spans to those of their cells that are not open; one that is no number stays."""
     for n in range(len(span)):
         if not open_[n]:
             for k in range(upper.shape[1]):
-                value = found[n, k]
+                value = bounds[n, k]
                 if value > upper[span[n], k] or np.isnan(value):
                     upper[span[n], k] = value
 

@@ -102,8 +102,8 @@ def differentiated(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form:
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS, error_model="numpy")
-def _measure_rows(tube, support_r, by_r, shrink, slope, support_q, by_q, found):
-    """Fill `found` (4, rows, columns) with the measures on rows of samples."""
+def _measure_rows(tube, support_r, by_r, shrink, slope, support_q, by_q, into):
+    """Fill `into` (4, rows, columns) with the measures on rows of samples."""
     aspect = tube.size[1] / tube.size[0]
     lines, tangents = np.empty((tube.net.shape[1], 4, 3)), np.empty((5, 3))
     for row in range(len(support_r)):
@@ -126,7 +126,7 @@ def _measure_rows(tube, support_r, by_r, shrink, slope, support_q, by_q, found):
                     tangents[3, c] += b[1] * line[2, c]
                     tangents[4, c] += b[0] * line[3, c]
             values = measures_of(forms_of(tangents, shrink[row], slope[row]), aspect, tube.per_mm)
-            found[0, row, column], found[1, row, column], found[2, row, column], found[3, row, column] = values
+            into[0, row, column], into[1, row, column], into[2, row, column], into[3, row, column] = values
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS, error_model="numpy")
