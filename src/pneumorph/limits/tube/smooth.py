@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 
 
 class Partners(NamedTuple):
-    """Closest points of all samples at the control points `found_at` (n_points, 3), in arrays of fixed shapes."""
+    """Closest points of all samples at the control points `points` (n_points, 3), in arrays of fixed shapes."""
 
     wall: ClosestPoints
     fold: ClosestPoints
-    found_at: NDArray[np.float64]
+    points: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +114,12 @@ class LimitFunctions:
                     for field, grid, tube in zip(fields, self.grids, self._tubes, strict=True)
                 ]
             ),
-            found_at=points,
+            points=points,
         )
 
     def moved(self, points: ArrayLike, partners: Partners) -> bool:
         """Whether control points have moved so far since the partners were found that they must be found again."""
-        step = np.asarray(points, dtype=float).reshape(-1, 3) - partners.found_at
+        step = np.asarray(points, dtype=float).reshape(-1, 3) - partners.points
         return bool(np.sqrt((step**2).sum(axis=1).max()) > self.reach / 4.0)
 
     # Each pair of surfaces is compared once. The exterior has the denser samples, so its samples get partners on the

@@ -131,18 +131,18 @@ class PairsTouch:
 
     def __init__(self, pairs: Pairs, count: int, places: np.ndarray):
         self._pairs, self._count, self._at = pairs, count, places
-        self._found = pairs._near(places)
+        self._collisions = pairs._near(places)
 
     @property
     def nothing(self) -> bool:
         """Whether no surfaces are near each other."""
-        return self._found.empty()
+        return self._collisions.empty()
 
     @cached_property
     def energy(self) -> float:
         """N·mm."""
         pairs = self._pairs
-        return 0.0 if self.nothing else pairs._share * float(pairs._potential(self._found, pairs._mesh, self._at))
+        return 0.0 if self.nothing else pairs._share * float(pairs._potential(self._collisions, pairs._mesh, self._at))
 
     @cached_property
     def slope(self) -> np.ndarray:
@@ -150,8 +150,8 @@ class PairsTouch:
         pairs = self._pairs
         if self.nothing:
             return np.zeros((self._count, 3))
-        found = pairs._potential.gradient(self._found, pairs._mesh, self._at)[: 3 * pairs._moving]
-        return pairs._share * (pairs._by.T @ found).reshape(-1, 3)
+        slope = pairs._potential.gradient(self._collisions, pairs._mesh, self._at)[: 3 * pairs._moving]
+        return pairs._share * (pairs._by.T @ slope).reshape(-1, 3)
 
     @cached_property
     def hessian(self) -> sparse.csr_array:
@@ -159,7 +159,7 @@ class PairsTouch:
         pairs, size, moving = self._pairs, 3 * self._count, 3 * self._pairs._moving
         if self.nothing:
             return sparse.csr_array((size, size))
-        found = sparse.coo_array(pairs._potential.hessian(self._found, pairs._mesh, self._at))
+        found = sparse.coo_array(pairs._potential.hessian(self._collisions, pairs._mesh, self._at))
         row, column = found.coords
         some = (row < moving) & (column < moving) & (found.data != 0.0)
         values = pairs._share * found.data[some]

@@ -104,7 +104,7 @@ def nearest(first: Patches, second: Patches, neighbourhood: float) -> Gaps:
     some = some[np.isfinite(away[some])]
     pairs = np.stack([own[some], partner[some]], axis=1)
     attained, at = approach(pairs, tuple(_sides(first, second)), neighbourhood)
-    return _found(first, second, pairs, np.full(len(pairs), np.inf), attained, at)
+    return _gaps_of(first, second, pairs, np.full(len(pairs), np.inf), attained, at)
 
 
 def _sides(first: Patches, second: Patches) -> Sides:
@@ -150,7 +150,7 @@ def gaps(
     # In random order, so that all threads have similar work.
     pairs = np.random.default_rng(0).permutation(pairs)
     lower, attained, at = _bounded(pairs, first, second, neighbourhood, accuracy, known.attained, worst)
-    found = [known, _found(first, second, pairs, lower, attained, at)]
+    found = [known, _gaps_of(first, second, pairs, lower, attained, at)]
     return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
 
 
@@ -195,7 +195,7 @@ def _bounded(
     return lower, attained, at
 
 
-def _found(first: Patches, second: Patches, pairs: Ints, lower: Floats, attained: Floats, at: Floats) -> Gaps:
+def _gaps_of(first: Patches, second: Patches, pairs: Ints, lower: Floats, attained: Floats, at: Floats) -> Gaps:
     """The gaps of pairs of patches, with the u, v (n, 4) of their points."""
     i, j = pairs.T
     return Gaps(lower, attained, pairs, _place(first, i, at[:, :2]), _place(second, j, at[:, 2:]))
