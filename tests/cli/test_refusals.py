@@ -88,7 +88,7 @@ def test_simulate_refuses(run, tiny, arguments, words):
 
 
 def test_export_refuses(run, tiny, tmp_path):
-    result = run("export", tiny, "--out", tmp_path / "body.vtu")
+    result = run("export", tiny, "--design", "1", "--out", tmp_path / "body.vtu")
     assert result.exit_code == 2 and "is not a run directory" in result.stderr
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "problem.toml").write_text(tiny.read_text(encoding="utf-8"))
