@@ -195,7 +195,13 @@ def chambers_at(faces: Faces, voids: tuple[Shell, ...], places: Mapping[str, Pla
 
 
 def point_inside(faces: Faces, void: Shell) -> np.ndarray:
-    """A point (3,) in a void, mm: its centroid or, where that is not in it, half way to the far side of it."""
+    """A point (3,) in a void, mm: its centroid or, where that is not in it, half way to the far side of it.
+
+    Raises
+    ------
+    MeshError
+        If the void has no volume.
+    """
     if encloses(faces, void, void.centre):
         return void.centre
     corners = faces.points[faces.triangles[void.triangles, :3]]

@@ -26,7 +26,15 @@ from pneumorph.problem.reinforcement import data_of
 
 
 def check(problem: Path, quick: bool, trust: bool) -> None:
-    """Check the problem of a file, on its starting body, or of a run, on its last design; `quick` tests no gradient."""
+    """Check the problem of a file, on its starting body, or of a run, on its last design; `quick` tests no gradient.
+
+    Raises
+    ------
+    ProblemError
+        If an option or the problem has a mistake.
+    ComputationError
+        If the gradient is not right to second order.
+    """
     run = open_run(problem, asking(trust)) if problem.is_dir() else None
     asked = load(problem, asking(trust)) if run is None else run.problem
     console = Console()

@@ -33,7 +33,13 @@ def list_(as_json: bool = False) -> None:
 
 
 def show(name: str) -> None:
-    """Show an elastomer of the library."""
+    """Show an elastomer of the library.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such elastomer in the library.
+    """
     if name not in library():
         raise ProblemError(f'material: "{name}" is not in the library; use one of {", ".join(library())}')
     _describe(Console(), name)

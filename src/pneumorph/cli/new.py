@@ -10,7 +10,13 @@ from pneumorph.problem.starts import KINDS, text_of
 
 
 def new(name: Path, kind: str) -> None:
-    """Write the problem file of a kind; a file that exists is left as it is."""
+    """Write the problem file of a kind; a file that exists is left as it is.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such kind, there is a file of this name already, or it cannot be written.
+    """
     if kind not in KINDS:
         raise ProblemError(f'--kind: "{kind}" is not known; use one of {", ".join(KINDS)}')
     path = name if name.suffix == ".toml" else name.with_name(f"{name.name}.toml")

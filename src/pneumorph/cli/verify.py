@@ -28,7 +28,15 @@ Outcome = Verdict | Unavailable | ComputationError
 
 
 def verify(only: list[str], write: Path | None) -> None:
-    """Run the chosen cases, all by default, and print and write their table."""
+    """Run the chosen cases, all by default, and print and write their table.
+
+    Raises
+    ------
+    ProblemError
+        If no case has one of the names.
+    ComputationError
+        If a case fails.
+    """
     chosen = _chosen(cases(), only)
     console = Console()
     if not console.is_terminal:

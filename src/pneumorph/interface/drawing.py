@@ -24,7 +24,13 @@ def check_format(place: str, format: str, formats: tuple[str, ...]) -> None:
 
 
 def view(problem: Problem, cut: str | None, at: Any) -> View | None:
-    """The view that is asked for, at a length as text or pint quantity; None if none is."""
+    """The view that is asked for, at a length as text or pint quantity; None if none is.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such plane, or the length is not one or has no plane.
+    """
     if cut is None:
         if at is not None:
             raise ProblemError("at: says where a cut is, but not which; give cut too, one of yz, xz, xy")

@@ -97,7 +97,13 @@ def _supports(mesh: TetMesh, at: Configuration) -> Iterator[str]:
 
 
 def rubber_lines(mesh: TetMesh, at: Configuration) -> Iterator[str]:
-    """The materials, and which elements are made of them."""
+    """The materials, and which elements are made of them.
+
+    Raises
+    ------
+    ProblemError
+        If a rubber is not neo-Hookean.
+    """
     rubbers = at.model.rubbers
     if any(rubber.isochoric is not neo_hookean for rubber in rubbers.values()):
         raise ProblemError(

@@ -91,7 +91,13 @@ def read_toml(path: Path, where: str, example: str) -> dict[str, Any]:
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
-    """The table of a TOML text, for which `read_toml` gives the errors."""
+    """The table of a TOML text.
+
+    Raises
+    ------
+    ProblemError
+        If the text is too long, nested too deep, or not TOML.
+    """
     if len(text) > MOST_BYTES:
         raise ProblemError(
             f"{where}: has more than {MOST_BYTES / 1e6:g} MB, too many for a problem file; make it shorter"

@@ -77,6 +77,11 @@ def elastica(load: float) -> tuple[float, float, float]:
     """Sideways and axial motion of the tip over the length, and its angle, under a transverse dead force P L²/EI.
 
     Solves θ″ = −(P L²/EI) cos θ over the unit length, clamped at 0 and free of moment at 1.
+
+    Raises
+    ------
+    ComputationError
+        If the boundary-value problem is not solved.
     """
 
     def equations(_, y: np.ndarray) -> np.ndarray:
@@ -95,7 +100,13 @@ def elastica(load: float) -> tuple[float, float, float]:
 
 
 def bend(counts: tuple[int, int, int], wrenches: Sequence[np.ndarray]) -> Iterator[Equilibrium]:
-    """Equilibria of the bar under a sequence of wrenches (6,) on its tip plate, in N and N·mm."""
+    """Equilibria of the bar under a sequence of wrenches (6,) on its tip plate, in N and N·mm.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium.
+    """
     mesh = bar(WIDTH, LENGTH, counts)
     built = build_model(mesh, RUBBER)
     at = [configure(built, mesh.points, build_loads(built, {}, wrench=wrench)) for wrench in wrenches]

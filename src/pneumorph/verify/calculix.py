@@ -79,6 +79,11 @@ def tip_forces(
         Faces of the body that may touch each other: the second is where those of the first press.
     stiffness : float
         Contact pressure over the depth to which they go through each other, MPa/mm.
+
+    Raises
+    ------
+    ComputationError
+        If CalculiX does not find the forces of all motions.
     """
     text = "\n".join([*body_lines(mesh), *rubber_lines(mesh, at), *_moved(mesh, at, sides, stiffness, motions), ""])
     forces = total_forces(_solved(text))

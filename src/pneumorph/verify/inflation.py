@@ -60,7 +60,13 @@ def incompressible(tolerance: float = 5e-3) -> Iterator[Verdict]:
 
 
 def limit_points(tolerance: float = 5e-3) -> Iterator[Verdict]:
-    """Limit points of spheres with B/A = 2 and 1.2 at κ/μ = 10⁵, found by path following."""
+    """Limit points of spheres with B/A = 2 and 1.2 at κ/μ = 10⁵, found by path following.
+
+    Raises
+    ------
+    ComputationError
+        If a path has no limit point.
+    """
     for outer, counts, pressure, stretch in ((2.0, (2, 4, 4), 0.816424, 1.82815), (1.2, (1, 5, 5), 0.225138, 1.47016)):
         mesh = octant(1, outer, counts)
         built = build_model(

@@ -24,7 +24,13 @@ def residual(at: Configuration, vector: np.ndarray) -> np.ndarray:
 
 
 def equilibrium(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
-    """The unknowns (n,) in equilibrium, with the supported ones as they are in `vector`."""
+    """The unknowns (n,) in equilibrium, with the supported ones as they are in `vector`.
+
+    Raises
+    ------
+    ComputationError
+        If Newton's method does not converge.
+    """
     for _ in range(MOST_STEPS):
         forces = residual(at, vector)
         if not np.isfinite(forces).all():

@@ -103,7 +103,13 @@ def sides(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pressed(mesh: TetMesh, activation: float, closed: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-    """How far the plate moves along y, mm, and the forces on it, N, when it is drawn down by a spring."""
+    """How far the plate moves along y, mm, and the forces on it, N, when it is drawn down by a spring.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium.
+    """
     held = _supported(mesh, activation)
     tangent, since = Tangent(held.model), None
     spring = HOLD * np.eye(6)[1]

@@ -83,7 +83,13 @@ def start() -> Body:
 def inflated(
     body: Callable[[], Body], size: float, problem: Make = linear_actuator
 ) -> tuple[TetMesh, Configuration, Equilibrium]:
-    """Mesh a body of a problem with edges of `size` mm, and find its equilibrium at 60 kPa."""
+    """Mesh a body of a problem with edges of `size` mm, and find its equilibrium at 60 kPa.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium.
+    """
     asked = problem()
     mesh = mesh_body(body(), size, (), build_linings(asked.body, asked.region)).mesh
     built = model_of(asked, mesh)

@@ -170,6 +170,11 @@ def equilibrium(
         Displacements from which it starts, mm.
     plate : (6,) array
         Motion of the plate from which it starts, mm and rad.
+
+    Raises
+    ------
+    ComputationError
+        If Newton's method does not converge.
     """
     body = ngsolve_mesh(mesh)
     work = forms(body, energies, pressures)
