@@ -99,7 +99,7 @@ def test_titles_of_blocked_motions(tiny):
 
 
 def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
-    """A tube with a thin wall under vacuum, of which a third is solved: it meets the others on the axis."""
+    """A tube with a thin wall under vacuum, of which a third is solved: its buckled shape has no thirds."""
     body = 'control_density = "0.4 /mm"\nsymmetry = { rotation = 3 }'
     chambers = (("A", 6, "0 mm", "0 mm"),)
     file = tmp_path / "thin.toml"
@@ -107,5 +107,9 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
     held = [word for name in ("shift_x", "shift_y", "bending_x", "bending_y") for word in ("--block", name)]
     result = run("simulate", file, "--pressure", "A=-50:-150:-50kPa", *held, "--json", tmp_path / "s.json")
     assert result.exit_code == 0, result.output
-    assert [step.get("self_intersecting", False) for step in steps_of(tmp_path / "s.json")] == [False, False, True]
-    assert result.output.count("self-intersects") == 1 and "[contact]" in result.output
+    steps = steps_of(tmp_path / "s.json")
+    assert [step.get("self_intersecting", False) for step in steps] == [False, True, True]
+    assert result.output.count("self-intersects") == 2 and "[contact]" in result.output
+    assert all(step["stable"] for step in steps)
+    assert -0.1 < steps[1]["buckled_MPa"]["A"] < -0.05 and "buckled_MPa" not in steps[2]
+    assert result.output.count("buckled at -5") == 1

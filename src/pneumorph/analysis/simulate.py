@@ -20,6 +20,7 @@ from pneumorph.mechanics import (
     Model,
     NoEquilibrium,
     Skin,
+    State,
     Tangent,
     Whole,
     configure,
@@ -143,7 +144,7 @@ class Simulation:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
         whole = whole_of(self.model, self.mesh) if self.model.part else None
-        skin = Skin(self.mesh)
+        skin, whole_skin = Skin(self.mesh), Skin(whole.image.mesh) if whole else None
         for tasks in self._alike:
             own = self.pressures[tasks[0]]
             for path in self.paths:
@@ -153,21 +154,23 @@ class Simulation:
                 poses = [self._poses(tasks[0], given) for given in path.moves]
                 loads = [loads_of(self.problem, self.model, *each) for each in zip(along, poses, strict=True)]
                 configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
-                for pressures, posed, (at, answer) in zip(
-                    along, poses, self._sweep(configurations, tangent), strict=True
-                ):
+                found = self._sweep(configurations, tangent, whole)
+                for pressures, posed, (at, answer) in zip(along, poses, found, strict=True):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
-                    step = step_of(tasks[0], pressures, at, answer, skin, whole)
+                    own_skin = skin if at.model is self.model else whole_skin
+                    step = step_of(tasks[0], pressures, at, answer, cast(Skin, own_skin))
                     step = replace(step, moves=moves, turns=turns)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, answer)))
                         yield curve.steps[-1]
 
     def _sweep(
-        self, path: list[Configuration], tangent: Tangent
+        self, path: list[Configuration], tangent: Tangent, whole: Whole | None
     ) -> Iterable[tuple[Configuration, Equilibrium | NoEquilibrium]]:
         if self.friction:
             return sweep_with_friction(path, tangent, self.friction)
+        if whole is not None:
+            return _sweep_of_part(path, tangent, whole)
         return zip(path, sweep(path, tangent), strict=True)
 
     def _errors(self, task: str, at: Configuration, answer: Equilibrium | NoEquilibrium) -> dict[str, float]:
@@ -177,6 +180,21 @@ class Simulation:
             return {}
         moved = replace(objective, shift=np.asarray(at.loads.shift)).features(at.model, at.X, answer.state)
         return {name: float(error(moved)) for name, error in objective.errors.items()}
+
+
+def _sweep_of_part(
+    path: list[Configuration], tangent: Tangent, whole: Whole
+) -> Iterator[tuple[Configuration, Equilibrium | NoEquilibrium]]:
+    """A sweep of a part of a body; where the whole body buckles out of its symmetry, the whole body goes on."""
+    before: tuple[Configuration, State] | None = None
+    for number, (at, answer) in enumerate(zip(path, sweep(path, tangent), strict=True)):
+        if isinstance(answer, Equilibrium):
+            if answer.stable and whole.negative_pivots(at, answer.state) > 0:
+                rest = [whole.configuration(each) for each in path[number:]]
+                yield from zip(rest, sweep(rest, whole.tangent, before), strict=True)
+                return
+            before = whole.configuration(at), whole.state(answer.state)
+        yield at, answer
 
 
 def _parts(poses: Poses, part: slice) -> dict[str, Vector]:
@@ -263,7 +281,7 @@ def step_of(
     at: Configuration,
     answer: Equilibrium | NoEquilibrium,
     skin: Skin,
-    whole: Whole | None,
+    whole: Whole | None = None,
 ) -> SweepStep:
     """The record of an equilibrium, or of none.
 
@@ -274,7 +292,7 @@ def step_of(
     at : what was solved.
     answer : the equilibrium, or why there is none.
     skin : the surface of the whole body.
-    whole : the whole body, where part of it was solved.
+    whole : the whole body, where part of it was solved and motions without its symmetry are to be looked at too.
     """
     if isinstance(answer, NoEquilibrium):
         return SweepStep(task, pressures, converged=False, reason=answer.reason)
@@ -299,6 +317,7 @@ def step_of(
         pose_translations=translations,
         pose_rotations=rotations,
         self_intersecting=skin.intersects_itself(at.X + answer.u),
+        buckled=answer.buckled,
     )
 
 

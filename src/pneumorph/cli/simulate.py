@@ -176,6 +176,8 @@ def _row(step: SweepStep, task: Task) -> Text:
         parts.append(f"self-contact {step.self_contact:.4g} N")
     beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""
     parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
+    if step.buckled:
+        parts.append(f"buckled at {format_pressures(step.buckled)}")
     if not step.stable:
         parts.append("not stable: the body would buckle")
     if step.self_intersecting:

@@ -235,6 +235,9 @@ class SweepStep:
         Sum of the forces with which the body's surface presses on itself.
     self_intersecting : bool
         Whether the deformed body intersects itself, which a problem without self-contact allows.
+    buckled : {chamber: MPa}
+        Pressures between those of the step before and its own at which the body has buckled or snapped through; else
+        empty.
     """
 
     task: str
@@ -259,6 +262,7 @@ class SweepStep:
     moves: Mapping[str, Vector] = field(metadata={"key": "move_mm"}, default_factory=dict)
     turns: Mapping[str, Vector] = field(metadata={"key": "turn_rad"}, default_factory=dict)
     self_intersecting: bool = False
+    buckled: Mapping[str, float] = field(metadata={"key": "buckled_MPa"}, default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -267,7 +271,7 @@ Record = TypeVar("Record", bound="DataclassInstance")
 def to_json(record: Any) -> dict[str, Any]:
     """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
-    for key in ("region_stretches", "reinforcements", "self_intersecting"):
+    for key in ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa"):
         if not content.get(key, True):
             del content[key]
     if isinstance(record, TaskResult) and not record.contact:

@@ -123,6 +123,8 @@ class Tangent:
     ----------
     factorisations : int
         Number of numerical factorisations so far.
+    indefinite : int
+        How many of them had negative pivots.
     max_factorisations : float
         Value of `factorisations` at which no more are made, and `TooCostly` is raised instead.
     solves : int
@@ -140,7 +142,7 @@ class Tangent:
         self._pattern = Pattern(model.sparsity.indptr, model.sparsity.indices)
         self._factor = build_factorisation(self._pattern.indptr, self._pattern.indices)
         self.origin: Origin | None = None
-        self.factorisations = 0
+        self.factorisations = self.indefinite = 0
         self.max_factorisations = math.inf
         self.solves = 0
         self.unit_seconds = 0.0
@@ -180,6 +182,14 @@ class Tangent:
         """
         began = time.perf_counter()
         self.refactorise(self._assembled(at, state, ratios, metrics), Origin(at, state, False, metrics))
+        self.unit_seconds = time.perf_counter() - began
+
+    def factorise_damped(self, at: Configuration, state: State, damping: np.ndarray) -> None:
+        """Factorise the tangent at a state with something (n,) added to its diagonal, N/mm and N·mm."""
+        began = time.perf_counter()
+        data = self._assembled(at, state)
+        data[self._pattern.indptr[:-1]] += damping
+        self.refactorise(data, Origin(at, state, False))
         self.unit_seconds = time.perf_counter() - began
 
     def is_of(self, at: Configuration, state: State) -> bool:
@@ -313,6 +323,7 @@ class Tangent:
         self._factor.refactorise(data)
         self.factorisations += 1
         self.origin = origin
+        self.indefinite += self.negative_pivots > 0
 
     def precondition(self, rhs: np.ndarray) -> np.ndarray:
         """Back-solve with the last factorisation, for a right-hand side (n,) or several (n, k)."""

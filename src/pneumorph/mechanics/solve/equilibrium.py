@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import jax
@@ -70,6 +70,7 @@ class Equilibrium:
     residual : residual norm over applied forces.
     negative_pivots : of the tangent at this state; 0 means stable; for part of a body, against symmetric motions only.
     factorisations, solves : the cost.
+    buckled : dict of pressures in MPa, by chamber, at which stability was lost on the way to this state; else empty.
     """
 
     state: State
@@ -82,6 +83,7 @@ class Equilibrium:
     negative_pivots: int
     factorisations: int
     solves: int
+    buckled: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def stable(self) -> bool:
@@ -244,7 +246,7 @@ def _searched(
     return _step_up(at, tangent, before, tolerance)
 
 
-def _find(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
+def find_near(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
     """A stable state near `start` with its relative residual, or the reason why none was found."""
     return _search(at, tangent, _begin(at, start), tolerance)
 
@@ -260,7 +262,7 @@ def _begin(at: Configuration, start: State | Guess) -> Guess:
 
 
 def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
-    """`_find`, from where a search begins."""
+    """`find_near`, from where a search begins."""
     if at.model.mixed:
         return find_stable(at, tangent, begin, tolerance)
     if at.model.reinforcements:
@@ -305,18 +307,18 @@ def _raise(
     while reached < 1.0:
         fraction = min(1.0, reached + step)
         # At the full load use the caller's own configuration, so that its factorisation is recognised.
-        part = _part(begin, whole, fraction)
+        part = part_way(begin, whole, fraction)
         ahead = predict_change(at, tangent, state, whole) if ahead is None else ahead
-        start = _between(state, ahead, (fraction - reached) / (1.0 - reached))
+        start = between(state, ahead, (fraction - reached) / (1.0 - reached))
         if moving and whole.model.contact is not None and (free := free_way(at, state, part, start)) < 1.0:
             # What an obstacle presses on goes along with it.
-            fraction, start = reached + free * (fraction - reached), _between(state, start, free)
-            part = _part(begin, whole, fraction)
-        start = _without_meeting(part, state, start)
-        found = _find(part, tangent, guess_after(at, state, part, start), tolerance)
+            fraction, start = reached + free * (fraction - reached), between(state, start, free)
+            part = part_way(begin, whole, fraction)
+        start = without_meeting(part, state, start)
+        found = find_near(part, tangent, guess_after(at, state, part, start), tolerance)
         if isinstance(found, str) and (step < smallest or (whole.model.contact is not None and not moving)):
             # Near a limit load, and where surfaces come near, a prediction may lead farther away.
-            found = _find(part, tangent, state, tolerance)
+            found = find_near(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, min(step, fraction - reached) / 2
             if step < smallest / 2:
@@ -328,15 +330,15 @@ def _raise(
     return read_off(at, tangent, state, residual, before)
 
 
-def _part(begin: Configuration, whole: Configuration, fraction: float) -> Configuration:
+def part_way(begin: Configuration, whole: Configuration, fraction: float) -> Configuration:
     """The configuration at a fraction of the way from one to another; at its end the other one itself."""
     if fraction == 1.0:
         return whole
-    X = whole.X if whole.X is begin.X else _between(begin.X, whole.X, fraction)
-    return replace(whole, X=X, loads=_between(begin.loads, whole.loads, fraction))
+    X = whole.X if whole.X is begin.X else between(begin.X, whole.X, fraction)
+    return replace(whole, X=X, loads=between(begin.loads, whole.loads, fraction))
 
 
-def _without_meeting(at: Configuration, state: State, end: State) -> State:
+def without_meeting(at: Configuration, state: State, end: State) -> State:
     """The state on the way from one to another before surfaces meet; the other one if they do not."""
     model = at.model
     if model.contact is None or end is state:
@@ -346,7 +348,7 @@ def _without_meeting(at: Configuration, state: State, end: State) -> State:
     return model.state(vector + free_share(at, vector, change) * change)
 
 
-def _between(one, other, part: float):
+def between(one, other, part: float):
     """Interpolate or extrapolate linearly between two loads, or two states."""
     return jax.tree.map(lambda a, b: a + part * (b - a), one, other)
 

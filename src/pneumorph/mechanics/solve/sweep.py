@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -10,36 +12,69 @@ import numpy as np
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
+from pneumorph.mechanics.solve.buckling import through
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, solve
 from pneumorph.mechanics.solve.path import diagnose
 
+MOST = 100
+"""Most factorisations of a step before stable states are followed in small ones."""
 
-def sweep(path: Iterable[Configuration], tangent: Tangent) -> Iterator[Equilibrium | NoEquilibrium]:
+
+def sweep(
+    path: Iterable[Configuration], tangent: Tangent, begin: tuple[Configuration, State] | None = None
+) -> Iterator[Equilibrium | NoEquilibrium]:
     """The equilibrium of every configuration of a sweep, each solved from the one before.
 
-    All configurations have the same nodes and differ in their loads. Steps that are too long are subdivided. The sweep
-    ends where there is no equilibrium: that `NoEquilibrium` names the limit found by path following, and the rest is
-    not tried.
+    All configurations have the same nodes and differ in their loads. Steps that are too long are subdivided. Where
+    stability is lost, the body relaxes to another stable state (`buckling.py`). The sweep ends where there is none:
+    that `NoEquilibrium` names the limit found by path following, and the rest is not tried.
 
     Parameters
     ----------
-    path : configurations, in order.
-    tangent : the linear solver of their model.
+    path : iterable of Configuration
+        In order.
+    tangent : Tangent
+        The linear solver of their model.
+    begin : (Configuration, State), optional
+        A stable equilibrium before them; else the sweep starts at rest.
     """
-    walked: list[tuple[Configuration, State]] = []
-    stopped: NoEquilibrium | None = None
+    walked: list[tuple[Configuration, State]] = [] if begin is None else [begin]
+    stable, stopped = True, None
     for at in path:
         if stopped is not None:
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
-        found = solve(at, tangent, secant_start(walked, at), since=walked[-1] if walked else None)
+        indefinite, since = tangent.indefinite, walked[-1] if walked else None
+        found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if since else math.inf)
+        if stable and _doubtful(found, tangent.indefinite > indefinite):
+            since = since or _without_pressure(at, tangent)
+            if since is not None and _by_pressure(since[0], at):
+                found = through(*since, at, tangent, found)
         if isinstance(found, NoEquilibrium):
             found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
-            walked = [*walked[-1:], (at, found.state)]
+            stable, walked = found.stable, [*walked[-1:], (at, found.state)]
         yield found
+
+
+def _doubtful(found: Equilibrium | NoEquilibrium, indefinite: bool) -> bool:
+    """Whether stability may have been lost on the way; `indefinite`: whether a tangent on it had negative pivots."""
+    return isinstance(found, NoEquilibrium) or not found.stable or indefinite
+
+
+def _without_pressure(at: Configuration, tangent: Tangent) -> tuple[Configuration, State] | None:
+    """The body under its other loads alone, if it is stable then."""
+    begin = replace(at, loads=at.loads._replace(pressure=0.0 * at.loads.pressure))
+    found = solve(begin, tangent)
+    return (begin, found.state) if isinstance(found, Equilibrium) and found.stable else None
+
+
+def _by_pressure(one: Configuration, other: Configuration) -> bool:
+    """Whether pressures differ, and no obstacle has moved."""
+    same = np.array_equal(one.loads.shift, other.loads.shift)
+    return same and not np.array_equal(one.loads.pressure, other.loads.pressure)
 
 
 def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -> State | None:
