@@ -25,6 +25,8 @@ _LONGEST, _SHORTEST = 0.2, 0.005
 """First and last length of trial steps, relative to the element's edges."""
 _GAIN = 1e-6
 """Least gain in quality of a step that is taken, above rounding errors."""
+_SAME = 1e-9
+"""Qualities that differ by less are the same: rounding must not decide which of two images is treated first."""
 
 _WAYS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if sum(map(abs, way)) in (1.0, 3.0)])
 _WAYS /= np.linalg.norm(_WAYS, axis=1)[:, None]
@@ -68,7 +70,7 @@ def _free(mesh: TetMesh, n_surface: int) -> np.ndarray:
 def _sweep(points, tets, free, start, visits, quality):
     """Move the free nodes of poor elements, the worst first; `points` and `quality` change. Returns whether any did."""
     any_moved, nodes = False, np.empty((10, 3))
-    for e in np.argsort(quality):
+    for e in np.argsort(np.rint(quality / _SAME), kind="mergesort"):
         if quality[e] >= _ENOUGH:
             break
         length = np.sqrt(np.sum((points[tets[e, 0]] - points[tets[e, 1]]) ** 2))
@@ -77,7 +79,7 @@ def _sweep(points, tets, free, start, visits, quality):
                 continue
             around = visits[start[node] : start[node + 1]]
             # The worst first, which decide about most steps.
-            around = around[np.argsort(quality[around])]
+            around = around[np.argsort(np.rint(quality[around] / _SAME), kind="mergesort")]
             best, step = _worst(points, tets, around, nodes, -np.inf), _LONGEST * length
             while step > _SHORTEST * length:
                 better, place = False, points[node].copy()
