@@ -101,7 +101,7 @@ WRONG = [
         "use one of neo-hookean, mooney-rivlin",
     ),
     ('name = "Hei-Cast 8400"', "model = 3", "material.model", "is not a known rubber model"),
-    ('name = "Hei-Cast 8400"', f"{MOONEY}\nc02 = '1 MPa'", "material.c02", 'did you mean "c10"?'),
+    ('name = "Hei-Cast 8400"', f"{MOONEY}\nc10_ = '1 MPa'", "material.c10_", 'did you mean "c10"?'),
     ('name = "Hei-Cast 8400"', MOONEY.replace('"0.1 MPa"', '"0.1 mm"'), "material.c10", "not a unit of a modulus"),
     (
         'name = "Hei-Cast 8400"',
@@ -172,7 +172,7 @@ WRONG = [
         'ripple = { amplitude = "0.2 mm"',
         'ripple = { amplitude = "13 mm"',
         "body.ripple.amplitude",
-        "is not smaller than the radius of",
+        "is not smaller than the least radius of",
     ),
     ('period = "10 mm"', 'period = "2 mm"', "limits.curvature", "raise the limit"),
     ("title =", 'symmetry.mirror = ["xz"]\ntitle =', "symmetry", "unknown key"),
