@@ -87,6 +87,14 @@ class EnclosedLattices:
         return self.surfaces[number].at(patch, bary)
 
     def farthest(self, number: int, value: Callable[[Floats], Floats], accuracy: Accuracy, worst: float) -> CellBounds:
+        """See `EnclosedBody.farthest`.
+
+        Parameters
+        ----------
+        number, value, accuracy, worst
+            As for `EnclosedBody.farthest`.
+        """
+
         def bounds(pieces: Pieces) -> tuple[Floats, Floats]:
             attained = value(pieces.x)
             around = pieces.x[:, :, None] + pieces.error[:, None, None, None] * _AROUND
@@ -155,6 +163,14 @@ class EnclosedLattices:
         )
 
     def gaps(self, first: int, second: int, accuracy: Accuracy, known: Gaps, worst: float) -> tuple[Gaps, float]:
+        """See `EnclosedBody.gaps`.
+
+        Parameters
+        ----------
+        first, second, accuracy, known, worst
+            As for `EnclosedBody.gaps`.
+        """
+
         def asked(attained: Floats) -> float:
             least = min(attained.min(initial=np.inf), known.attained.min(initial=np.inf), _FAR * -accuracy.bound)
             return -accuracy.enough(-least, -worst)
@@ -272,7 +288,7 @@ class EnclosedLattices:
         least = np.linalg.svd(self.surfaces[number].gradients(middles), compute_uv=False)[:, -1]
         within, lower = np.zeros(len(i), bool), np.zeros(len(i))
         sides = (one.place, one.bulge, middles, least), (other.place, other.bulge)
-        _beside(*sides, i, j, origin, bends, known, self.spec.fold.neighbourhood, within, lower)
+        _beside(*sides, (i, j, origin), bends, known, self.spec.fold.neighbourhood, (within, lower))
         return within, lower
 
 
@@ -282,8 +298,9 @@ def coordinates(at: Floats) -> tuple[Ints, Floats]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _beside(one, other, i, j, origin, bends, known, neighbourhood, within, lower):
+def _beside(one, other, pairs, bends, known, neighbourhood, into):
     """Fill in what `EnclosedLattices._beside` returns."""
+    (i, j, origin), (within, lower) = pairs, into
     (place_a, bulge_a, middles, least), (place_b, bulge_b) = one, other
     reach = np.empty(3)
     for n in range(len(i)):

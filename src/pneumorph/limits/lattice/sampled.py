@@ -90,6 +90,13 @@ class SampledLattices:
         return self.patches[number].places(*coordinates(at))
 
     def couples(self, first: int, second: int, bound: float, reach: float) -> Couples:
+        """See `SampledBody.couples`.
+
+        Parameters
+        ----------
+        first, second, bound, reach
+            As for `SampledBody.couples`.
+        """
         i, j, distance, u, v = self._near(first, second, bound + reach)
         # Of every triangle the nearest one, of either surface.
         pick = np.unique(np.concatenate([worst_of_cells(-distance, i), worst_of_cells(-distance, j)]))

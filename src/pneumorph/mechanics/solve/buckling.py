@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumorph.mechanics.assembly import potential as kernels
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
@@ -174,5 +174,5 @@ def _relaxed(part: Configuration, tangent: Tangent, state: State) -> tuple[State
 
 def _distance(at: Configuration, one: State, other: State) -> float:
     """Norm of the difference of the displacements of all nodes, mm."""
-    u, v = (kernels.displacement(at.model.tip, at.X, each) for each in (one, other))
+    u, v = (displacement(at.model.tip, at.X, each) for each in (one, other))
     return float(np.linalg.norm(u - v))

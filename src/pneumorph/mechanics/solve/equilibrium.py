@@ -247,7 +247,19 @@ def _searched(
 
 
 def find_near(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
-    """A stable state near `start` with its relative residual, or the reason why none was found."""
+    """A stable state near `start` with its relative residual, or the reason why none was found.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        Factorised on the way.
+    start : State or Guess
+        Where the search begins.
+    tolerance : float
+        Relative residual of an equilibrium.
+    """
     return _search(at, tangent, _begin(at, start), tolerance)
 
 
