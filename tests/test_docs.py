@@ -13,6 +13,7 @@ import pneumorph as pm
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.objectives import Custom
 from pneumorph.problem.schema import json_schema
+from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.table import Table
 
 ROOT = Path(__file__).parents[1]
@@ -57,7 +58,10 @@ def test_reference_lists_every_key():
     assert len(sections) == len(tables())
     for table in tables():
         rows = sections["" if table is pm.Problem else table.__name__.lower()]
-        assert list(rows) == [*table.model_fields, *(["file"] if table in (Custom, TriangulatedSpec) else [])], table
+        assert list(rows) == [
+            *table.model_fields,
+            *(["file"] if table in (Custom, TriangulatedSpec, SolidSpec) else []),
+        ], table
         for key, field in table.model_fields.items():
             _, value, _, default, meaning = rows[key]
             assert value and meaning == field.description, f"{table.__name__}.{key}"

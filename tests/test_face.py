@@ -65,13 +65,13 @@ def test_help_names_what_there_is():
     from pneumorph.analysis.simulate import BLOCKS
     from pneumorph.output.export import FORMATS
     from pneumorph.problem.material import MODELS
-    from pneumorph.problem.starts import KINDS
+    from pneumorph.problem.starts import KINDS, SOLIDS
 
     commands = import_module("pneumorph.cli.commands")
     source = inspect.getsource(commands)
     told = inspect.getsource(simulate)
     assert all(re.search(rf"\b{name}\b", told) for name in BLOCKS)
-    assert f'"{"|".join(KINDS)}"' in source
+    assert f'"{"|".join((*KINDS, *SOLIDS))}"' in source
     assert f'metavar="{"|".join(FORMATS)}"' in source
     assert f"One of {', '.join(MODELS)}, or all." in source
 

@@ -118,6 +118,24 @@ def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return np.array(mesh.Coordinates()), corners, elements["index"].astype(np.int64) - 1
 
 
+def compose(parts: list[tuple[bool, str, tuple[float, ...]]], path: str) -> tuple[list[str], list[str]]:
+    """Write a STEP file with the body of some parts, which are added or cut out in their order; see `bodies.Part`."""
+    occ = _occ()
+    kinds = {
+        "box": lambda a, b, c, d, e, f: occ.Box(occ.Pnt(a, b, c), occ.Pnt(d, e, f)),
+        "cylinder": lambda x, y, z, radius, height: occ.Cylinder(occ.Pnt(x, y, z), occ.Z, radius, height),
+        "ball": lambda x, y, z, radius: occ.Sphere(occ.Pnt(x, y, z), radius),
+    }
+    body = None
+    for added, kind, numbers in parts:
+        part = kinds[kind](*numbers)
+        body = part if body is None else body + part if added else body - part
+    body.WriteStep(path)
+    if not os.path.exists(path):
+        raise Unsuitable(f"{path} cannot be written; give another name")
+    return [path], [path]
+
+
 _COARSE = 25.0
 """Edges of a coarse outline along the diagonal of a body."""
 
@@ -207,7 +225,7 @@ def main() -> None:
     answers, nowhere = os.fdopen(os.dup(1), "wb"), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     calls, waiting = (
-        {"fill": fill, "optimise": optimise, "solids": solids, "triangles": triangles},
+        {"fill": fill, "optimise": optimise, "solids": solids, "triangles": triangles, "compose": compose},
         SimpleQueue[tuple[str, Any]](),
     )
     threading.Thread(target=_read, args=(waiting,), daemon=True).start()

@@ -27,6 +27,7 @@ _CHILD = Path(__file__).with_name("netgen_child.py")
 _FAILED = {
     "fill": "the space between the surfaces could not be filled with tetrahedra",
     "optimise": "the tetrahedra between the surfaces could not be improved",
+    "compose": "the body cannot be made of its parts; change its sizes",
     "triangles": "has triangles that cannot be meshed anew; repair them in a mesh program",
     "solids": "has faces that cannot be meshed; repair them in CAD",
 }

@@ -17,13 +17,17 @@ DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the des
 def new(
     name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the file; .toml is added.")],
     kind: Annotated[
-        str, typer.Option(metavar="extension|bending|twist|finger|arm", help="Kind of robot.")
+        str, typer.Option(metavar="extension|bending|twist|finger|arm|pneunet|dome", help="Kind of robot.")
     ] = "extension",
+    size: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="A size of a pneunet or dome, e.g. wall=1.5mm; repeatable."),
+    ] = None,
 ) -> None:
-    """Write a commented problem file to start from."""
+    """Write a commented problem file to start from; for a pneunet or dome with its CAD file (STEP)."""
     from pneumorph.cli.new import new
 
-    new(name, kind)
+    new(name, kind, size or [])
 
 
 def design(
