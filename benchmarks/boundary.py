@@ -44,7 +44,7 @@ def row(problem: Problem, body: Body) -> None:
 
 def main() -> None:
     problem = loads(EXAMPLE)
-    bodies = {"start": starting_body(problem.body)}
+    bodies = {"start": starting_body(problem.tubes)}
     if len(sys.argv) > 1:
         run = open_run(sys.argv[1])
         bodies["last design"] = run.load_design(run.latest()).body(problem)

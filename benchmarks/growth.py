@@ -29,7 +29,7 @@ def main(path: str, sizes: list[float]) -> None:
     run = open_run(path)
     design = run.load_design(run.result().best)
     body = design.body(run.problem)
-    own = build_design_space(run.problem, starting_body(run.problem.body))
+    own = build_design_space(run.problem, starting_body(run.problem.tubes))
     disc, found = unpack(run.problem, own, run.checkpoint()[1])
     X = disc.morph.positions(own.control_points(found.phi))
     print("| size, mm | elements | unknowns | " + " | ".join(COLUMNS) + " |")

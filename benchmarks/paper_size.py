@@ -77,7 +77,7 @@ def of_size(name: str) -> str:
 def row(path: Path) -> str:
     """The line of a finished case."""
     run, paper = open_run(path), PAPER[path.name]
-    history, body = run.history(), starting_body(run.problem.body)
+    history, body = run.history(), starting_body(run.problem.tubes)
     seconds = {phase: sum(line.seconds[phase] for line in history) for phase in history[0].seconds}
     spent, designs = seconds["total"], history[-1].iteration
     solving = seconds["equilibrium"] + seconds["gradient"]

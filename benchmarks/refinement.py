@@ -29,7 +29,7 @@ def main() -> None:
     sizes = [float(size) for size in sys.argv[2:]] or [
         factor * run.problem.mesh.size for factor in (0.75, 0.85, 1.0, 1.25, 1.5)
     ]
-    own = build_design_space(run.problem, starting_body(run.problem.body))
+    own = build_design_space(run.problem, starting_body(run.problem.tubes))
     disc, found = unpack(run.problem, own, run.checkpoint()[1])
     print(f"{'size mm':>7s} {'elements':>9s} {'dofs':>7s}  tasks")
     report("own", disc, found, run.problem)

@@ -52,7 +52,7 @@ def problem(rubber: str, stiffness: float, element: str) -> Problem:
 def line(rubber: str, stiffness: float, element: str) -> str:
     """A line of the table."""
     asked = problem(rubber, stiffness, element)
-    mesh = mesh_of(asked, starting_body(asked.body), mirrors_of(asked), asked.mesh.size).mesh
+    mesh = mesh_of(asked, starting_body(asked.tubes), mirrors_of(asked), asked.mesh.size).mesh
     model, last = model_of(asked, mesh), 0.0
     tangent, reached, bending, states = Tangent(model), 0.0, 0.0, 0
     pressures = HIGHEST * rubber_of(asked.material).shear_modulus * np.arange(STEPS + 1) / STEPS

@@ -35,7 +35,7 @@ def main() -> None:
     print(f"{'variables':>9s} {'method':>6s} {'step':>7s} {'within':>7s} {'certificate':>11s} {'gain':>6s}   (s)")
     for density in densities:
         problem = loads(EXAMPLE.replace('control_density = "0.6 /mm"', f'control_density = "{density} /mm"'))
-        body = starting_body(problem.body)
+        body = starting_body(problem.tubes)
         space = build_design_space(problem, body)
         smooth, limits = build_smoothing(space), tube_limits(body, problem.limits)
         points = body.control_points()

@@ -31,7 +31,7 @@ def main(file: str, size: float, planes: str | None) -> None:
     problem = load(file)
     if planes is not None:
         problem = problem.with_changes({"body.symmetry": {"mirror": planes.split(",")}})
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     # Ripples on the side of +x, as far as the symmetry leaves them there.
     points = space.control_points(space.start)
     angle = np.arctan2(points[:, 1], points[:, 0])

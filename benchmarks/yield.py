@@ -203,7 +203,7 @@ def predict(folder: Path) -> None:
     from pneumorph.problem import load
 
     problem = load(folder / "problem.toml")
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     space = build_design_space(problem, body)
     disc = discretise(problem, body)
     found = analyse(problem, space, disc, space.start)

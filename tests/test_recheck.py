@@ -37,7 +37,7 @@ def recheck(path):
 def stored(request, tmp_path_factory):
     """A run directory with one design, the starting body, and what the report says of it."""
     problem = loads(BODIES[request.param])
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     path = tmp_path_factory.mktemp("recheck") / "run"
     run = create(path, problem)
     line = entry(0, limits=certified(body, problem.limits).values())

@@ -13,7 +13,7 @@ from pneumorph.sensitivity import TaylorTest
 
 def checked(text):
     problem = loads(text)
-    return run_gradient_check(analyse_body(problem, starting_body(problem.body)))
+    return run_gradient_check(analyse_body(problem, starting_body(problem.tubes)))
 
 
 def test_an_angle_that_is_zero_by_symmetry():
@@ -43,7 +43,7 @@ def test_a_fine_mesh_is_not_needed(monkeypatch):
     """A test on a coarser mesh finds what a wrong gradient on the fine one would show: both come from the same code."""
     problem = loads(tiny(size='"2.5 mm"', pressure='{ A = "20 kPa" }'))
     monkeypatch.setattr(gradient, "ENOUGH", 500)
-    at = analyse_body(problem, starting_body(problem.body))
+    at = analyse_body(problem, starting_body(problem.tubes))
     check = run_gradient_check(at)
     assert check.passed and 250 < check.elements < 750 < at.disc.model.elements
     exact = gradient.design_gradient
@@ -56,7 +56,7 @@ def test_where_no_coarser_mesh_can_be_made_the_own_one_is_used(monkeypatch):
         raise MeshError("too coarse")
 
     problem = loads(tiny())
-    at = analyse_body(problem, starting_body(problem.body))
+    at = analyse_body(problem, starting_body(problem.tubes))
     monkeypatch.setattr(gradient, "ENOUGH", 100)
     monkeypatch.setattr(gradient, "mesh_of", fails)
     check = run_gradient_check(at)

@@ -67,7 +67,7 @@ def test_the_effect_is_that_of_the_exact_port(problem):
     exact = exact_mesh(1.5)
     assert exact.volume() == pytest.approx(np.pi * (64 * 24 - 16 * 18), rel=0.03)
     real = shift(compared(problem, exact, PRESSURES))
-    told = shift(with_and_without(problem, starting_body(problem.body), PRESSURES, [SIDE]))
+    told = shift(with_and_without(problem, starting_body(problem.tubes), PRESSURES, [SIDE]))
     assert np.linalg.norm(told) == pytest.approx(np.linalg.norm(real), rel=0.25)
     assert real @ told > 0.98 * np.linalg.norm(real) * np.linalg.norm(told)
 
@@ -76,7 +76,7 @@ def test_the_effect_is_that_of_the_exact_port(problem):
 def test_ports_beyond_a_mirror_plane_are_left_to_the_images(problem, mirrors):
     """Ports on both sides of a plane: the part has one of them, and unfolded it has both."""
     ports = [Port(np.array([0.0, side * 3.4, HEIGHT]), np.array([0.0, side, 0.0]), RADIUS) for side in (1.0, -1.0)]
-    mesh = unfold(with_tubes(mesh_body(starting_body(problem.body), 2.5, mirrors).mesh, ports)).mesh
+    mesh = unfold(with_tubes(mesh_body(starting_body(problem.tubes), 2.5, mirrors).mesh, ports)).mesh
     tubes = mesh.points[mesh.tets[mesh.regions["tubes"], :4]]
     volumes = np.abs(np.linalg.det(tubes[:, 1:] - tubes[:, :1])) / 6
     assert volumes.sum() == pytest.approx(2 * np.pi * RADIUS**2 * 4.0, rel=0.3)
@@ -86,7 +86,7 @@ def test_ports_beyond_a_mirror_plane_are_left_to_the_images(problem, mirrors):
 
 def test_a_port_beside_the_mirror_plane_needs_the_whole_body(problem):
     """The same port a quarter turn farther does the same; half the body would have it twice."""
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     aside = Port(np.array([0.0, 3.4, HEIGHT]), np.array([0.0, 1.0, 0.0]), RADIUS)
     one, other = (shift(with_and_without(problem, body, PRESSURES, [port])) for port in (SIDE, aside))
     assert abs(other[0]) < 0.1 * abs(other[1])
@@ -96,12 +96,12 @@ def test_a_port_beside_the_mirror_plane_needs_the_whole_body(problem):
 def test_a_task_without_equilibrium_is_named(problem):
     with pytest.raises(ComputationError, match="effect of the ports on task extend is not known"):
         coarse = problem.with_changes({"mesh.size": "6 mm"})
-        with_and_without(coarse, starting_body(coarse.body), {"extend": {"A": 1.0}}, [SIDE])
+        with_and_without(coarse, starting_body(coarse.tubes), {"extend": {"A": 1.0}}, [SIDE])
 
 
 def test_elements_of_a_port_fill_it_and_stay_well_shaped(problem):
     for size in (2.5, 1.5):
-        mesh = mesh_body(starting_body(problem.body), size).mesh
+        mesh = mesh_body(starting_body(problem.tubes), size).mesh
         found = with_tubes(mesh, [SIDE])
         corners = found.points[found.tets[found.regions["tubes"], :4]]
         volume = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0

@@ -28,7 +28,7 @@ def solved(factor, A, element):
     )
     text = problem_text(TASK.replace("12 kPa", f"{A:.12g} kPa"), material=material, chambers=TWO_BESIDE, radius=10)
     problem = loads(text).with_changes({"mesh.element": element, "mesh.size": "8 mm"})
-    at = analyse_body(problem, starting_body(problem.body))
+    at = analyse_body(problem, starting_body(problem.tubes))
     (equilibrium,) = at.analysis.equilibria.values()
     return at, equilibrium.plate
 

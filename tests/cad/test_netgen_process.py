@@ -69,7 +69,7 @@ def test_one_that_is_killed_for_its_memory_is_not_tried_again_on_finer_meshes():
     filled()
     netgen_process._process().kill()
     with pytest.raises(ComputationError, match=r"killed, perhaps for want of memory; make mesh\.size larger$"):
-        mesh_body(starting_body(problem.body), problem.mesh.size)
+        mesh_body(starting_body(problem.tubes), problem.mesh.size)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_a_body_whose_mesh_crashes_is_meshed_at_the_next_attempt():
     problem = load("examples/small.toml")
     crashed = netgen_process._process()
     crashed.send_signal(signal.SIGABRT)
-    mesh = mesh_body(starting_body(problem.body), problem.mesh.size).mesh
+    mesh = mesh_body(starting_body(problem.tubes), problem.mesh.size).mesh
     assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.1
     assert netgen_process._process().pid != crashed.pid
 

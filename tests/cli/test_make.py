@@ -18,7 +18,7 @@ def designs(tiny, tmp_path):
     """A run directory with designs 0 and 1, the second a millimetre wider."""
     problem = load(tiny)
     directory = create(tmp_path / "run", problem)
-    start = starting_body(problem.body)
+    start = starting_body(problem.tubes)
     pressures = {task.name: {"A": 0.06} for task in problem.task}
     for number, factor in enumerate((1.0, 9.0 / 8.0)):
         body = start.with_control_points(start.control_points() * [factor, factor, 1.0])

@@ -48,7 +48,7 @@ def test_a_new_file_is_sound_and_within_its_limits(run, tmp_path, kind):
     assert result.exit_code == 0 and result.stdout.startswith(f"written to {path}; change it, then: pneumorph check")
     problem = load(path)
     assert problem.title == "My robot"
-    assert certified(starting_body(problem.body), problem.limits).satisfied()
+    assert certified(starting_body(problem.tubes), problem.limits).satisfied()
     text = path.read_text(encoding="utf-8")
     assert f"#     pneumorph design {path}" in text and "FILE" not in text
     assert max(len(line) for line in text.replace(str(path), "").splitlines()) <= 125

@@ -100,7 +100,7 @@ def test_tasks_are_shown_from_start_to_end():
 
 @pytest.mark.parametrize("width", [60, 100])
 def test_limits_have_their_worst_value_and_its_place(width):
-    body = starting_body(PROBLEM.body)
+    body = starting_body(PROBLEM.tubes)
     readings = certified(body, PROBLEM.limits).readings
     text = printed(limits_table(readings), width=width)
     firsts = [one.split()[0] for one in text.splitlines() if not one.startswith(" ")]

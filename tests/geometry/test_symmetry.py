@@ -67,7 +67,7 @@ def test_every_design_is_exactly_symmetric(symmetry, chambers, order):
     asked = problem(symmetry, chambers)
     group = operations(asked.body.symmetry)
     assert len(group) == order
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.3 * np.random.default_rng(0).normal(size=space.n)
     body = space.body(phi)
     centre = np.array([0.0, 0.0, 20.0])
@@ -80,8 +80,8 @@ def test_every_design_is_exactly_symmetric(symmetry, chambers, order):
 @pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES)
 def test_nothing_symmetric_is_left_out(symmetry, chambers, order):
     asked = problem(symmetry, chambers)
-    space = build_design_space(asked, starting_body(asked.body))
-    plain = build_design_space(problem({}, chambers), starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
+    plain = build_design_space(problem({}, chambers), starting_body(asked.tubes))
     np.testing.assert_allclose(space.control_points(space.start), plain.control_points(plain.start), atol=1e-9)
     # The group's mean over an orbit of any change is symmetric; so the independent entries are its rank.
     assert space.n_shape >= plain.n_shape / order - 1e-9
@@ -97,7 +97,7 @@ def test_nothing_symmetric_is_left_out(symmetry, chambers, order):
 @pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES)
 def test_pullback_is_the_exact_transpose(symmetry, chambers, order):
     asked = problem(symmetry, chambers)
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     rng = np.random.default_rng(1)
     dphi, dP = rng.normal(size=space.n), rng.normal(size=(space.reference.n_points, 3))
     moved = space.control_points(space.start + dphi) - space.control_points(space.start)
@@ -108,9 +108,9 @@ def test_a_helix_keeps_rotation_and_half_turn():
     asked = problem({"rotation": 3, "half_turn": "x"}, lobes=3)
     group = operations(asked.body.symmetry)
     assert len(group) == 6
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     body = space.body(space.start)
-    np.testing.assert_allclose(body.control_points(), starting_body(asked.body).control_points(), atol=1e-9)
+    np.testing.assert_allclose(body.control_points(), starting_body(asked.tubes).control_points(), atol=1e-9)
     radius = np.hypot(*np.moveaxis(body.exterior.sample(np.arange(48) / 48, [0.5])[0, :, :2], -1, 0))
     assert np.ptp(radius) == pytest.approx(0.2, rel=0.15)
     assert np.argmax(radius) % 16 == 0
@@ -168,7 +168,7 @@ def rippled(*lobes, amplitude="0.1 mm"):
 
 def test_helices_of_chambers_wind_the_other_way_across_a_mirror():
     asked = problem(BOTH, rippled(2, -2, 2, -2, amplitude="0.3 mm"), radius=10.0)
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space = build_design_space(asked, body)
     np.testing.assert_allclose(space.control_points(space.start), body.control_points(), atol=1e-9)
     # They are helices: at one height the radius goes up and down twice on the way round.
@@ -188,7 +188,7 @@ def test_other_helices_are_no_images(lobes):
 def test_control_points_around_are_made_to_fit_and_it_is_said():
     asked = problem({"rotation": 5})
     assert columns_multiple(asked.body.symmetry) == 5
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     assert [surface.net.shape[1] % 5 for surface in body.surfaces] == [0, 0]
     said = adjusted_columns(asked.body)
     assert said[0].startswith("the exterior has 25 control points around instead of 23: the symmetry needs a")
@@ -218,7 +218,7 @@ def test_the_place_that_a_refusal_names_is_accepted_as_it_is_written():
         chambers.append({"center": json.loads(center), "span": json.loads(span)})
     assert chambers[1]["center"] == ["-3 mm", "5.19615 mm"]
     asked = round_about(*chambers, rotation=3)
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     points = space.body(space.start).control_points()
     for matrix in operations(asked.body.symmetry):
         assert KDTree(points).query(points @ matrix.T)[0].max() < 1e-9

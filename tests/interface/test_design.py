@@ -147,9 +147,9 @@ def test_an_interrupted_design_is_kept(tmp_path):
 @pytest.mark.parametrize("changes", [{"symmetry": {"mirror": ["xz"]}}, {}], ids=["a mirror plane", "an end"])
 def test_control_points_that_are_no_design_of_the_problem(tmp_path, changes):
     problem = loads(tiny()).with_changes({f"body.{key}": value for key, value in changes.items()})
-    stored = StoredDesign.of(starting_body(problem.body), {"extend": {"A": 0.06}})
+    stored = StoredDesign.of(starting_body(problem.tubes), {"extend": {"A": 0.06}})
     run = create(tmp_path / "run", problem)
-    mesh = mesh_body(starting_body(problem.body), 8.0).mesh
+    mesh = mesh_body(starting_body(problem.tubes), 8.0).mesh
     fields = Fields(mesh, {"extend": 0.0 * mesh.points}, {"extend": np.ones(len(mesh.points))})
     run.record(line(problem, 0, stored.pressures), stored, fields, {})
     assert pm.open_run(run.path).best.iteration == 0

@@ -46,7 +46,7 @@ def test_tables_are_escaped_and_their_middle_is_left_out():
 
 def test_a_run_and_its_designs(tmp_path):
     problem = loads(tiny()).with_changes({"title": "<img src=x>"})
-    mesh = mesh_body(starting_body(problem.body), 8.0).mesh
+    mesh = mesh_body(starting_body(problem.tubes), 8.0).mesh
     still = Fields(mesh, {"extend": 0.0 * mesh.points}, {"extend": np.ones(len(mesh.points))})
     run = pm.open_run(waving_run(tmp_path / "run", problem, 3, {0: still}).path)
     found = Tables(run._repr_html_())

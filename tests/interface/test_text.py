@@ -14,7 +14,7 @@ from pneumorph.results import Fields, SweepStep
 
 def test_runs_and_designs_are_a_few_lines(tmp_path):
     problem = loads(tiny())
-    mesh = mesh_body(starting_body(problem.body), 8.0).mesh
+    mesh = mesh_body(starting_body(problem.tubes), 8.0).mesh
     still = Fields(mesh, {"extend": 0.0 * mesh.points}, {"extend": np.ones(len(mesh.points))})
     run = pm.open_run(waving_run(tmp_path / "run", problem, 3, {0: still}).path)
     for text in (str(run), repr(run), str(run.best)):

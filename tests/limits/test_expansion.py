@@ -18,7 +18,7 @@ REST = '[[task]]\nname = "t"\npressure = { A = "10 kPa" }\nobjective = { kind = 
 def surfaces():
     """Exterior and chamber of a wavy tube, sampled; the chamber with its end discs."""
     problem = loads(problem_text(REST, 30, body='control_density = "0.4 /mm"'))
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     limits = sample_limits(body, problem.limits)
     points = body.control_points()
     wavy = body.with_control_points(points * (1.0 + 0.1 * np.cos(points[:, 2:] / 3.0) * [1.0, 1.0, 0.0]))

@@ -57,7 +57,7 @@ def problem_with(symmetry, chambers):
 @pytest.mark.parametrize(("symmetry", "chambers", "order"), CASES.values(), ids=CASES)
 def test_one_knot_span_is_certified_for_its_images(symmetry, chambers, order):
     problem = problem_with(symmetry, chambers)
-    start = starting_body(problem.body)
+    start = starting_body(problem.tubes)
     samples = sample_limits(start, problem.limits, operations(problem.body.symmetry))
     limits, own = limits_at(samples), samples.own_spans
     assert 1 / order <= np.concatenate(own).mean() < 1 / order + 0.08
@@ -80,7 +80,7 @@ def test_one_row_stands_for_its_images(symmetry, chambers, order):
     problem = problem_with(symmetry, chambers)
     group = operations(problem.body.symmetry)
     assert len(group) == order
-    start = starting_body(problem.body)
+    start = starting_body(problem.tubes)
     space = build_design_space(problem, start)
     samples, every = sample_limits(start, problem.limits, group), sample_limits(start, problem.limits)
     assert all(mask.all() for mask in (*every.own_fine, *every.own_coarse))

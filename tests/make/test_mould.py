@@ -201,7 +201,7 @@ def test_the_bill_weighs_the_rubber(bodies):
 
 def test_all_files_are_written_and_valid(tmp_path):
     problem = load("examples/small.toml")
-    files, checks = make_mould(starting_body(problem.body), problem, tmp_path, 0.1)
+    files, checks = make_mould(starting_body(problem.tubes), problem, tmp_path, 0.1)
     assert not [check for check in checks if not check.passed]
     assert all(path.stat().st_size > 100 for path in files)
     names = {path.name for path in files}

@@ -103,7 +103,7 @@ def test_displacements_are_fitted_to_gradients():
 def carried(text, size):
     """The analysis of a start, and that on a mesh of another size (mm), from the states carried over to it."""
     asked = loads(text)
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     found = analyse(asked, space, disc, space.start)
     finer = build_discretisation(asked, mesh_of(asked, body, mirrors_of(asked), size), disc.built_at)
@@ -135,7 +135,7 @@ def test_a_predicted_state_of_a_nearly_incompressible_rubber_is_found_with_few_f
     """Unless fitted, the volumetric stress of the predicted displacements makes the tangent indefinite."""
     text = tiny(size='"5 mm"\nelement = "quadratic"', pressure='{ A = "20 kPa" }')
     asked = loads(text.replace("Hei-Cast 8400", "Dragon Skin 10"))
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     moved, took = space.start + 0.3 * np.random.default_rng(0).normal(size=space.n), {}
     for known in (True, False):

@@ -41,7 +41,7 @@ def column(mirror) -> Problem:
 def pushed(mirror, force, mixed=False, plate=True, pressure=0.02):
     """A mesh of part of a column that is no tube of revolution, and its state under a force on its plate."""
     asked = column(mirror)
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     mesh = mesh_body(space.body(phi), 5.0, mirrors_of(asked)).mesh
     part = build_model(mesh, RUBBERS[mixed], plate, mixed=mixed, weight=False)

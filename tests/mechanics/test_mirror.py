@@ -49,7 +49,7 @@ def problem(mirror=("xz",), centres=((0, 0),), radius=4.0, motion="extension", *
 
 def part_mesh(asked: Problem) -> TetMesh:
     """Half or a quarter of a symmetric body that is no tube of revolution."""
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     return mesh_body(space.body(phi), 6.0, mirrors_of(asked)).mesh
 

@@ -175,6 +175,6 @@ def test_what_buckles_without_its_pressure_may_stand_with_it():
     text = text.replace('radius = "8 mm"', 'radius = "6 mm"').replace('radius = "4 mm"', 'radius = "4.5 mm"')
     text = text.replace('spring = { axial = "0 N/mm" }', 'force = ["0.1 N", "0 N", "-0.7 N"]')
     asked = loads(text.replace("60 kPa", "90 kPa"))
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     assert isinstance(analyse(asked, space, disc, space.start), Analysis)

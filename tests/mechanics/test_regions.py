@@ -83,7 +83,7 @@ def layers_of(asked: Problem):
 def test_a_tube_of_two_layers(region, factor, error):
     """In plane strain; far from the ends, where the chamber ends, it is the tube of the boundary-value problem."""
     asked = problem(region, factor=factor)
-    mesh = mesh_of(asked, starting_body(asked.body), mirrors_of(asked)).mesh
+    mesh = mesh_of(asked, starting_body(asked.tubes), mirrors_of(asked)).mesh
     supports = np.zeros((len(mesh.points), 3), bool)
     supports[:, 2] = True
     supports[np.unique(mesh.faces["base"])] = True
@@ -107,11 +107,11 @@ def test_a_sphere_of_two_layers(factor):
     asked = problem(SLEEVE, (28.0, 36.0), factor, ends="pole", density="1.2 /mm")
     # Its exterior is a sphere too, which no problem file has.
     chamber = asked.body.chamber[0].model_copy(update={"radius": 8.0, "span": (24.0, 40.0)})
-    outside = starting_body(asked.body.model_copy(update={"chamber": (chamber,), "radius": 20.0})).chambers[0]
+    outside = starting_body(asked.tubes.model_copy(update={"chamber": (chamber,), "radius": 20.0})).chambers[0]
     columns = -np.arange(outside.net.shape[1])
     exterior = replace(outside, name="exterior", cavity=False, net=outside.net[:, columns])
-    body = Body(exterior, starting_body(asked.body).chambers)
-    mesh = mesh_body(body, 2.6, (), build_linings(asked.body, asked.region)).mesh
+    body = Body(exterior, starting_body(asked.tubes).chambers)
+    mesh = mesh_body(body, 2.6, (), build_linings(asked.tubes, asked.region)).mesh
     from_centre = mesh.points - [0.0, 0.0, LENGTH / 2]
     supports = np.zeros((len(mesh.points), 3), bool)
     for place, held in (((0, 0, 8), (0, 1)), ((0, 0, -8), (0, 1)), ((8, 0, 0), (1, 2))):
@@ -133,7 +133,7 @@ def test_two_rubbers_in_series():
     """A tube is pulled: half way along each part it is in uniaxial tension, N/A = μ (λ − 1/λ²)."""
     asked = problem({"beyond": "30 mm"}, factor=1e3, mesh={"size": "3.5 mm"})
     asked = asked.with_changes({"body.symmetry.mirror": ["xz", "yz"]})
-    mesh = mesh_of(asked, starting_body(asked.body), mirrors_of(asked)).mesh
+    mesh = mesh_of(asked, starting_body(asked.tubes), mirrors_of(asked)).mesh
     assert mesh.mirrors == ("xz", "yz")
     supports = np.zeros((len(mesh.points), 3), bool)
     # It is free to narrow at its base.
@@ -152,7 +152,7 @@ def test_two_rubbers_in_series():
 
 def test_the_gradient_of_a_body_of_two_rubbers_in_series():
     asked = problem({"beyond": "30 mm"}, mesh={"size": "6 mm"}, density="0.25 /mm")
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.2 * np.random.default_rng(0).normal(size=space.n)
     at = analyse_body(asked, space.body(np.clip(phi, space.lower, space.upper)))
     assert set(at.disc.model.regions) == {"body", "other"}
@@ -162,7 +162,7 @@ def test_the_gradient_of_a_body_of_two_rubbers_in_series():
 
 def test_the_gradient_of_a_body_of_two_rubbers_side_by_side():
     asked = problem({"within": ["-60 deg", "60 deg"]}, mesh={"size": "6 mm"}, density="0.56 /mm")
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.1 * np.random.default_rng(0).normal(size=space.n)
     at = analyse_body(asked, space.body(np.clip(phi, space.lower, space.upper)))
     assert set(at.disc.model.regions) == {"body", "other"} and at.disc.model.part == ("xz",)
@@ -176,10 +176,10 @@ def test_the_rubber_of_a_region_alone_changes_nothing():
     same = problem(LAYER, **gravity).with_changes(
         {"region[0].material": problem(LAYER).model_dump(mode="json")["material"]}
     )
-    model = discretise(same, starting_body(same.body)).model
+    model = discretise(same, starting_body(same.tubes)).model
     assert model.rubbers["body"] == model.rubbers["other"]
     other = problem(LAYER, **gravity)
-    model = discretise(other, starting_body(other.body)).model
+    model = discretise(other, starting_body(other.tubes)).model
     assert [rubber.density for rubber in model.rubbers.values()] == pytest.approx([1.1e-9, 1.3e-9])
     assert len(model.regions["body"]) + len(model.regions["other"]) == model.elements
 
@@ -187,7 +187,7 @@ def test_the_rubber_of_a_region_alone_changes_nothing():
 @pytest.mark.parametrize("factor", [1.0, 1e3])
 def test_states_are_carried_over_and_stored(factor):
     asked = problem(SLEEVE, factor=factor, mesh={"size": "4 mm"})
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space, fresh = build_design_space(asked, body), discretise(asked, body)
     shift = fresh.morph.shift.copy()
     shift[-1] += 0.01

@@ -154,7 +154,7 @@ PARTS = [
 def test_covers_are_as_large_as_asked_on_half_a_body():
     """Wherever their edges cross faces; their direction is from base to tip, and faces are seen from outside."""
     asked = problem(membrane=[part(**where) | {"name": f"{k}"} for k, (where, _) in enumerate(PARTS)])
-    mesh = mesh_of(asked, starting_body(asked.body), mirrors_of(asked)).mesh
+    mesh = mesh_of(asked, starting_body(asked.tubes), mirrors_of(asked)).mesh
     assert mesh.mirrors == ("xz",)
     for name, (_, area) in enumerate(PARTS):
         found, cosine, outwards = area_and_direction(mesh, f"{name}")
@@ -166,7 +166,7 @@ def test_covers_are_as_large_as_asked_on_half_a_body():
 def test_a_cover_of_a_chamber_with_poles():
     """Above z = 12 mm is half of a sphere and of the tube between the poles."""
     asked = problem((), "pole", membrane=[part(surfaces=["A"], span=["12 mm", "21 mm"])])
-    mesh = mesh_of(asked, starting_body(asked.body), ()).mesh
+    mesh = mesh_of(asked, starting_body(asked.tubes), ()).mesh
     found, cosine, _ = area_and_direction(mesh, "sheet")
     assert found == pytest.approx(2 * np.pi * 4 * 9, rel=0.02)
     assert cosine > 0.95
@@ -178,7 +178,7 @@ REINFORCED = {"membrane": [part(angles=["-80 deg", "80 deg"], span=["2 mm", "22 
 
 def test_half_a_body_moves_as_the_whole():
     asked = problem(**REINFORCED)
-    half = mesh_of(asked, starting_body(asked.body), mirrors_of(asked)).mesh
+    half = mesh_of(asked, starting_body(asked.tubes), mirrors_of(asked)).mesh
     model = model_of(asked, half)
     whole = whole_of(model, half)
     at = configure(model, half.points, loads_of(asked, model, {"A": 0.04}))
@@ -227,7 +227,7 @@ HELIX = FIBRES | {"families": 1, "angles": ["-60 deg", "100 deg"], "winding": fr
 def test_the_gradient_of_a_reinforced_body(tables):
     """On a body that is no tube of revolution, so that directions follow the shape."""
     asked = problem(centre=1.5, **tables)
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     body = space.body(space.start + 0.1 * np.random.default_rng(0).normal(size=space.n))
     check = run_gradient_check(analyse_body(asked, body))
     assert check.passed, check
@@ -238,7 +238,7 @@ def test_the_gradient_of_a_reinforced_body(tables):
 def test_the_gradient_by_stiffnesses_coverage_and_angle():
     """Each for itself; a check of the problem tests them together."""
     asked = problem(**DESIGNED)
-    at = analyse_body(asked, starting_body(asked.body))
+    at = analyse_body(asked, starting_body(asked.tubes))
     space, disc = at.space, at.disc
     slope = design_gradient(asked, space, disc, at.analysis)
     starts = {name: found.state for name, found in at.analysis.equilibria.items()}
@@ -259,7 +259,7 @@ def test_the_gradient_by_stiffnesses_coverage_and_angle():
 
 def test_states_are_predicted_after_a_change_of_the_angle():
     asked = problem(**DESIGNED)
-    at = analyse_body(asked, starting_body(asked.body))
+    at = analyse_body(asked, starting_body(asked.tubes))
     ahead = at.space.start + 0.02 * np.eye(at.space.n)[-1]
     found = analyse(asked, at.space, at.disc, ahead, tolerance=TOLERANCE).equilibria["one"].state
     before = at.analysis.equilibria["one"].state
@@ -294,7 +294,7 @@ def test_an_angle_is_designed_and_resumed(tmp_path):
 
 def test_covers_are_stored_and_restored():
     asked = problem(**REINFORCED)
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     found = analyse(asked, space, disc, space.start)
     stored = {name: np.asarray(value) for name, value in checkpoint.pack(found, disc).items()}

@@ -63,7 +63,7 @@ def problem(symmetry=3, centres=((0, 0),), radius=4.0, motion="twist", **others)
 
 def part_mesh(asked: Problem) -> TetMesh:
     """A sector of a symmetric body that is no tube of revolution."""
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     return mesh_body(space.body(phi), 6.0, part_of(asked)).mesh
 
@@ -167,7 +167,7 @@ def test_blocked_it_pushes_like_the_whole():
 def test_a_column_buckles_though_a_sector_does_not():
     """A round column pressed beyond Euler's load buckles to any side: two modes, which only the whole one knows."""
     asked = problem()
-    column = starting_body(asked.body)
+    column = starting_body(asked.tubes)
     P = column.control_points() * [0.375, 0.375, 2.5]
     mesh = mesh_body(column.with_control_points(P), 3.0, (sector(3),)).mesh
     part = build_model(mesh, RUBBER)

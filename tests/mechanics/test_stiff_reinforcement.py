@@ -36,7 +36,7 @@ def bender(stiffness, element="mixed", size=6.0):
 
 
 def meshed(problem):
-    mesh = mesh_of(problem, starting_body(problem.body), mirrors_of(problem), problem.mesh.size).mesh
+    mesh = mesh_of(problem, starting_body(problem.tubes), mirrors_of(problem), problem.mesh.size).mesh
     return mesh, model_of(problem, mesh)
 
 

@@ -54,7 +54,7 @@ CASES = {
 @pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
 def case(request: pytest.FixtureRequest):
     asked, names = request.param
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     body, mirrors = space.body(phi), asked.body.symmetry.mirror
     return body, mirrors, names, mesh_body(body, 4.0, mirrors), space, phi

@@ -80,14 +80,14 @@ CASES = {
 
 
 def meshed(asked: Problem, body: Body, mirrors: tuple[str, ...] = ("xz",)) -> Morph:
-    linings, levels = build_linings(asked.body, asked.region), build_levels(asked.body, asked.region)
-    return mesh_body(body, 3.5, mirrors, linings, (), levels, build_wedges(asked.body, asked.region))
+    linings, levels = build_linings(asked.tubes, asked.region), build_levels(asked.tubes, asked.region)
+    return mesh_body(body, 3.5, mirrors, linings, (), levels, build_wedges(asked.tubes, asked.region))
 
 
 @pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
 def case(request: pytest.FixtureRequest):
     asked, volumes = request.param
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     return asked, volumes, meshed(asked, body)
 
 
@@ -133,7 +133,7 @@ def interface(mesh: TetMesh) -> np.ndarray:
 def test_the_inner_side_moves_as_the_surface_does(case) -> None:
     """Where rubbers meet does not depend on when a body was meshed: moved or meshed anew, it is the same surface."""
     asked, _, morph = case
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = np.clip(space.start + 0.1 * np.random.default_rng(3).normal(size=space.n), space.lower, space.upper)
     body = space.body(phi)
     P = body.control_points()
@@ -151,7 +151,7 @@ def test_the_inner_side_moves_as_the_surface_does(case) -> None:
             own = np.intersect1d(elements, nodes)
             assert np.abs(moved.points[own, 2] - region.beyond).min() < 1e-9
             assert moved.points[elements, 2].min() > region.beyond - 1e-9
-    for wedge in build_wedges(asked.body, asked.region):
+    for wedge in build_wedges(asked.tubes, asked.region):
         points = moved.points[np.unique(moved.tets[moved.regions[wedge.region]])]
         aside = beside(points[..., :2], wedge)
         # Of half a body there is one half-plane of each.
@@ -168,7 +168,7 @@ def beside(places: np.ndarray, wedge: Wedge) -> np.ndarray:
 def test_gradients_of_nodes_are_exact(case) -> None:
     asked, _, morph = case
     rng = np.random.default_rng(0)
-    P = starting_body(asked.body).control_points()
+    P = starting_body(asked.tubes).control_points()
     dP = rng.normal(size=P.shape)
     np.testing.assert_allclose(morph.positions(P + dP) - morph.positions(P), morph.push(dP), atol=1e-9)
     w = rng.normal(size=morph.reference.shape)
@@ -185,7 +185,7 @@ def thickness_at(morph: Morph, asked: Problem) -> list[float]:
 @pytest.mark.parametrize(("name", "radius"), [("sleeve", 5.0), ("dome", 5.0), ("layer", 7.0)])
 def test_the_interface_is_at_the_thickness(name: str, radius: float) -> None:
     asked, _ = CASES[name]
-    morph = meshed(asked, starting_body(asked.body), ())
+    morph = meshed(asked, starting_body(asked.tubes), ())
     found = thickness_at(morph, asked)
     assert len(found) > 8
     assert found == pytest.approx([radius] * len(found), rel=2e-3)
@@ -203,7 +203,7 @@ def test_sections_of_parts_of_a_body(mirrors: tuple[str, ...], height: float) ->
     """Through the chamber and through the solid below it, where the axis of a quarter is in the solid."""
     asked = problem({"beyond": f"{height} mm"}, mirror=mirrors)
     asked = asked.with_changes({"body.chamber[0].span": ["16 mm", "27 mm"]})
-    mesh = meshed(asked, starting_body(asked.body), mirrors).mesh
+    mesh = meshed(asked, starting_body(asked.tubes), mirrors).mesh
     found = 2 ** len(mirrors) * volume(mesh, mesh.regions["body"])
     assert found == pytest.approx(np.pi * (64 * height - 16 * max(height - 16, 0)), rel=3e-3)
     assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.2
@@ -215,9 +215,9 @@ def test_sections_of_parts_of_a_body(mirrors: tuple[str, ...], height: float) ->
 def test_designs_keep_planes_between_rubbers(mirror: tuple[str, ...]) -> None:
     """However control points are moved within their bounds, rings are in the plane and surfaces on their sides."""
     asked = problem({"beyond": "12.3 mm"}, ends="pole", mirror=mirror)
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     assert np.all((space.lower < space.start) & (space.start < space.upper))
-    (level,) = build_levels(asked.body, asked.region)
+    (level,) = build_levels(asked.tubes, asked.region)
     q = np.linspace(0.0, 1.0, 41)
     for seed in range(5):
         phi = np.clip(space.start + 4.0 * np.random.default_rng(seed).normal(size=space.n), space.lower, space.upper)
@@ -232,7 +232,7 @@ def test_designs_keep_planes_between_rubbers(mirror: tuple[str, ...]) -> None:
 
 def test_chambers_beside_a_plane_stay_away_from_it() -> None:
     asked = problem({"beyond": "14 mm"}).with_changes({"body.chamber[0].span": ["17 mm", "27 mm"]})
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     low = np.clip(space.start - 50.0, space.lower, space.upper)
     (chamber,) = space.body(low).chambers
     assert chamber.net[..., 2].min() == pytest.approx(14.0 + asked.limits.wall)
@@ -242,7 +242,7 @@ def test_chambers_beside_a_plane_stay_away_from_it() -> None:
 def test_half_planes_of_parts_of_a_body(mirrors: tuple[str, ...]) -> None:
     """Through the chamber and the solid on both sides of it, where half-planes meet on the axis."""
     asked = problem(within(-90, 90), ends="pole", mirror=mirrors, density=0.6)
-    mesh = meshed(asked, starting_body(asked.body), mirrors).mesh
+    mesh = meshed(asked, starting_body(asked.tubes), mirrors).mesh
     parts = [2 ** len(mirrors) * volume(mesh, own) for own in mesh.regions.values()]
     assert parts == pytest.approx([np.pi * (32 * 30 - 16 * 8 - 128 / 3)] * 2, rel=3e-3)
     assert scaled_jacobian(mesh.points, mesh.tets).min() > 0.2
@@ -265,12 +265,12 @@ def test_half_planes_of_parts_of_a_body(mirrors: tuple[str, ...]) -> None:
 )
 def test_designs_keep_half_planes_between_rubbers(asked: Problem) -> None:
     """However control points are moved within their bounds, lines are in half-planes and surfaces between them."""
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     assert np.all((space.lower < space.start) & (space.start < space.upper))
     assert space.control_points(space.start) == pytest.approx(space.reference.control_points(), abs=1e-12)
     product = space.L.T @ space.L
     assert abs(product - sparse.diags_array(product.diagonal())).max() < 1e-12
-    wedges, r = build_wedges(asked.body, asked.region), np.linspace(0.0, 1.0, 41)
+    wedges, r = build_wedges(asked.tubes, asked.region), np.linspace(0.0, 1.0, 41)
     for seed in range(3):
         phi = np.clip(space.start + 3.0 * np.random.default_rng(seed).normal(size=space.n), space.lower, space.upper)
         for surface in space.body(phi).surfaces:
@@ -291,9 +291,9 @@ def test_chambers_beside_half_planes_stay_away_from_them(angles: tuple[int, int]
         for name, x, ends in (("A", 4.3, "flat"), ("B", -4.6, "pole"))
     ]
     asked = problem(within(*angles), mirror=(), density=0.6, **{"body.chamber": chambers, "limits.wall": "1 mm"})
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     assert np.all((space.lower < space.start) & (space.start < space.upper))
-    wedges, least = build_wedges(asked.body, asked.region), []
+    wedges, least = build_wedges(asked.tubes, asked.region), []
     for seed in range(3):
         phi = np.clip(space.start + 9.0 * np.random.default_rng(seed).normal(size=space.n), space.lower, space.upper)
         for chamber in space.body(phi).chambers:

@@ -49,7 +49,7 @@ CASES = {
 @pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
 def case(request: pytest.FixtureRequest):
     asked, names = request.param
-    space = build_design_space(asked, starting_body(asked.body))
+    space = build_design_space(asked, starting_body(asked.tubes))
     phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
     body, part = space.body(phi), (sector(asked.body.symmetry.rotation),)
     return body, part, names, mesh_body(body, 4.0, part), space, phi
@@ -119,7 +119,7 @@ def test_its_pullback_is_the_transpose(case) -> None:
 
 def test_a_body_that_is_not_symmetric_has_no_sectors() -> None:
     asked = problem(3, 4.0, (0, 0))
-    space = build_design_space(asked.with_changes({"body.symmetry": {}}), starting_body(asked.body))
+    space = build_design_space(asked.with_changes({"body.symmetry": {}}), starting_body(asked.tubes))
     body = space.body(space.start + 0.1 * np.random.default_rng(0).normal(size=space.n))
     with pytest.raises(MeshError, match="not the same after a turn"):
         mesh_body(body, 4.0, (sector(3),))
@@ -128,7 +128,7 @@ def test_a_body_that_is_not_symmetric_has_no_sectors() -> None:
 def test_a_chamber_outside_of_its_sector_is_no_mesh():
     """The exterior's parameters may have turned so far that its cuts are on the other side of a chamber."""
     asked = problem(3, 1.3, *around(3, 4.5))
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     angle = np.radians(90.0)
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     points = body.control_points()

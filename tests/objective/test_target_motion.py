@@ -44,7 +44,7 @@ def test_only_what_is_given_counts():
 
 def test_the_gradient_is_exact():
     check = run_gradient_check(
-        analyse_body(found := problem(SEVERAL.replace("60", "6").replace("3 mm", "0.5 mm")), starting_body(found.body))
+        analyse_body(found := problem(SEVERAL.replace("60", "6").replace("3 mm", "0.5 mm")), starting_body(found.tubes))
     )
     assert check.passed and len(check.tests) == 2
     assert all(check.tests[name].passed for name in check.tests), check

@@ -73,7 +73,7 @@ def test_a_stopped_run_goes_on(problem, events):
 
 def test_states_are_carried_to_new_meshes(problem):
     """From a quarter to another mesh of it, and to one from a half as a run of an earlier version may have it."""
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     body, phi = space.body(space.start), space.start
     new = discretise(problem, body)
     fresh = solved(problem, space, new, phi)
@@ -89,7 +89,7 @@ def test_states_are_carried_to_new_meshes(problem):
 
 
 def test_the_gradient_is_right_and_that_of_the_whole_body(problem):
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     # A bulge on the side of +x, so that the body bends; in a quarter on both sides.
     start = space.control_points(space.start)
     angle, height = np.arctan2(start[:, 1], start[:, 0]), start[:, 2] / 24

@@ -44,7 +44,7 @@ FILE = problem_text(REST, 30, body='control_density = "0.4 /mm"')
 @pytest.fixture(scope="module")
 def stage():
     problem = loads(FILE)
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     space = build_design_space(problem, body)
     return problem, body, space, build_smoothing(space)
 
@@ -61,7 +61,7 @@ def test_smoothing_keeps_the_box_and_has_its_transpose(stage, seed):
 
 def test_the_moduli_of_a_smoothing_are_above_it():
     problem = loads(FILE.replace("control_density", 'symmetry = { half_turn = "x", rotation = 3 }\ncontrol_density'))
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     smooth = build_smoothing(space)
     assert space.L.min() < 0
     rng = np.random.default_rng(0)
@@ -296,7 +296,7 @@ def test_bringing_steps_within_the_limits_leaves_most_of_their_gain(stage):
 def test_a_crowded_design_is_brought_within_all_its_limits():
     """Two chambers with poles, and walls, folds and stretch near their bounds nearly everywhere."""
     problem = load(CROWDED.with_suffix(".toml"))
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     space = build_design_space(problem, body)
     phi = np.load(CROWDED)["phi"]
     found = within(space, build_smoothing(space), tube_limits(body, problem.limits), phi)

@@ -86,7 +86,7 @@ def test_a_stopped_run_goes_on(problem, events):
 @pytest.fixture(scope="module")
 def analysed(problem):
     """A twisted design on a mesh of a sector and on one of the whole body."""
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     phi = space.start + 0.1 * np.random.default_rng(0).normal(size=space.n)
     phi[space.n_shape :] = space.start[space.n_shape :]
     body = space.body(phi)
@@ -132,12 +132,12 @@ def test_where_a_cut_cannot_be_meshed_the_whole_body_is(problem, monkeypatch):
         raise MeshError("the profiles of two surfaces cross in a plane")
 
     monkeypatch.setattr("pneumorph.mesh.tube.build.with_sector", refuse)
-    assert discretise(problem, starting_body(problem.body)).model.part == ()
+    assert discretise(problem, starting_body(problem.tubes)).model.part == ()
 
 
 def test_stretches_at_nodes_are_those_of_the_whole(problem):
     """Also in the cuts, where half of the elements at a node are those at its image."""
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     phi = space.start + 0.1 * np.random.default_rng(1).normal(size=space.n)
     disc = discretise(problem, space.body(phi))
     fields = collect_fields(disc, solved(problem, space, disc, phi))
@@ -152,7 +152,7 @@ def test_what_was_stored_of_a_part_is_explored_on_it():
     stored = loads(mirrored.replace("SYMMETRY", '{ mirror = ["xz"] }'))
     asked = loads(mirrored.replace("SYMMETRY", '{ mirror = ["xz"], rotation = 3 }'))
     assert part_of(asked) == (sector(3),)
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     disc = discretise(stored, body)
     assert disc.model.part == ("xz",)
     mesh = disc.morph.mesh

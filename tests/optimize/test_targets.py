@@ -49,7 +49,7 @@ FILE = problem_text(REST, chambers=CHAMBERS, body='control_density = "0.3 /mm"')
 @pytest.fixture(scope="module")
 def case():
     problem = loads(FILE)
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     disc = discretise(problem, space.reference)
     phi = space.start + 0.1 * np.random.default_rng(0).uniform(-1, 1, space.n)
     return problem, space, disc, phi, solved(problem, space, disc, phi)

@@ -125,7 +125,7 @@ def test_part_of_a_body_is_written_whole(mirrors):
     """Its faces, loads and springs are those of the whole body, and the answer is the part's."""
     changes = {"body.symmetry.mirror": list(mirrors), "end_effector.spring.axial": "0.5 N/mm"}
     problem = linear_actuator().with_changes(changes)
-    mesh = mesh_body(starting_body(problem.body), 8.0, mirrors).mesh
+    mesh = mesh_body(starting_body(problem.tubes), 8.0, mirrors).mesh
     part = model_of(problem, mesh)
     at = configure(part, mesh.points, loads_of(problem, part, {"A": 0.04}))
     found = blocks(abaqus_input(mesh, at))

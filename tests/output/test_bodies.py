@@ -45,7 +45,7 @@ def problem():
 
 @pytest.fixture(scope="module")
 def mesh(problem):
-    return mesh_body(starting_body(problem.body), 6.0).mesh
+    return mesh_body(starting_body(problem.tubes), 6.0).mesh
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_a_shell_is_closed_and_encloses_the_rubber(ends):
 
 
 def test_a_shell_is_cut_like_a_mesh(problem):
-    shell = shell_of(starting_body(problem.body))
+    shell = shell_of(starting_body(problem.tubes))
     skin, face, rim = cut_open(shell, np.array([0.0, 1.0, 0.0]), 0.0)
     assert np.abs(face.points[:, 1]).max() < 2e-3 and skin.points[:, 1].min() > -1e-6
     assert face.area == pytest.approx(24.0 * 16.0 - 18.0 * 8.0, rel=1e-2)
@@ -315,7 +315,7 @@ def frames_of(path):
 
 
 def test_an_evolution_has_a_frame_for_every_design_up_to_a_number(problem, drawn):
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     designs = [(entry(k), waved(body, 0.01 * k)) for k in range(150)]
     assert len(evolution(problem, designs[:7]).drawn()) == 7
     assert all(isinstance(panel.shape, Shell) for panel in drawn[0].panels)
@@ -347,7 +347,7 @@ def test_moving_pictures_are_drawn(problem, fields, tmp_path):
     except render.NoPicture as reason:
         pytest.skip(str(reason))
     assert picture.shape[2] == 4 and picture[0, 0, 3] == 0 and picture[54, 80, 3] == 255, "clear beside the body"
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     film = evolution(problem, [(entry(k), waved(body, 0.1 * k)) for k in range(3)])
     save_gif(tmp_path / "evolution.gif", film.drawn())
     frames = [frame.astype(float) for frame, _ in frames_of(tmp_path / "evolution.gif")]

@@ -80,7 +80,7 @@ def assert_nothing_is_cut_off(figure: Figure):
 
 
 def figures(problem):
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     curve = loads(tiny(objective=CURVE, pressure='{ A = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }'))
     first, last = (
         task_result(errors={"orientation_rad": error}, section_positions=tuple((0.0, 0.0, z) for z in (3, 9, 15, 21)))

@@ -35,7 +35,7 @@ def problem():
 
 @pytest.fixture(scope="module")
 def body(problem):
-    return starting_body(problem.body)
+    return starting_body(problem.tubes)
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ def problem():
 
 
 def test_pictures_show_sheets_as_areas_and_fibres_as_strokes(problem):
-    mesh = mesh_of(problem, starting_body(problem.body), ()).mesh
+    mesh = mesh_of(problem, starting_body(problem.tubes), ()).mesh
     u = mesh.points * [0.0, 0.0, 0.5]
     sheet, braid = coverings_of(problem, mesh, u)
     radius = problem.body.radius

@@ -120,7 +120,7 @@ def test_shares_of_limits_agree_with_the_certificate(run, problem):
 
 
 def test_shares_that_are_known_are_not_computed_again(run, problem, monkeypatch):
-    limits = of_shape.limits_of(problem, starting_body(problem.body))
+    limits = of_shape.limits_of(problem, starting_body(problem.tubes))
     bodies = [run.load_design(number).body(problem) for number in (0, 1, 2)]
     known = {}
     _, arrays = packed_usage(limits, bodies[:2], known)
@@ -171,7 +171,7 @@ def test_a_page_of_forty_designs_is_small(tmp_path):
     """Seven pressures of two tasks, with nets and a mesh as large as those of the examples."""
     text = (ROOT / "examples" / "linear.toml").read_text(encoding="utf-8")
     problem = loads(text.replace("[limits]", f"{TASK.format('half').replace('60', '30')}\n[limits]"))
-    body = waved(starting_body(problem.body), 1.0)
+    body = waved(starting_body(problem.tubes), 1.0)
     mesh = mesh_body(body, 3.0).mesh
     u = mesh.points * [0.02, 0.02, 0.3] + np.random.default_rng(0).normal(0, 1e-3, mesh.points.shape)
     stretch = nodal_stretch(mesh, u)
@@ -249,7 +249,7 @@ def test_targets(fields, tmp_path):
     arm = load(ROOT / "examples" / "arm_planar.toml")
     run = create(tmp_path / "run", arm)
     pressures = {"shape": {"A": 0.06}}
-    design = StoredDesign.of(starting_body(arm.body), pressures)
+    design = StoredDesign.of(starting_body(arm.tubes), pressures)
     run.record(line(arm, 0, pressures), design, one_element(), {})
     shutil.rmtree(run.path / "fields")
     facts, _ = block_of(write_report(run))
@@ -276,7 +276,7 @@ def test_surfaces_in_the_browser_are_those_of_the_package(tmp_path):
         pytest.skip("there is no Node.js here to evaluate them")
     text = problem_text(EXTEND, radius=11, chambers=TWO_BESIDE, body='control_density = "0.4 /mm"')
     problem = loads(text.replace('name = "B"', 'name = "B"\nends = "pole"'))
-    start = starting_body(problem.body)
+    start = starting_body(problem.tubes)
     rng = np.random.default_rng(1)
     body = start.with_control_points(start.control_points() + rng.normal(0, 0.3, (start.n_points, 3)))
     run = create(tmp_path / "run", problem)

@@ -39,7 +39,7 @@ def test_a_file_is_read_and_written():
     )
     assert loads(problem.to_toml()) == problem
     assert problem.region[0].material.name == "Dragon Skin 30"
-    outside, inside = build_linings(problem.body, problem.region)
+    outside, inside = build_linings(problem.tubes, problem.region)
     assert (outside.surface, inside.surface) == ("exterior", "A")
     assert outside.r == pytest.approx((0.2, 0.8)) and outside.q == pytest.approx((-0.25, 0.25))
 

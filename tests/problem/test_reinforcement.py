@@ -24,7 +24,7 @@ def test_they_are_read_and_written():
     assert fibres.winding.start == pytest.approx(math.radians(70)) and not fibres.winding.free
     assert fibres.handed
     assert loads(problem.to_toml()) == problem
-    one, other = build_covers(problem.body, [*problem.membrane, *problem.fibres])
+    one, other = build_covers(problem.tubes, [*problem.membrane, *problem.fibres])
     assert (one.surface, one.r, one.q) == ("exterior", (0.0, 1.0), pytest.approx((0.75, 1.25)))
     assert (other.surface, other.q) == ("A", None)
 
@@ -36,7 +36,7 @@ def test_stiffness_and_angle_may_be_designed():
     assert problem.fibres[0].handed
     assert "stiffness 200 N/mm" in problem.membrane[0].words
     assert loads(problem.to_toml()) == problem
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     assert space.data(space.start) == {"paper": {"stiffness": 200.0}, "braid": {"winding": 0.0}}
     assert space.reinforcement(space.upper)[1, 1] == pytest.approx(math.pi / 2)
     assert space.data(space.lower)["paper"]["stiffness"] == pytest.approx(50.0)
@@ -52,7 +52,7 @@ def test_the_covered_share_of_a_sheet():
     assert problem.membrane[0].coverage.start == 1.0 and "coverage" not in problem.membrane[0].words
     problem = loads(tiny() + SHEET + "coverage = { start = 0.6, min = 0.2, max = 1 }\n" + BRAID)
     assert "coverage 0.6" in problem.membrane[0].words and loads(problem.to_toml()) == problem
-    space = build_design_space(problem, starting_body(problem.body))
+    space = build_design_space(problem, starting_body(problem.tubes))
     assert space.data(space.lower) == {"paper": {"coverage": pytest.approx(0.2)}}
     assert space.reinforcement(space.upper) == pytest.approx(np.array([[0.0, 0.4], [0.0, 0.0]]))
     assert starting_from(problem, space.data(space.upper)).membrane[0].coverage.start == pytest.approx(1.0)
@@ -70,7 +70,7 @@ def test_covers_of_a_chamber_run_the_other_way_and_by_its_own_span():
     middle = (low + high) / 2
     text = tiny() + SHEET + f'surfaces = ["A"]\nangles = ["10 deg", "100 deg"]\nspan = ["{middle} mm", "{high} mm"]\n'
     problem = loads(text)
-    (cover,) = build_covers(problem.body, problem.membrane)
+    (cover,) = build_covers(problem.tubes, problem.membrane)
     assert cover.r == pytest.approx((0.5, 1.0))
     assert cover.q == pytest.approx((260 / 360, 350 / 360))
 

@@ -76,7 +76,7 @@ def test_an_ellipse_and_half_a_disc():
 
 def test_tubes_have_the_volumes_of_their_sections():
     problem = Problem.model_validate(table(taper=0.7))
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     area = outline(**RECTANGLE).area
     assert enclosed_volume(body.exterior) == pytest.approx(60 * area * (1 + 0.7 + 0.49) / 3, rel=2e-3)
     assert problem.body.area == pytest.approx(area * (1 + 0.7 + 0.49) / 3)
@@ -85,7 +85,7 @@ def test_tubes_have_the_volumes_of_their_sections():
 def test_an_ellipse_of_equal_axes_is_a_cylinder():
     circle = Problem.model_validate(table(section=None, radius="10 mm"))
     ellipse = Problem.model_validate(table(section={"kind": "ellipse", "width": "20 mm", "depth": "20 mm"}))
-    nets = [starting_body(each.body).exterior.net for each in (circle, ellipse)]
+    nets = [starting_body(each.tubes).exterior.net for each in (circle, ellipse)]
     assert np.abs(nets[0] - nets[1]).max() < 1e-3
 
 
@@ -113,7 +113,7 @@ def test_a_dome_on_a_section_closes_in_a_point():
 )  # fmt: skip
 def test_symmetric_sections_have_symmetric_control_points(symmetry, section, chamber):
     problem = Problem.model_validate(table(chamber, section=section, symmetry=symmetry, control_density="0.6 /mm"))
-    body = starting_body(problem.body)
+    body = starting_body(problem.tubes)
     space = build_design_space(problem, body)
     assert np.abs(space.control_points(space.start) - body.control_points()).max() < 1e-6
 
@@ -122,8 +122,8 @@ def test_angles_around_a_section_are_directions_from_its_axis():
     half = {"kind": "half-round", "round_radius": "12 mm", "corner": "2 mm"}
     sheet = {"name": "cloth", "stiffness": "10 N/mm", "angles": ["120 deg", "240 deg"]}
     problem = Problem.model_validate(table(section=half) | {"membrane": [sheet]})
-    (cover,) = build_covers(problem.body, problem.membrane)
-    exterior = starting_body(problem.body).exterior
+    (cover,) = build_covers(problem.tubes, problem.membrane)
+    exterior = starting_body(problem.tubes).exterior
     assert cover.q is not None
     ends = exterior.points(np.array(cover.q) % 1.0, np.full(2, 0.5))
     assert np.degrees(np.arctan2(ends[:, 1], ends[:, 0])) % 360 == pytest.approx([120, 240], abs=0.5)

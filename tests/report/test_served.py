@@ -41,7 +41,7 @@ def served(run):
 
 def accept(run, number, pressures, fields):
     """Let a run accept one more design."""
-    stored = StoredDesign.of(waved(starting_body(run.problem.body), 0.1 * number), pressures)
+    stored = StoredDesign.of(waved(starting_body(run.problem.tubes), 0.1 * number), pressures)
     run.record(line(run.problem, number, pressures), stored, fields, {})
 
 

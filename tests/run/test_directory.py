@@ -21,7 +21,7 @@ OTHER = load(EXAMPLES / "linear_spring.toml")
 
 
 def design(iteration: int) -> StoredDesign:
-    rng, start = np.random.default_rng(iteration), starting_body(PROBLEM.body)
+    rng, start = np.random.default_rng(iteration), starting_body(PROBLEM.tubes)
     nets = [surface.net + 0.1 * rng.random(surface.net.shape) for surface in start.surfaces]
     return StoredDesign(nets[0], {"A": nets[1]}, {"extend": {"A": 0.06}})
 
@@ -67,7 +67,7 @@ def test_what_is_written_reads_back(tmp_path):
 
 
 def test_a_body_comes_back_as_it_was_stored(tmp_path):
-    start = starting_body(PROBLEM.body)
+    start = starting_body(PROBLEM.tubes)
     body = start.with_control_points(start.control_points() + 0.1)
     run = create(tmp_path, PROBLEM)
     run.record(line(0), StoredDesign.of(body, {"extend": {"A": 0.06}}), one_element(), {})

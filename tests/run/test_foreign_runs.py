@@ -194,7 +194,7 @@ def test_a_missing_checkpoint_beside_finished_designs(run):
 @pytest.mark.parametrize("wrong", [("face chamber A", "face chamber A B"), ("face sector 3", "face mirror xz")])
 def test_a_sector_with_faces_that_none_has(wrong):
     asked = loads(tiny().replace("[[body.chamber]]", "symmetry = { rotation = 3 }\n[[body.chamber]]"))
-    mesh = mesh_body(starting_body(asked.body), 6.0, ("sector 3",)).mesh
+    mesh = mesh_body(starting_body(asked.tubes), 6.0, ("sector 3",)).mesh
     arrays = Fields(mesh, {}, {}).pack()
     assert unpack_fields(arrays).mesh.part == ("sector 3",)
     known, added = wrong

@@ -16,7 +16,7 @@ from pneumorph.problem import loads
 from pneumorph.run import RunDirectory, StoredDesign, complete, create, lock, locked, open_run, resume
 
 PROBLEM = loads(tiny())
-START = starting_body(PROBLEM.body)
+START = starting_body(PROBLEM.tubes)
 PRESSURES = {"extend": {"A": 0.06}}
 HOLDER = """
 import pathlib, sys

@@ -24,7 +24,7 @@ def soft(shear: str) -> Problem:
 
 
 def analysed(asked: Problem):
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     return space, disc, analyse(asked, space, disc, space.start, tolerance=TOLERANCE)
 

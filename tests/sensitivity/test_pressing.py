@@ -67,7 +67,7 @@ def problem(name):
 @pytest.fixture(scope="module")
 def at():
     asked = problem("component")
-    return analyse_body(asked, starting_body(asked.body))
+    return analyse_body(asked, starting_body(asked.tubes))
 
 
 @pytest.fixture(scope="module")

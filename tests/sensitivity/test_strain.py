@@ -38,7 +38,7 @@ CASES = {
 @pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
 def case(request: pytest.FixtureRequest):
     asked = request.param
-    body = starting_body(asked.body)
+    body = starting_body(asked.tubes)
     space, disc = build_design_space(asked, body), discretise(asked, body)
     return asked, space, disc, analyse(asked, space, disc, space.start, tolerance=TOLERANCE)
 

@@ -97,7 +97,7 @@ def test_new_designs_change_the_stamp(tmp_path, serving, asked):
         seen = set()
         fields = analysed(problem, 0.0)
         for number in range(2):
-            stored = StoredDesign.of(starting_body(problem.body), {"extend": {"A": 0.06}})
+            stored = StoredDesign.of(starting_body(problem.tubes), {"extend": {"A": 0.06}})
             run.record(line(problem, number, {"extend": {"A": 0.06}}), stored, fields, {})
             seen.add(stamp())
             facts, _ = unpack(asked(server, "runs/0")[1])

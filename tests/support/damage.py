@@ -21,7 +21,7 @@ from pneumorph.run.complete import Outcome, result
 from pneumorph.run.directory import _checkpoint_arrays as checkpoint_arrays
 
 PROBLEM = loads(tiny())
-START = starting_body(PROBLEM.body)
+START = starting_body(PROBLEM.tubes)
 
 
 def resumable_state():

@@ -30,7 +30,7 @@ def waved(body: Body, amplitude: float) -> Body:
 
 def waving_run(path: Path, problem: Problem, designs: int, fields: dict[int, Fields], waves: float = 0.1):
     """A run directory with that many designs; `fields` are stored of the first and the last."""
-    run, start = create(path, problem), starting_body(problem.body)
+    run, start = create(path, problem), starting_body(problem.tubes)
     pressures = {task.name: {name: free.start for name, free in task.pressure.items()} for task in problem.task}
     for number in range(designs):
         body = waved(start, waves * number)
@@ -61,7 +61,7 @@ def line(problem: Problem, number: int, pressures):
 
 def analysed(problem: Problem, amplitude: float) -> Fields:
     """Fields of the waved body as they are at the end of a run."""
-    body = waved(starting_body(problem.body), amplitude)
+    body = waved(starting_body(problem.tubes), amplitude)
     space, disc = build_design_space(problem, body), discretise(problem, body)
     found = analyse(problem, space, disc, space.start)
     return collect_fields(disc, found, None, compute_inflation(disc, found))

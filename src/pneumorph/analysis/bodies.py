@@ -7,7 +7,7 @@ from pneumorph.geometry.tube import build_covers, build_levels, build_linings, b
 from pneumorph.mesh import Mesher, Morph
 from pneumorph.mesh.faces import FacesMesher
 from pneumorph.mesh.tube import TubeMesher
-from pneumorph.problem import Problem, SolidSpec, reinforcements
+from pneumorph.problem import Problem, reinforcements
 from pneumorph.symmetry.part import Part
 
 
@@ -20,17 +20,16 @@ def mesher_of(problem: Problem, part: Part, size: float | None = None) -> Mesher
     part : of the bodies that is meshed; all of one where the cut of a sector would cross itself or a surface.
     size : of the elements, mm; by default that of the problem.
     """
-    if isinstance(problem.body, SolidSpec):
-        return FacesMesher(
-            problem.body.faces, problem.body.ends_at, problem.body.chambers_at, size or problem.mesh.size
-        )
+    solid = problem.solid
+    if solid is not None:
+        return FacesMesher(solid.faces, solid.ends_at, solid.chambers_at, size or problem.mesh.size)
     return TubeMesher(
         size or problem.mesh.size,
         part,
-        linings=build_linings(problem.body, problem.region),
-        covers=build_covers(problem.body, reinforcements(problem)),
-        levels=build_levels(problem.body, problem.region),
-        wedges=build_wedges(problem.body, problem.region),
+        linings=build_linings(problem.tubes, problem.region),
+        covers=build_covers(problem.tubes, reinforcements(problem)),
+        levels=build_levels(problem.tubes, problem.region),
+        wedges=build_wedges(problem.tubes, problem.region),
     )
 
 

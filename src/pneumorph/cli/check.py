@@ -20,7 +20,7 @@ from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Rubber, rubbers_of
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, part_note, warnings_of
-from pneumorph.problem import Problem, Reinforcement, SolidSpec, load, reinforcements
+from pneumorph.problem import Problem, Reinforcement, load, reinforcements
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.reinforcement import data_of
 
@@ -47,8 +47,8 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     at = analyse_body(asked, design.body)
     for line, style in _description(at):
         say(line, style)
-    if not isinstance(asked.body, SolidSpec):
-        for sentence in adjusted_columns(asked.body):
+    if asked.solid is None:
+        for sentence in adjusted_columns(asked.tubes):
             say(f"symmetry  {sentence}")
     found = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
@@ -98,8 +98,8 @@ def _section(tube: dict[str, Any]) -> str:
 
 def _body(problem: Problem) -> Iterator[tuple[str, str]]:
     """What body it is, line by line, each with its style."""
-    if isinstance(problem.body, SolidSpec):
-        yield from found_in(problem.body, problem.mesh.size)
+    if problem.solid is not None:
+        yield from found_in(problem.solid, problem.mesh.size)
         return
     body = problem.model_dump()["body"]
     chambers = "; ".join(

@@ -74,7 +74,7 @@ def design(
         with deferred(), Screen(asked, console, quiet, verbose) as screen:
             if run.latest is not None:
                 screen.say(f"resuming after design {run.latest} in {run.path}")
-            for sentence in adjusted_columns(asked.body):
+            for sentence in () if asked.solid else adjusted_columns(asked.tubes):
                 screen.say(sentence)
             try:
                 run.complete(screen.show)

@@ -10,7 +10,6 @@ from pneumorph.geometry.lattice.start import lattice_body
 from pneumorph.geometry.lattice.variables import lattice_space
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.problem.solid import SolidSpec
 
 if TYPE_CHECKING:
     from pneumorph.problem import Problem
@@ -18,10 +17,10 @@ if TYPE_CHECKING:
 
 def body_of(problem: Problem) -> Body:
     """The body from which the designs of a problem start."""
-    return lattice_body(problem) if isinstance(problem.body, SolidSpec) else starting_body(problem.body)
+    return lattice_body(problem) if problem.solid is not None else starting_body(problem.tubes)
 
 
 def space_of(problem: Problem, body: Body | None = None) -> DesignSpace:
     """The design variables of a problem, where they begin with a body of its kind: by default with its own."""
     start = body_of(problem) if body is None else body
-    return lattice_space(problem, start) if isinstance(problem.body, SolidSpec) else build_design_space(problem, start)
+    return lattice_space(problem, start) if problem.solid is not None else build_design_space(problem, start)

@@ -35,7 +35,7 @@ from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import certified
 from pneumorph.limits.report import LimitReading
 from pneumorph.mechanics import NoEquilibrium
-from pneumorph.problem import Problem, SolidSpec
+from pneumorph.problem import Problem
 from pneumorph.results import Fields, HistoryEntry, TaskResult
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Design:
     @cached_property
     def limits(self) -> tuple[LimitReading, ...]:
         """The worst value of every limit, certified for all points of the surfaces; none for a body from a file."""
-        if isinstance(self.problem.body, SolidSpec):
+        if self.problem.solid is not None:
             return ()
         return certified(self.body, self.problem.limits).readings
 

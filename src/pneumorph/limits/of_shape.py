@@ -28,7 +28,6 @@ from pneumorph.limits.tube.measures.grid import grid
 from pneumorph.limits.tube.sampled import SampledTubes
 from pneumorph.limits.tube.samples import LimitSamples, sample_limits
 from pneumorph.limits.tube.smooth import LimitFunctions
-from pneumorph.problem.solid import SolidSpec
 from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
@@ -113,7 +112,7 @@ def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float) -> S
 
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
-    if isinstance(problem.body, SolidSpec):
+    if problem.solid is not None:
         return lattice_limits(body, problem.limits, problem.body.length)
     return tube_limits(body, problem.limits, operations(problem.body.symmetry))
 

@@ -71,3 +71,14 @@ class Tables(Table):
     """Steps and number of designs."""
     make: MakeSpec = MakeSpec()
     """How the body and its mould are made."""
+
+    @property
+    def tubes(self) -> BodySpec:
+        """The table of a body of tubes, for what knows these alone."""
+        assert isinstance(self.body, BodySpec), "bodies from files do not come here"
+        return self.body
+
+    @property
+    def solid(self) -> SolidSpec | None:
+        """The table of a body from a file; None for one of tubes."""
+        return self.body if self.solid is not None else None

@@ -13,7 +13,6 @@ from pneumorph.problem.changes import change
 from pneumorph.problem.checks.across import inconsistencies
 from pneumorph.problem.models import Pressure, Scaling
 from pneumorph.problem.reasons import faults_of, refusal
-from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.tables import Tables
 
 
@@ -66,7 +65,7 @@ class Problem(Tables):
             for task in problem.task
         ]
         object.__setattr__(problem, "task", tuple(tasks))
-        if isinstance(problem.body, SolidSpec) and problem.limits.scaling is None:
+        if problem.solid is not None and problem.limits.scaling is None:
             object.__setattr__(problem, "limits", problem.limits.model_copy(update={"scaling": Scaling()}))
         return problem
 

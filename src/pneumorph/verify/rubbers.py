@@ -105,5 +105,5 @@ def _bar(shape: dict[str, Any], mirrors: tuple[str, ...], size: float) -> TetMes
     )
     # No file has a body without chambers.
     body = Body(body_of(problem).exterior, ())
-    levels, wedges = build_levels(problem.body, problem.region), build_wedges(problem.body, problem.region)
+    levels, wedges = build_levels(problem.tubes, problem.region), build_wedges(problem.tubes, problem.region)
     return mesh_body(body, size, mirrors, (), (), levels, wedges).mesh

@@ -91,7 +91,7 @@ def inflated(
         If there is no equilibrium.
     """
     asked = problem()
-    mesh = mesh_body(body(), size, (), build_linings(asked.body, asked.region)).mesh
+    mesh = mesh_body(body(), size, (), build_linings(asked.tubes, asked.region)).mesh
     built = model_of(asked, mesh)
     at = configure(built, mesh.points, loads_of(asked, built, {"A": PRESSURE}))
     found = solve(at, Tangent(built))

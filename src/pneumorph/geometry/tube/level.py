@@ -72,11 +72,11 @@ def sides_of(problem: Problem) -> tuple[Sides, ...]:
 
     Chambers that do not cross a plane stay as far from it as from each other, by `limits.wall`.
     """
-    length = problem.body.length
-    heights = {level.height for level in build_levels(problem.body, problem.region)}
-    if any(operation[2, 2] < 0 for operation in operations(problem.body.symmetry)):
+    length = problem.tubes.length
+    heights = {level.height for level in build_levels(problem.tubes, problem.region)}
+    if any(operation[2, 2] < 0 for operation in operations(problem.tubes.symmetry)):
         heights |= {length - height for height in heights}
-    return tuple(_sides(each, heights, problem.limits.wall) for each in starting_body(problem.body).surfaces)
+    return tuple(_sides(each, heights, problem.limits.wall) for each in starting_body(problem.tubes).surfaces)
 
 
 def _sides(surface: TubeSurface, heights: Iterable[float], wall: float) -> Sides:

@@ -45,8 +45,8 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     turn = _turn(np.concatenate([one.angle.ravel() for one in cones]))
     own = tied_coordinates(turn.T @ body.control_points().ravel(), variable)
     L, offset, shape = sparse.csr_matrix(turn @ own.L), turn @ own.offset, own.start
-    if problem.body.symmetry != Symmetry():
-        L, offset, shape = _symmetric(problem.body, L, offset, shape)
+    if problem.tubes.symmetry != Symmetry():
+        L, offset, shape = _symmetric(problem.tubes, L, offset, shape)
     low, high = (np.concatenate([_limits(*one, name).ravel() for one in each]) for name in ("low", "high"))
     least, most = _bounds(sparse.csr_matrix(turn.T @ L), turn.T @ offset, low, high)
 

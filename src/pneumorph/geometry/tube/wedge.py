@@ -108,7 +108,7 @@ def cones_of(problem: Problem, body: Body) -> tuple[Cones, ...]:
 
     Chambers beside the axis stay as far from them as from each other, by `limits.wall`.
     """
-    spec, wall = problem.body, problem.limits.wall
+    spec, wall = problem.tubes, problem.limits.wall
     angles = edges(spec, problem.region, images=True)
     found = []
     for surface, cut in zip(body.surfaces, _cut(spec), strict=True):

@@ -9,7 +9,6 @@ import numpy as np
 
 from pneumorph.problem import Problem
 from pneumorph.problem.mirrored import keeps_regions, keeps_reinforcements
-from pneumorph.problem.solid import SolidSpec
 from pneumorph.symmetry.operations import MIRRORS, operations
 
 Pressures = Mapping[str, float]
@@ -27,7 +26,7 @@ def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -
     pressures : iterable of {chamber: MPa}, optional
         All that will be applied; by default those of the tasks, where free ones may become unequal in two chambers.
     """
-    if problem.contact is not None or problem.obstacle or isinstance(problem.body, SolidSpec):
+    if problem.contact is not None or problem.obstacle or problem.solid is not None:
         return ()
     applied = applied_pressures(problem, pressures)
     return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied))

@@ -9,7 +9,6 @@ import numpy as np
 from pneumorph.mechanics.solve.mirror import Pressures, applied_pressures, mirrors_of
 from pneumorph.problem import Problem
 from pneumorph.problem.designed import reinforcements, surrounds
-from pneumorph.problem.solid import SolidSpec
 from pneumorph.symmetry.images import image
 from pneumorph.symmetry.operations import operations
 from pneumorph.symmetry.part import MOST_TURNS, Part, beginning_of, images_of, onwards, sector
@@ -38,7 +37,7 @@ def turns_of_problem(problem: Problem, applied: list[Pressures]) -> int:
 
     Each chamber beside the axis has to lie within one of the sectors.
     """
-    apart = problem.obstacle or problem.region or isinstance(problem.body, SolidSpec)
+    apart = problem.obstacle or problem.region or problem.solid is not None
     if apart or not _along_axis(problem) or not surrounds(problem):
         return 1
     group = operations(problem.body.symmetry)

@@ -17,7 +17,6 @@ from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
 from pneumorph.problem.models import BodySpec, ChamberSpec, Task
 from pneumorph.problem.regions import REST
-from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.images import WITHIN, image, place, placed
@@ -31,7 +30,7 @@ def inconsistencies(problem: Tables) -> list[Fault]:
 
     Checks that rely on others are left out if these have found something.
     """
-    if isinstance(problem.body, SolidSpec):
+    if problem.solid:
         together = (_names, check_solid, _tasks, _ranges, _contact)
         return [fault for check in together for fault in check(problem)]
     found = [*_names(problem), *_chambers_in_body(problem), *_no_lattice(problem)]
@@ -61,7 +60,7 @@ def _no_lattice(problem: Tables) -> Iterator[Fault]:
 
 
 def _chambers_in_body(problem: Tables) -> Iterator[Fault]:
-    body = problem.body
+    body = problem.tubes
     for index, chamber in enumerate(body.chamber):
         key, (start, end) = f"body.chamber[{index}]", chamber.span
         if start >= end:
@@ -124,7 +123,7 @@ def _out_of_the_body(body: BodySpec, chamber: ChamberSpec, key: str, thin: float
 
 def _symmetry(problem: Tables) -> Iterator[Fault]:
     """Check that chambers and ripples are symmetric, and that the symmetry does not rule an objective out."""
-    body = problem.body
+    body = problem.tubes
     group = operations(body.symmetry)
     reflecting = [matrix for matrix in group if np.linalg.det(matrix) < 0]
     if body.ripple and body.ripple.lobes:
@@ -273,7 +272,7 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
 
 def _walls(problem: Tables) -> Iterator[Fault]:
     """Check wall thickness along the axis only: the design loop thickens walls across it but does not move the ends."""
-    body, wall = problem.body, problem.limits.wall
+    body, wall = problem.tubes, problem.limits.wall
     fix = f"thinner than limits.wall = {wall:g} mm at the start; move or shrink the chamber, or lower the limit"
     for index, chamber in enumerate(body.chamber):
         end = min(chamber.span[0], body.length - chamber.span[1])
@@ -302,7 +301,7 @@ def _ranges(problem: Tables) -> Iterator[Fault]:
 
 
 def _limits(problem: Tables) -> Iterator[Fault]:
-    body, limits = problem.body, problem.limits
+    body, limits = problem.tubes, problem.limits
     tubes = [("the exterior", body.least_radius, "flat", body.ripple, "body.ripple.amplitude")]
     for index, chamber in enumerate(body.chamber):
         key = f"body.chamber[{index}].ripple.amplitude" if chamber.ripple else "body.ripple.amplitude"
@@ -365,7 +364,7 @@ def _contact(problem: Tables) -> Iterator[Fault]:
 
 def _obstacles(problem: Tables) -> Iterator[Fault]:
     """Obstacles with a middle in the rubber of the start; one that crosses its surfaces is found once it is meshed."""
-    body = problem.body
+    body = problem.tubes
     for number, obstacle in enumerate(problem.obstacle):
         x, y, z = getattr(obstacle, "center", (0.0, 0.0, -1.0))
         tubes = [(body, 0.0, body.length), *((each, *each.span) for each in body.chamber)]
@@ -384,7 +383,7 @@ def _obstacles(problem: Tables) -> Iterator[Fault]:
 
 
 def _resolution(problem: Tables) -> Iterator[Fault]:
-    body, density, size = problem.body, problem.body.control_density, problem.mesh.size
+    body, density, size = problem.tubes, problem.tubes.control_density, problem.mesh.size
     tubes = [(body, body.length), *((chamber, chamber.span[1] - chamber.span[0]) for chamber in body.chamber)]
     if density * body.length < 4:
         yield (

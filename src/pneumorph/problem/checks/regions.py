@@ -13,8 +13,8 @@ from pneumorph.problem.tables import Tables
 
 def check_regions(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason of everything that is wrong with the regions of a problem whose chambers are in order."""
-    chambers = [chamber.name for chamber in problem.body.chamber]
-    if not all(tube.round for tube in (problem.body, *problem.body.chamber)):
+    chambers = [chamber.name for chamber in problem.tubes.chamber]
+    if not all(tube.round for tube in (problem.tubes, *problem.tubes.chamber)):
         for index, region in enumerate(problem.region):
             if region.beyond is None:
                 yield (
@@ -50,7 +50,7 @@ def check_regions(problem: Tables) -> Iterator[tuple[str, str]]:
 
 
 def _layer(problem: Tables, key: str, layer: Layer) -> Iterator[tuple[str, str]]:
-    length, size = problem.body.length, problem.mesh.size
+    length, size = problem.tubes.length, problem.mesh.size
     if layer.span is not None:
         start, end = layer.span
         if start < -ROUNDING or end > length + ROUNDING:
@@ -63,12 +63,12 @@ def _layer(problem: Tables, key: str, layer: Layer) -> Iterator[tuple[str, str]]
             )
     if layer.angles is not None:
         width = layer.angles[1] - layer.angles[0]
-        if min(width, 2.0 * math.pi - width) * problem.body.radius < size:
+        if min(width, 2.0 * math.pi - width) * problem.tubes.radius < size:
             yield f"{key}.angles", f"leave or cover less than mesh.size = {size:g} mm; change them or use a finer mesh"
 
 
 def _beyond(problem: Tables, key: str, region: Region, height: float) -> Iterator[tuple[str, str]]:
-    length, size, wall = problem.body.length, problem.mesh.size, problem.limits.wall
+    length, size, wall = problem.tubes.length, problem.mesh.size, problem.limits.wall
     key = f"{key}.beyond"
     if not size - ROUNDING <= height <= length - size + ROUNDING:
         yield (
@@ -76,7 +76,7 @@ def _beyond(problem: Tables, key: str, region: Region, height: float) -> Iterato
             f"{height:g} mm leaves less than mesh.size = {size:g} mm to an end of the body (0 to {length:g} mm); move "
             "the plane or use a finer mesh",
         )
-    for chamber in problem.body.chamber:
+    for chamber in problem.tubes.chamber:
         near = min(chamber.span, key=lambda end: abs(end - height))
         if abs(near - height) < wall - ROUNDING:
             yield (
@@ -96,7 +96,7 @@ def _beyond(problem: Tables, key: str, region: Region, height: float) -> Iterato
                     "before the plane",
                 )
         for name in other.sleeve.chambers if other.sleeve else ():
-            start, end = next((each.span for each in problem.body.chamber if each.name == name), (0.0, 0.0))
+            start, end = next((each.span for each in problem.tubes.chamber if each.name == name), (0.0, 0.0))
             if start - other.thickness - size < height < end + other.thickness + size:
                 yield (
                     key,
@@ -128,7 +128,7 @@ def _together(problem: Tables) -> Iterator[tuple[str, str]]:
 
 def _apart(one: Layer, other: Layer, problem: Tables) -> bool:
     """Whether two layers share no end of the body and are at least an element apart, along the body or around it."""
-    length, size = problem.body.length, problem.mesh.size
+    length, size = problem.tubes.length, problem.mesh.size
     (a, b), (c, d) = (layer.span or (0.0, length) for layer in (one, other))
     if max(a, c) - min(b, d) >= size:
         return True
@@ -137,4 +137,4 @@ def _apart(one: Layer, other: Layer, problem: Tables) -> bool:
     (a, b), (c, d) = one.angles, other.angles
     gaps = (c - b) % (2.0 * math.pi), (a - d) % (2.0 * math.pi)
     disjoint = abs(sum(gaps) + (b - a) + (d - c) - 2.0 * math.pi) < ROUNDING
-    return disjoint and min(gaps) * problem.body.radius >= size
+    return disjoint and min(gaps) * problem.tubes.radius >= size

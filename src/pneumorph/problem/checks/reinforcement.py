@@ -11,7 +11,7 @@ from pneumorph.problem.tables import Tables
 
 def check_reinforcements(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason of everything that is wrong with the reinforcements of a problem whose chambers are in order."""
-    body, size = problem.body, problem.mesh.size
+    body, size = problem.tubes, problem.mesh.size
     known = {EXTERIOR: (body.radius, (0.0, body.length))}
     known |= {chamber.name: (chamber.radius, chamber.span) for chamber in body.chamber}
     names: list[str] = []

@@ -35,7 +35,7 @@ def check_wedges(problem: Tables) -> Iterator[tuple[str, str]]:
     own = [(f"region[{index}].within", region) for index, region in enumerate(problem.region) if region.within]
     if not own:
         return
-    key, body = own[0][0], problem.body
+    key, body = own[0][0], problem.tubes
     found = [*_others(problem, own), *_ripples(problem)]
     if not found:
         angles = edges(body, problem.region, images=True)
@@ -73,7 +73,7 @@ def _others(problem: Tables, own: list[tuple[str, Region]]) -> Iterator[tuple[st
 
 
 def _ripples(problem: Tables) -> Iterator[tuple[str, str]]:
-    body = problem.body
+    body = problem.tubes
     rippled: list[tuple[str, Ripple | None]] = [("body.ripple", body.ripple)]
     for index, chamber in enumerate(body.chamber):
         if chamber.ripple and crosses(chamber):
@@ -121,7 +121,7 @@ def _enough(count: int, angles: Sequence[float]) -> bool:
 
 
 def _chambers(problem: Tables, key: str, angles: Sequence[float]) -> Iterator[tuple[str, str]]:
-    body, wall = problem.body, problem.limits.wall
+    body, wall = problem.tubes, problem.limits.wall
     for chamber in body.chamber:
         if crosses(chamber):
             continue
