@@ -81,4 +81,4 @@ class Tables(Table):
     @property
     def solid(self) -> SolidSpec | None:
         """The table of a body from a file; None for one of tubes."""
-        return self.body if self.solid is not None else None
+        return self.body if isinstance(self.body, SolidSpec) else None
