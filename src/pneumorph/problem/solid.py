@@ -297,10 +297,26 @@ def require_tube(body: BodySpec | SolidSpec, done: str) -> BodySpec:
     """
     if isinstance(body, SolidSpec):
         raise ProblemError(
-            f"body.file: a body from a file can be simulated, checked and exported, not {done} as yet; for a tube give "
-            "length, radius and chambers in its place"
+            f"body.file: a body from a file can be simulated, checked, designed and exported, not {done} as yet; for a "
+            "tube give length, radius and chambers in its place"
         )
     return body
+
+
+def require_walls(body: BodySpec | SolidSpec) -> None:
+    """Refuse to design a body of which the chambers are not apart from its exterior.
+
+    Raises
+    ------
+    ProblemError
+        For a body from a file with a port: its chamber and its exterior meet in the rim.
+    """
+    open_ = [number for number, chamber in enumerate(body.chamber) if getattr(chamber, "port", None) is not None]
+    if open_:
+        raise ProblemError(
+            f"body.chamber[{open_[0]}].port: a body with a port can be simulated, checked and exported, not designed "
+            "as yet: its walls cannot be certified up to the rim; close the void in CAD and leave port out"
+        )
 
 
 def letters(number: int) -> str:

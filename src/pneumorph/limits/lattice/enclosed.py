@@ -14,9 +14,10 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
-from pneumorph.limits.lattice.neighbours import Links, close_pairs
+from pneumorph.limits.lattice.neighbours import Links, balls, close_pairs
 from pneumorph.limits.lattice.pieces import Displaced, Patches, Pieces, displaced
 from pneumorph.limits.lattice.triangles import distances
+from pneumorph.limits.rows.sampled import worst_of_cells
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
@@ -173,7 +174,7 @@ class EnclosedLattices:
 
         def asked(attained: Floats) -> float:
             least = min(attained.min(initial=np.inf), known.attained.min(initial=np.inf), _FAR * -accuracy.bound)
-            return -accuracy.enough(-least, -worst)
+            return float(-accuracy.enough(-least, -worst))
 
         one, other = self.whole[first], self.whole[second]
         beyond = asked(np.zeros(0))
@@ -201,17 +202,23 @@ class EnclosedLattices:
             low, high = np.minimum(starts[i], starts[j]), np.maximum(ends[i], ends[j])
             bends[known] = self.surfaces[first].bends_over(low[known], high[known])
         for level in range(LEVELS + 1):
-            least = np.zeros(len(origin))
+            (here, small), (there, large) = balls(one.x), balls(other.x)
+            small, large = small + one.error, large + other.error
+            least = np.linalg.norm(here[i] - there[j], axis=1) - small[i] - large[j]
             if first == second:
-                within, least = self._beside(first, one, other, i, j, origin, bends, known)
-                least[within] = np.inf
+                within, beside = self._beside(first, one, other, i, j, origin, bends, known)
+                least = np.where(within, np.inf, np.maximum(least, beside))
             full = level < (FULL_OF_FOLDS if first == second else FULL)
-            measured = np.flatnonzero(least < self._asked(attained, origin, accuracy, asked, full))
-            flat = distances(one.x, other.x, i[measured], j[measured])
-            gap = flat[0] - one.error[i[measured]] - other.error[j[measured]]
+            needed = self._asked(attained, origin, accuracy, asked, full)
+            measured = np.flatnonzero(least < needed)
+            error = one.error[i[measured]] + other.error[j[measured]]
+            flat = distances(one.x, other.x, i[measured], j[measured], needed[measured] + error)
+            gap = flat[0] - error
             least[measured] = np.maximum(least[measured], gap)
             # Only what may be nearer than all that is known is evaluated.
             nearer = np.flatnonzero(least[measured] < attained[origin[measured]])
+            if first != second:
+                nearer = nearer[worst_of_cells(-flat[0][nearer], origin[measured[nearer]])]
             some = measured[nearer]
             found = self._attained(first, second, one, other, i[some], j[some], tuple(part[nearer] for part in flat))
             order = np.argsort(-found[0], kind="stable")

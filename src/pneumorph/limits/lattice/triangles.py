@@ -10,7 +10,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
-def distances(a: Floats, b: Floats, i: Ints, j: Ints) -> tuple[Floats, Floats, Floats]:
+def distances(a: Floats, b: Floats, i: Ints, j: Ints, enough: Floats | None = None) -> tuple[Floats, Floats, Floats]:
     """Distances of pairs of triangles, zero where they intersect, and the closest points.
 
     Parameters
@@ -19,6 +19,8 @@ def distances(a: Floats, b: Floats, i: Ints, j: Ints) -> tuple[Floats, Floats, F
         Corners of triangles.
     i, j : (n,) arrays
         Pairs of indices into these.
+    enough : (n,) array, optional
+        Of pairs that planes hold so far apart only this lower bound of the distance is found, and their centres.
 
     Returns
     -------
@@ -27,16 +29,42 @@ def distances(a: Floats, b: Floats, i: Ints, j: Ints) -> tuple[Floats, Floats, F
         Barycentric coordinates of the closest points of both.
     """
     distance, u, v = np.empty(len(i)), np.empty((len(i), 3)), np.empty((len(i), 3))
-    _distances(np.ascontiguousarray(a), np.ascontiguousarray(b), i, j, distance, u, v)
+    enough = np.full(len(i), np.inf) if enough is None else enough
+    a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
+    _distances(a, b, _normals(a), _normals(b), i, j, enough, distance, u, v)
     return distance, u, v
 
 
+def _normals(triangles: Floats) -> Floats:
+    """Unit normals (n, 3); zero for triangles without area."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
+
+
 @numba.njit(cache=True, nogil=True)
-def _distances(a, b, i, j, distance, u, v):
+def _apart(one, other, normal):
+    """How far a plane with a unit normal (or shorter) holds two triangles apart; negative if it does not."""
+    low_a, high_a, low_b, high_b = np.inf, -np.inf, np.inf, -np.inf
+    for k in range(3):
+        here = one[k, 0] * normal[0] + one[k, 1] * normal[1] + one[k, 2] * normal[2]
+        there = other[k, 0] * normal[0] + other[k, 1] * normal[1] + other[k, 2] * normal[2]
+        low_a, high_a, low_b, high_b = min(low_a, here), max(high_a, here), min(low_b, there), max(high_b, there)
+    return max(low_a - high_b, low_b - high_a)
+
+
+@numba.njit(cache=True, nogil=True)
+def _distances(a, b, normals_a, normals_b, i, j, enough, distance, u, v):
     """Fill distances (n,) and barycentric coordinates (n, 3)."""
-    found, here, there = np.empty(2), np.empty(3), np.empty(3)
+    found, here, there, spot = np.empty(2), np.empty(3), np.empty(3), np.empty(3)
     for n in range(len(i)):
         one, other = a[i[n]], b[j[n]]
+        if enough[n] < np.inf:
+            away = max(_apart(one, other, normals_a[i[n]]), _apart(one, other, normals_b[j[n]]))
+            if away >= enough[n]:
+                distance[n], u[n, :], v[n, :] = away, 1.0 / 3.0, 1.0 / 3.0
+                continue
         best = np.inf
         for k in range(3):
             for m in range(3):
@@ -44,61 +72,61 @@ def _distances(a, b, i, j, distance, u, v):
                 away = _segments(one[k], one[after], other[m], other[beyond], found)
                 if away < best:
                     best = away
-                    u[n], v[n] = 0.0, 0.0
+                    u[n], v[n, :] = 0.0, 0.0
                     u[n, k], u[n, after], v[n, m], v[n, beyond] = 1.0 - found[0], found[0], 1.0 - found[1], found[1]
         for k in range(3):
             away = _point(one[k], other, there)
             if away < best:
                 best = away
-                u[n] = 0.0
+                u[n, :] = 0.0
                 u[n, k] = 1.0
-                v[n] = there
+                v[n, :] = there
             away = _point(other[k], one, here)
             if away < best:
                 best = away
-                v[n] = 0.0
+                v[n, :] = 0.0
                 v[n, k] = 1.0
-                u[n] = here
+                u[n, :] = here
         if best > 0.0:
             for k in range(3):
                 after = (k + 1) % 3
-                share = _pierced(one[k], one[after], other, there)
+                share = _pierced(one[k], one[after], other, there, spot)
                 if share >= 0.0:
                     best = 0.0
-                    u[n] = 0.0
+                    u[n, :] = 0.0
                     u[n, k], u[n, after] = 1.0 - share, share
-                    v[n] = there
+                    v[n, :] = there
                     break
-                share = _pierced(other[k], other[after], one, here)
+                share = _pierced(other[k], other[after], one, here, spot)
                 if share >= 0.0:
                     best = 0.0
-                    v[n] = 0.0
+                    v[n, :] = 0.0
                     v[n, k], v[n, after] = 1.0 - share, share
-                    u[n] = here
+                    u[n, :] = here
                     break
         distance[n] = np.sqrt(best)
 
 
 @numba.njit(cache=True, nogil=True)
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def _dot(a, b, c, d):
+    """(b − a)·(d − c)."""
+    return (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
 
 
 @numba.njit(cache=True, nogil=True)
 def _segments(p, q, r, s, found):
     """Squared distance of segments pq and rs, and where on both the closest points are (Ericson 2005, 5.1.9)."""
-    d, e, w = q - p, s - r, p - r
-    a, c, f = _dot(d, d), _dot(e, e), _dot(e, w)
+    a, c, f = _dot(p, q, p, q), _dot(r, s, r, s), _dot(r, s, r, p)
     if a <= 0.0 and c <= 0.0:
         x, y = 0.0, 0.0
     elif a <= 0.0:
         x, y = 0.0, min(max(f / c, 0.0), 1.0)
     else:
-        g = _dot(d, w)
+        g = _dot(p, q, r, p)
         if c <= 0.0:
             x, y = min(max(-g / a, 0.0), 1.0), 0.0
         else:
-            h = _dot(d, e)
+            h = _dot(p, q, r, s)
             below = a * c - h * h
             x = min(max((h * f - g * c) / below, 0.0), 1.0) if below > 1e-14 * a * c else 0.0
             y = (h * x + f) / c
@@ -107,8 +135,10 @@ def _segments(p, q, r, s, found):
             elif y > 1.0:
                 x, y = min(max((h - g) / a, 0.0), 1.0), 1.0
     found[0], found[1] = x, y
-    gap = w + x * d - y * e
-    return _dot(gap, gap)
+    away = 0.0
+    for k in range(3):
+        away += (p[k] - r[k] + x * (q[k] - p[k]) - y * (s[k] - r[k])) ** 2
+    return away
 
 
 @numba.njit(cache=True, nogil=True)
@@ -117,9 +147,9 @@ def _point(p, triangle, place):
 
     Points beside the prism are nearest to an edge, which pairs of edges find.
     """
-    e, f, w = triangle[1] - triangle[0], triangle[2] - triangle[0], p - triangle[0]
-    a, b, c = _dot(e, e), _dot(e, f), _dot(f, f)
-    g, h = _dot(e, w), _dot(f, w)
+    o, e, f = triangle[0], triangle[1], triangle[2]
+    a, b, c = _dot(o, e, o, e), _dot(o, e, o, f), _dot(o, f, o, f)
+    g, h = _dot(o, e, o, p), _dot(o, f, o, p)
     below = a * c - b * b
     if below <= 1e-14 * a * c:
         return np.inf
@@ -127,19 +157,27 @@ def _point(p, triangle, place):
     if x < 0.0 or y < 0.0 or x + y > 1.0:
         return np.inf
     place[0], place[1], place[2] = 1.0 - x - y, x, y
-    gap = w - x * e - y * f
-    return _dot(gap, gap)
+    away = 0.0
+    for k in range(3):
+        away += (p[k] - o[k] - x * (e[k] - o[k]) - y * (f[k] - o[k])) ** 2
+    return away
 
 
 @numba.njit(cache=True, nogil=True)
-def _pierced(p, q, triangle, place):
+def _pierced(p, q, triangle, place, spot):
     """Where a segment goes through a triangle, from 0 to 1, and barycentric coordinates there; −1 if it does not."""
-    e, f = triangle[1] - triangle[0], triangle[2] - triangle[0]
-    normal = np.array([e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]])
-    start, stop = _dot(normal, p - triangle[0]), _dot(normal, q - triangle[0])
+    o, e, f = triangle[0], triangle[1], triangle[2]
+    start, stop = 0.0, 0.0
+    for k in range(3):
+        m, n = (k + 1) % 3, (k + 2) % 3
+        normal = (e[m] - o[m]) * (f[n] - o[n]) - (e[n] - o[n]) * (f[m] - o[m])
+        start += normal * (p[k] - o[k])
+        stop += normal * (q[k] - o[k])
     if start * stop >= 0.0:
         return -1.0
     share = start / (start - stop)
-    if np.isfinite(_point(p + share * (q - p), triangle, place)):
+    for k in range(3):
+        spot[k] = p[k] + share * (q[k] - p[k])
+    if np.isfinite(_point(spot, triangle, place)):
         return share
     return -1.0

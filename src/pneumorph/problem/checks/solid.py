@@ -92,6 +92,8 @@ def _designed(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
     for index, each in enumerate(design.keep):
         if not faces_where(faces, each.where).any():
             yield f"design.keep[{index}]", f"there is no face {each.where}; give it another place"
+    if problem.optimizer.method == "dfp":
+        yield "optimizer.method", '"dfp" is for tubes; for a body from a file use "sqp"'
     own = problem.limits
     for key in ("curvature", "skew", "stretch"):
         if getattr(own, key) != getattr(Limits(), key):
