@@ -1,0 +1,105 @@
+"""Bodies from files are designed: objectives improve, and every design is within its limits and symmetric."""
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+from solids import box, problem, written
+
+from pneumorph.errors import ProblemError
+from pneumorph.limits.lattice.pieces import patches_of
+from pneumorph.optimize import DesignAccepted, Finished, build_setup, optimise
+from pneumorph.optimize.start import resumed
+from pneumorph.problem import loads
+
+WALL, HALF = 2.4, 6.8
+REST = f"""
+[design]
+spacing = "6 mm"
+keep = [{{ faces = "x = 6 mm" }}]
+[limits]
+wall = "{WALL} mm"
+envelope = {{ box = [["-{HALF} mm", "-9 mm", "-1 mm"], ["{HALF} mm", "9 mm", "31 mm"]] }}
+[optimizer]
+step = "0.3 mm"
+iterations = 4
+"""
+GRID = np.array([[1 - u - v, u, v] for u in np.linspace(0, 1, 9) for v in np.linspace(0, 1, 9) if u + v <= 1 + 1e-12])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A file with a finger of rectangular section with one void, symmetric about xz."""
+    where = tmp_path_factory.mktemp("design")
+    written(box((-6, -7, 0), (6, 7, 30)) - box((-3, -4, 3), (3, 4, 27)), where / "finger.step")
+    return where
+
+
+@pytest.fixture(scope="module")
+def setup(folder):
+    text = problem("finger.step", 'symmetry = { mirror = ["xz"] }', "4.5 mm").replace(
+        'motion = "extension"', 'motion = "bending_y"'
+    )
+    return build_setup(loads(text + REST, folder=folder))
+
+
+@pytest.fixture(scope="module")
+def events(setup):
+    return list(optimise(setup))
+
+
+def points(surface):
+    """Dense samples of a displaced surface, by the weights of its control points."""
+    patches = patches_of(surface)
+    count = len(patches.nodes)
+    places = patches.places(np.repeat(np.arange(count), len(GRID)), np.tile(GRID, (count, 1)))
+    return surface.lattice.weights(places) @ surface.net
+
+
+def test_designs_gain(events):
+    values = [event.entry.objective for event in events if isinstance(event, DesignAccepted)]
+    assert len(values) == 5
+    assert values == sorted(values, reverse=True)
+    assert values[-1] < values[0] - 0.002
+    assert isinstance(events[-1], Finished)
+
+
+def test_limits_hold_on_dense_samples(events):
+    nearest = np.inf
+    for event in events:
+        if isinstance(event, DesignAccepted):
+            exterior, chamber = map(points, event.body.surfaces)
+            wall = KDTree(exterior).query(chamber)[0].min()
+            nearest = min(nearest, wall)
+            assert event.entry.limits["wall_mm"] <= wall
+            assert wall >= WALL
+            assert np.abs(exterior[:, 0]).max() <= HALF
+            assert event.entry.held
+    assert nearest < WALL + 0.05
+
+
+def test_designs_are_symmetric_and_kept_faces_stay(events):
+    body = [event.body for event in events if isinstance(event, DesignAccepted)][-1]
+    for surface in body.surfaces:
+        lower, upper = surface.lattice.lower, surface.lattice.upper
+        places = np.random.default_rng(0).uniform(lower, upper, (100, 3))
+        one, other = (surface.lattice.weights(each) @ surface.net for each in (places, places * [1, -1, 1]))
+        np.testing.assert_allclose(one, other * [1, -1, 1], atol=1e-10)
+    moved = body.exterior.shell()[0] - body.exterior.outline
+    kept = np.abs(body.exterior.outline[:, 0] - 6.0) < 1e-6
+    assert np.abs(moved[kept]).max() < 1e-10
+    assert np.abs(moved).max() > 0.2
+
+
+def test_a_design_is_resumed(setup, events):
+    middle = [event for event in events if isinstance(event, DesignAccepted)][2]
+    again = resumed(setup, middle.state)
+    assert again.analysis.value == pytest.approx(middle.entry.objective, rel=1e-6)
+
+
+def test_what_is_not_covered_is_refused(folder):
+    with pytest.raises(ProblemError, match=r"optimizer\.method"):
+        loads(problem("finger.step") + '\n[optimizer]\nmethod = "dfp"\n', folder=folder)
+    written(box((-6, -7, 0), (6, 7, 30)) - box((-3, -4, -1), (3, 4, 27)), folder / "open.step")
+    port = '[[body.chamber]]\nname = "A"\ninside = ["0 mm", "0 mm", "9 mm"]\nport = "z = 0 mm"\n'
+    with pytest.raises(ProblemError, match=r"body\.chamber\[0\]\.port"):
+        build_setup(loads(problem("open.step", port), folder=folder))
