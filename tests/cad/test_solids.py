@@ -13,7 +13,6 @@ from pneumorph.cad.read import read_faces
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.interface.design import starting_design
-from pneumorph.interface.runs import prepare_run
 from pneumorph.mesh import scaled_jacobian
 from pneumorph.problem import load, loads
 
@@ -236,9 +235,6 @@ def test_commands_show_and_export_it(folder, tmp_path, capsys):
     assert (tmp_path / "two.inp").stat().st_size > 10_000
     draw(path, cut="xz", out=tmp_path / "two.png")
     assert (tmp_path / "two.png").stat().st_size > 10_000
-    with pytest.raises(ProblemError, match=r"body\.file: .*designed"):
-        prepare_run(path, tmp_path / "run")
-    assert not (tmp_path / "run").exists()
 
 
 def test_obstacles_vacuum_and_contact_with_itself(folder):
