@@ -13,8 +13,11 @@ from pneumorph.cad.read import read_faces
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.interface.design import starting_design
+from pneumorph.mechanics import model_of
+from pneumorph.mechanics.elements.sums import cap_volumes, summed
 from pneumorph.mesh import scaled_jacobian
 from pneumorph.problem import load, loads
+from pneumorph.results.fields import unpack_fields
 
 TUBE = {"length": "24 mm", "radius": "8 mm"}
 CHAMBER = {"name": "A", "radius": "5 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "21 mm"]}
@@ -208,6 +211,23 @@ def test_a_cap_closes_a_port_for_pressure_and_volume(folder, tmp_path, hole, pla
     grown = [steps[1].volumes["A"] - steps[0].volumes["A"] for steps in (opened, closed)]
     assert grown[0] == pytest.approx(grown[1], rel=0.02)
     assert abs(opened[1].translation[0]) < 0.05
+
+
+def test_caps_are_stored_with_the_mesh(tmp_path):
+    written(cylinder(8, 0, 24) - cylinder(5, 3, 21) - cylinder(1.5, -1, 4), tmp_path / "port.step")
+    asked = loads(problem("port.step", PORT.format(plane="z = 0"), "6 mm"), folder=tmp_path)
+    fields = starting_design(asked).fields
+    again = unpack_fields(fields.pack())
+    np.testing.assert_array_equal(again.mesh.caps["A"], fields.mesh.caps["A"])
+    volumes = [
+        summed(cap_volumes, model_of(asked, mesh).caps, mesh.points, np.zeros_like(mesh.points))
+        for mesh in (fields.mesh, again.mesh)
+    ]
+    # The rim is in the plane z = 0, where x·n is zero.
+    np.testing.assert_allclose(volumes, 0.0, atol=1e-9)
+    moved = again.mesh.points + np.array([0.0, 0.0, 1.0])
+    grown = summed(cap_volumes, model_of(asked, again.mesh).caps, moved, np.zeros_like(moved))
+    assert abs(grown[0]) == pytest.approx(np.pi * 1.5**2 / 3, rel=1e-2)
 
 
 @pytest.mark.parametrize("plane", ["z = 24 mm", "x = 1 mm"])

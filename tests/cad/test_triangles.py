@@ -74,6 +74,13 @@ def test_units_and_scale(surface, tmp_path):
     assert asked.body.length == pytest.approx(48.0, rel=1e-5)
 
 
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_units_that_are_mixed_up_are_noticed(surface, tmp_path, factor):
+    (tmp_path / "tube.stl").write_bytes(stl(Surface(surface.points * factor, surface.triangles)))
+    with pytest.raises(ProblemError, match="scale = 1000"):
+        loads(problem("tube.stl", size="6 mm"), folder=tmp_path)
+
+
 def test_3mf_has_its_own_unit_and_transforms(surface):
     turn = ' transform="0 1 0 -1 0 0 0 0 1 5 0 0"'
     found = read_3mf(threemf(surface, "centimeter", turn), 10_000)

@@ -24,7 +24,7 @@ from pneumorph.mechanics.contact.samples import sample_places, surface_of
 from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Sphere
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mechanics.elements.energy import ElementEnergy, Term
-from pneumorph.mechanics.elements.loading import ChamberPressure, Plate, Weight
+from pneumorph.mechanics.elements.loading import CapPressure, ChamberPressure, Plate, Weight
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
 from pneumorph.mechanics.elements.solid import Solid
 from pneumorph.mechanics.elements.terms import connect
@@ -159,6 +159,12 @@ def sliding() -> Term:
     return Term(replace(SURFACE, data=grip.data()), Friction(0.4, 0.15, 0))
 
 
+def capped() -> Term:
+    """Parts of a cap between nodes of the tube."""
+    nodes = np.array([[0, 7, 40, 12], [0, 40, 90, 31], [0, 3, 90, 55]])
+    return Term(connect(nodes, data=-np.ones((3, 1))), CapPressure())
+
+
 TWO = {"inner": SOFT, "outer": STIFF}
 CASES = {
     "solid": partial(built, SOFT, kinds=Solid),
@@ -168,6 +174,7 @@ CASES = {
     "two mixed rubbers": partial(built, NEARLY_INCOMPRESSIBLE, True, kinds=Solid),
     "weight": partial(built, TWO, kinds=Weight),
     "pressure": partial(built, SOFT, kinds=ChamberPressure),
+    "cap of a port": partial(built, SOFT, kinds=(), more=[capped()]),
     "plate": partial(built, SOFT, kinds=Plate),
     "bonds": partial(built, SOFT, kinds=(), more=[bonds([[0, 40], [7, 90]])]),
     "obstacles": partial(built, SOFT, kinds=Barrier, contact=touching("plane", "sphere", "cylinder", "box")),

@@ -16,7 +16,7 @@ from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
-from pneumorph.results.fields import check_elements, pack_covers, unpack_covers
+from pneumorph.results.fields import check_elements, pack_caps, pack_covers, unpack_caps, unpack_covers
 
 
 def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
         arrays["mesh_offset"] = carrier.offset
     arrays |= {f"region {name}": elements for name, elements in carrier.mesh.regions.items()}
     arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
-    arrays |= pack_covers(carrier.mesh)
+    arrays |= pack_covers(carrier.mesh) | pack_caps(carrier.mesh)
     arrays |= {f"param {name}": values for name, values in carrier.param.items()}
     arrays |= {
         f"state {name}": disc.model.vector(equilibrium.state) for name, equilibrium in analysis.equilibria.items()
@@ -81,7 +81,8 @@ def unpack(
         (arrays["mesh_B_data"], arrays["mesh_B_indices"], arrays["mesh_B_indptr"]),
         shape=(len(arrays["mesh_B_indptr"]) - 1, len(points)),
     )
-    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions, unpack_covers(arrays))
+    caps = unpack_caps(arrays, faces, len(arrays["mesh_straight"]))
+    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions, unpack_covers(arrays), caps)
     offset = arrays.get("mesh_offset", np.zeros((len(B.indptr) - 1, 3)))
     try:
         morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param, heights)

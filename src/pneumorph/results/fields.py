@@ -90,7 +90,7 @@ class Fields:
         arrays = {"points": self.mesh.points, "tets": self.mesh.tets}
         arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
         arrays |= {f"region {name}": elements for name, elements in self.mesh.regions.items()}
-        arrays |= pack_covers(self.mesh)
+        arrays |= pack_covers(self.mesh) | pack_caps(self.mesh)
         arrays |= {f"u {name}": u for name, u in self.u.items()}
         arrays |= {f"stretch {name}": stretch for name, stretch in self.stretch.items()}
         for name, each in self.inflation.items():
@@ -146,7 +146,7 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     covers = unpack_covers(arrays)
     if any(own.nodes.size and own.nodes.max() >= len(places) for own in covers.values()):
         raise ValueError("its covers have nodes that the mesh has not")
-    return TetMesh(places, corners, faces, parts, covers)
+    return TetMesh(places, corners, faces, parts, covers, unpack_caps(arrays, faces, len(places)))
 
 
 def check_elements(mesh: TetMesh) -> None:
@@ -189,6 +189,19 @@ def unpack_covers(arrays: Mapping[str, np.ndarray]) -> dict[str, Covered]:
             raise ValueError(f'what lies under "{name}" has no points, or no weights or directions there')
         covers[name] = Covered(nodes, points)
     return covers
+
+
+def pack_caps(mesh: TetMesh) -> dict[str, np.ndarray]:
+    """Arrays from which `unpack_caps` restores the caps of a mesh."""
+    return {f"cap {name}": nodes for name, nodes in mesh.caps.items()}
+
+
+def unpack_caps(arrays: Mapping[str, np.ndarray], faces: Collection[str], below: int) -> dict[str, np.ndarray]:
+    """The caps of a mesh with fewer than so many nodes from stored arrays; KeyError or ValueError if they are none."""
+    names = [key.removeprefix("cap ") for key in arrays if key.startswith("cap ")]
+    if any(f"chamber {name}" not in faces for name in names):
+        raise ValueError("its caps are of chambers that it has not")
+    return {name: indices(arrays, f"cap {name}", None, 4, below=below) for name in names}
 
 
 def skin_of(mesh: TetMesh) -> np.ndarray:

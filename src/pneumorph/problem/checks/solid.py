@@ -30,6 +30,10 @@ _FROM_BASE = 1e-3
 objective measures from the base along the axis."""
 
 
+SMALLEST, LARGEST = 2.0, 5000.0
+"""Diagonals in mm of bodies that are taken to be meant: others are of another unit."""
+
+
 def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason of everything that is wrong with a problem whose body is from a file."""
     body = problem.body
@@ -39,6 +43,13 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
             yield f"{key}[0]", "is for tubes; a body from a file is of one rubber, without sheets and fibres"
     faces = body.outline
     size = problem.mesh.size
+    if not SMALLEST <= faces.diagonal <= LARGEST:
+        box = " × ".join(f"{part:.3g}" for part in np.ptp(faces.points, axis=0))
+        yield (
+            "body.file",
+            f"it is {box} mm in size; if that is its size in another unit, give scale = 1000 for metres, 0.001 for µm",
+        )
+        return
     widest = float(np.ptp(faces.points, axis=0).min())
     if size > widest:
         yield "mesh.size", f"{size:g} mm is larger than the body, which is {widest:g} mm wide; make it smaller"
