@@ -115,7 +115,7 @@ def test_its_mesh_is_on_the_faces_and_follows_the_lattice(folder):
 def test_it_moves_like_the_same_tube(folder):
     asked = loads(problem("tube.step", size="2 mm", element="mixed"), folder=folder)
     table = asked.model_dump(mode="json", exclude_none=True) | {"body": TUBE | {"chamber": [CHAMBER]}}
-    tube = type(asked).model_validate(table)
+    tube = type(asked).model_validate({key: each for key, each in table.items() if key != "limits"})
     moved = [starting_design(each).simulate().steps[0].translation[2] for each in (asked, tube)]
     assert moved[0] == pytest.approx(moved[1], rel=3e-3)
 
