@@ -31,7 +31,7 @@ def distances(a: Floats, b: Floats, i: Ints, j: Ints, enough: Floats | None = No
     distance, u, v = np.empty(len(i)), np.empty((len(i), 3)), np.empty((len(i), 3))
     enough = np.full(len(i), np.inf) if enough is None else enough
     a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
-    _distances(a, b, _normals(a), _normals(b), i, j, enough, distance, u, v)
+    _distances((a, _normals(a)), (b, _normals(b)), (i, j), enough, (distance, u, v))
     return distance, u, v
 
 
@@ -55,8 +55,9 @@ def _apart(one, other, normal):
 
 
 @numba.njit(cache=True, nogil=True)
-def _distances(a, b, normals_a, normals_b, i, j, enough, distance, u, v):
-    """Fill distances (n,) and barycentric coordinates (n, 3)."""
+def _distances(one_side, other_side, pairs, enough, into):
+    """Fill distances (n,) and barycentric coordinates (n, 3), `into`; sides are triangles with their normals."""
+    (a, normals_a), (b, normals_b), (i, j), (distance, u, v) = one_side, other_side, pairs, into
     found, here, there, spot = np.empty(2), np.empty(3), np.empty(3), np.empty(3)
     for n in range(len(i)):
         one, other = a[i[n]], b[j[n]]
