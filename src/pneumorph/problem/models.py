@@ -103,6 +103,14 @@ class _Tube(Table):
             )
         return {"radius": reach} | data
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        described = handler(schema)
+        own = handler.resolve_ref_schema(described)
+        own["required"] = [key for key in own["required"] if key != "radius"]
+        own["anyOf"] = [{"required": ["radius"]}, {"required": ["section"]}]
+        return described
+
     @property
     def outline(self) -> Outline:
         """The cross-section at the base's end, about the tube's own axis."""
