@@ -32,7 +32,7 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
-from pneumorph.limits.of_shape import certified, limits_of
+from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.problem import Problem
@@ -92,9 +92,7 @@ class Design:
     @cached_property
     def limits(self) -> tuple[LimitReading, ...]:
         """The worst value of every limit, certified for all points of the surfaces."""
-        if self.problem.solid is not None:
-            return limits_of(self.problem, self.body).certify(self.body).readings
-        return certified(self.body, self.problem.limits).readings
+        return limits_of(self.problem, self.body).certify(self.body).readings
 
     @property
     def results(self) -> Mapping[str, TaskResult]:
