@@ -17,7 +17,7 @@ import numpy as np
 from pneumorph.geometry import DesignSpace
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.limits.of_shape import ShapeLimits, build_limit_functions, certified, tube_limits
+from pneumorph.limits.of_shape import ShapeLimits, build_limit_functions, tube_limits
 from pneumorph.optimize.dfp import PaperStepper
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.smoothing import Smoothing, build_smoothing
@@ -57,7 +57,7 @@ def main() -> None:
             stepped = time.perf_counter()
             found = brought(space, smooth, limits, phi + step.change)
             ended = time.perf_counter()
-            certified(space.body(found.phi), problem.limits)
+            limits.certify(space.body(found.phi))
             certifying = time.perf_counter() - ended
             gain = slope @ (phi - found.phi) / (RADIUS * np.abs(slope).sum())
             line = f"{stepped - began:7.2f} {ended - stepped:7.2f} {certifying:11.2f} {gain:6.3f}"

@@ -220,13 +220,14 @@ def predict(folder: Path) -> None:
 
 def measure_limits(folder: Path) -> None:
     """Write measured.json: for every design whether all limits are held, and the excess over each."""
-    from pneumorph.limits.of_shape import certified
+    from pneumorph.limits.of_shape import tube_limits
     from pneumorph.run import open_run
 
     stored = open_run(folder / "run") if (folder / "run" / "problem.toml").exists() else None
     designs = []
     for line in history(folder):
-        found = certified(stored.load_design(line["iteration"]).body(stored.problem), stored.problem.limits)
+        body = stored.load_design(line["iteration"]).body(stored.problem)
+        found = tube_limits(body, stored.problem.limits).certify(body)
         designs.append(
             {
                 "iteration": line["iteration"],

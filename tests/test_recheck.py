@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from certifying import certified
 from records import entry, one_element
 from tiny import tiny
 
 from pneumorph.geometry.tube import starting_body
-from pneumorph.limits.of_shape import certified
 from pneumorph.problem import loads
 from pneumorph.results import to_json
 from pneumorph.run import StoredDesign, create

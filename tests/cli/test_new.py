@@ -5,12 +5,12 @@ import subprocess
 import sys
 
 import pytest
+from certifying import certified
 from typer.testing import CliRunner
 
 import pneumorph
 from pneumorph.cli import app
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.limits.of_shape import certified
 from pneumorph.problem import load
 from pneumorph.problem.starts import KINDS
 

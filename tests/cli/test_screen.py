@@ -4,6 +4,7 @@ import io
 from dataclasses import replace
 
 import pytest
+from certifying import certified
 from records import entry, task_result
 from rich.console import Console
 from runs import analysed, line, waving_run
@@ -14,7 +15,6 @@ from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tas
 from pneumorph.cli.screen import Screen
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import Run
-from pneumorph.limits.of_shape import certified
 from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
 from pneumorph.results import RunResult

@@ -2,8 +2,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from certifying import certified
 
-from pneumorph.limits.of_shape import build_limit_functions, certified
+from pneumorph.limits.of_shape import build_limit_functions
 
 
 def two_walls(make_body, table, **other):

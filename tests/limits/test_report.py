@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from certifying import certified
 from scipy.spatial import KDTree
 
 from pneumorph.geometry.tube.surface import cap_points
 from pneumorph.limits.certify.places import Points
-from pneumorph.limits.of_shape import build_limit_functions, certified
+from pneumorph.limits.of_shape import build_limit_functions
 from pneumorph.limits.table import BY_NAME
 
 

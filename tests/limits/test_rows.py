@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from certifying import certified
 
-from pneumorph.limits.of_shape import certified, tube_limits
+from pneumorph.limits.of_shape import tube_limits
 from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.limits.tube.measures.shape import measured
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from certifying import certified
 
-from pneumorph.limits.of_shape import certified, tube_limits
+from pneumorph.limits.of_shape import tube_limits
 from pneumorph.limits.rows.sampled import LEAST_SHARE
 from pneumorph.limits.shares import NAMES
 from pneumorph.limits.table import BY_NAME

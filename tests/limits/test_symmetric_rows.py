@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from certifying import certified
 from scipy.spatial import KDTree
 
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.limits.of_shape import certified, limits_at
+from pneumorph.limits.of_shape import limits_at
 from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.limits.tube.samples import sample_limits
 from pneumorph.problem import loads

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from certifying import certified
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pneumorph.limits.of_shape import certified, tube_limits
+from pneumorph.limits.of_shape import tube_limits
 from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.problem import Limits
 

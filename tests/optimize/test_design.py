@@ -8,11 +8,11 @@ from dataclasses import replace
 import jax
 import numpy as np
 import pytest
+from certifying import certified
 from texts import EXTEND, problem_text
 from tiny import tiny
 
 from pneumorph.errors import MeshError, ProblemError
-from pneumorph.limits.of_shape import certified
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Skin
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, MeshKept, Started, design

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from certifying import certified
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
@@ -12,7 +13,7 @@ from texts import problem_text
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits import of_shape, report
-from pneumorph.limits.of_shape import build_limit_functions, certified, tube_limits
+from pneumorph.limits.of_shape import build_limit_functions, tube_limits
 from pneumorph.limits.table import ROWS
 from pneumorph.optimize import design
 from pneumorph.optimize.accelerated import advanced, at_rest, minimise, tightened

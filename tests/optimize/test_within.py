@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from certifying import certified
 from tiny import tiny
 
-from pneumorph.limits.of_shape import certified
 from pneumorph.limits.report import LimitReport
 from pneumorph.optimize import within
 from pneumorph.optimize.setup import Setup, build_setup

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from certifying import certified
 from records import one_element
 from runs import analysed, ended, inflated, line, waved, waving_run
 from texts import EXTEND, TWO_BESIDE, problem_text
@@ -19,7 +20,6 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import cap_points
 from pneumorph.limits import of_shape
-from pneumorph.limits.of_shape import certified
 from pneumorph.limits.shares import usage
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mesh.tube import mesh_body

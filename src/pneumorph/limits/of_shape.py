@@ -117,11 +117,6 @@ def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     return tube_limits(body, problem.limits, operations(problem.body.symmetry))
 
 
-def certified(body: Body, spec: Limits) -> LimitReport:
-    """The certified worst values of limits on a body that need not be symmetric."""
-    return certify(TUBE_KINDS, enclosed_tubes(body, spec))
-
-
 def build_limit_functions(
     body: Body, spec: Limits, per_span: tuple[int, int] = (4, 8), reach: float = 0.5
 ) -> LimitFunctions:
