@@ -48,6 +48,9 @@ SLOWEST, FASTEST, AGAIN, POWER = 6.0, 0.2, 2.0, 1 / 3
 """Largest and smallest ratio of s to that of the step before, the smallest after a step that was too long, and the
 power of the ratio of corrections to which it is chosen: those grow with about the third power of 1/s."""
 
+BALLOON, LEAST_BALLOON = 2.0, 3.0
+"""Largest stretch, over that of the start, and the least largest stretch, from which on the body balloons."""
+
 SMOOTH, FAINT = 0.02, 0.01
 """Relative residual, and s over its first value, below which a search for the equilibrium takes over."""
 
@@ -72,6 +75,7 @@ def relax(at: Configuration, tangent: Tangent, start: State) -> State | str:
     if not model.mixed:
         return model.state(vector)
     viscosity = first = FIRST * abs(soft.stiffness)
+    most = min(max(BALLOON * largest_stretch(at, start), LEAST_BALLOON), RUNAWAY_STRETCH)
     scale, masses = applied_force(at, start), supported(at, masses)
     for _ in range(MOST_STEPS):
         there = model.state(vector)
@@ -87,8 +91,8 @@ def relax(at: Configuration, tangent: Tangent, start: State) -> State | str:
         viscosity *= slower if moved is not None else max(slower, AGAIN)
         if moved is not None:
             vector = moved
-            if largest_stretch(at, model.state(vector)) > RUNAWAY_STRETCH:
-                return f"the body deforms without limit (stretch beyond {RUNAWAY_STRETCH:g})"
+            if largest_stretch(at, model.state(vector)) > most:
+                return f"the body balloons beyond a stretch of {most:.2g}"
     return f"no stable state was reached in {MOST_STEPS} steps"
 
 
