@@ -13,6 +13,7 @@ from pneumorph.cad.read import read_faces
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.interface.design import starting_design
+from pneumorph.interface.runs import prepare_run
 from pneumorph.mechanics import model_of
 from pneumorph.mechanics.elements.sums import cap_volumes, summed
 from pneumorph.mesh import scaled_jacobian
@@ -272,3 +273,60 @@ normal = [0, 0, 1]
     assert all(step.converged for step in steps)
     assert steps[1].translation[2] < -0.02
     assert steps[1].volumes["A"] < 0.99 * steps[0].volumes["A"]
+
+
+SPINE = """
+[[region]]
+name = "spine"
+inside = ["11 mm", "5 mm", "20 mm"]
+material = { model = "neo-hookean", shear_modulus = "4.9 MPa", bulk_modulus = "48 MPa", density = "1.1 g/cm^3" }
+"""
+
+
+@pytest.fixture(scope="module")
+def two_rubbers(tmp_path_factory):
+    """A file with a soft block with a void, and beside it a second solid, and the same as one solid."""
+    where = tmp_path_factory.mktemp("rubbers")
+    soft = box((0, 0, 0), (10, 10, 40)) - box((2, 2, 2), (8, 8, 38))
+    written(occ().Compound([soft, box((10, 0, 0), (12, 10, 40))]), where / "two.step")
+    written(soft + box((10, 0, 0), (12, 10, 40)), where / "one.step")
+    return where
+
+
+def test_solids_are_regions_of_their_own_rubbers(two_rubbers):
+    asked = loads(problem("two.step", size="5 mm") + SPINE, folder=two_rubbers)
+    mesh = mesh_of(asked, body_of(asked), ()).mesh
+    assert set(mesh.regions) == {"body", "spine"}
+    assert mesh.volume() == pytest.approx(12 * 10 * 40 - 6 * 6 * 36, rel=1e-9)
+    middles = mesh.points[mesh.tets[mesh.regions["spine"], :4]].mean(axis=1)
+    assert middles[:, 0].min() > 10.0
+    bent = [
+        starting_design(each).simulate({"A": "20 kPa"}).steps[0].rotation[1]
+        for each in (
+            asked,
+            *(loads(problem(name, size="5 mm"), folder=two_rubbers) for name in ("two.step", "one.step")),
+        )
+    ]
+    # Towards the stiff side; solids of the same rubber are one.
+    assert bent[0] > 1.5 * bent[1] > 0
+    assert bent[1] == pytest.approx(bent[2], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (SPINE.replace("11 mm", "5 mm"), "region"),
+        (SPINE.replace('inside = ["11 mm", "5 mm", "20 mm"]', 'beyond = "20 mm"'), r"region\[0\]"),
+        (SPINE + SPINE.replace("spine", "skin"), "region"),
+    ],
+)
+def test_regions_that_are_refused(two_rubbers, text, key):
+    with pytest.raises(ProblemError, match=key):
+        loads(problem("two.step", size="5 mm") + text, folder=two_rubbers)
+
+
+def test_bodies_with_regions_are_not_designed(two_rubbers, tmp_path):
+    asked = loads(problem("two.step", size="5 mm") + SPINE, folder=two_rubbers)
+    with pytest.raises(ProblemError, match=r"region\[0\]\.inside"):
+        prepare_run(asked, tmp_path / "run")
+    assert not (tmp_path / "run").exists()

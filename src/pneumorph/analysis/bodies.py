@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube import build_covers, build_levels, build_linings, build_wedges
 from pneumorph.mesh import Mesher, Morph
 from pneumorph.mesh.faces import FacesMesher
 from pneumorph.mesh.tube import TubeMesher
 from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem.regions import REST
 from pneumorph.symmetry.part import Part
 
 
@@ -22,7 +25,10 @@ def mesher_of(problem: Problem, part: Part, size: float | None = None) -> Mesher
     """
     solid = problem.solid
     if solid is not None:
-        return FacesMesher(solid.faces, solid.ends_at, solid.chambers_at, size or problem.mesh.size)
+        regions = {each.name: np.array(each.inside) for each in problem.region}
+        return FacesMesher(
+            solid.faces, solid.ends_at, solid.chambers_at, size or problem.mesh.size, regions=regions, rest=REST
+        )
     return TubeMesher(
         size or problem.mesh.size,
         part,

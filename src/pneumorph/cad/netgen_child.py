@@ -67,11 +67,11 @@ class Unsuitable(Exception):
 
 def solids(
     path: str, key: str, scale: float, size: float, most: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str], np.ndarray]:
     """The meshed faces of all solids in a STEP or BREP file, whose coordinates are multiplied by `scale`.
 
-    Returns points (n, 3), six-node triangles (m, 6) whose normals point out of the solid, the face of each (m,) from 0,
-    and the names of the faces.
+    Returns points (n, 3), six-node triangles (m, 6), the face of each (m,) from 0, the names of the faces, and the
+    solids (m, 2) that the normal of each triangle points from and to, −1 for none.
 
     Parameters
     ----------
@@ -87,6 +87,9 @@ def solids(
         raise Unsuitable(f"has {found}; save a solid")
     if len(shape.faces) > most:
         raise Unsuitable(f"has {len(shape.faces)} faces, more than {most}; simplify it in CAD")
+    if len(shape.solids) > 1:
+        # Faces where they meet become common to both.
+        shape = _occ().Glue(list(shape.solids))
     if scale != 1.0:
         shape = shape.Scale(_occ().Pnt(0, 0, 0), scale)
     lower, upper = np.array([list(corner) for corner in shape.bounding_box])
@@ -102,10 +105,13 @@ def solids(
     elements = mesh.Elements2D().NumPy()
     if not len(elements) or not elements["nodes"][:, :6].all():
         raise Unsuitable("has a face that cannot be meshed; repair it in CAD")
-    names = [face.name or "" for face in shape.faces]
+    descriptors = mesh.FaceDescriptors()
+    names = ["" if each.bcname == "default" else each.bcname for each in descriptors]
+    domains = np.array([[each.domin, each.domout] for each in descriptors]) - 1
+    face = elements["index"].astype(np.int64) - 1
     # Netgen's fourth to sixth node are opposite to the corners.
     triangles = elements["nodes"][:, [0, 1, 2, 5, 3, 4]].astype(np.int64) - 1
-    return np.array(mesh.Coordinates()), triangles, elements["index"].astype(np.int64) - 1, names
+    return np.array(mesh.Coordinates()), triangles, face, names, domains[face]
 
 
 def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -53,8 +53,8 @@ def _read(data: bytes, form: Format, scale: float, size: float) -> Faces:
     with temporary_folder() as folder:
         path = folder / f"body.{form}"
         path.write_bytes(data)
-        points, triangles, face, names = call("solids", str(path), key, scale, size, MOST_FACES, seconds=SECONDS)
-    return compact(points, triangles, face, tuple(names))
+        points, triangles, face, names, sides = call("solids", str(path), key, scale, size, MOST_FACES, seconds=SECONDS)
+    return compact(points, triangles, face, tuple(names), sides)
 
 
 def _of_triangles(data: bytes, form: Format, scale: float, size: float) -> Faces:

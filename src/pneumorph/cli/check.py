@@ -167,6 +167,8 @@ def _rubbers(table: dict[str, Any], rubbers: list[Rubber]) -> Iterator[str]:
 def _shape(region: dict[str, Any]) -> str:
     if sleeve := region.get("sleeve"):
         return f"{sleeve['thickness']} around {', '.join(sleeve['chambers'])}"
+    if inside := region.get("inside"):
+        return f"the solid at {', '.join(inside)}"
     if beyond := region.get("beyond"):
         return f"beyond z = {beyond}"
     if within := region.get("within"):

@@ -267,7 +267,7 @@ def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = F
         If the problem has a mistake, or the directory contains something else.
     """
     asked = _problem(problem, trust)
-    require_walls(asked.body)
+    require_walls(asked.body, asked.region)
     # A mistake in a target is reported before the directory is made.
     build_objectives(asked)
     return Run((run.resume if resume else run.create)(out, asked))

@@ -80,7 +80,7 @@ class Setup:
 
 def build_setup(problem: Problem, settings: LoopSettings | None = None) -> Setup:
     """The setup of a problem, by its own body."""
-    require_walls(problem.body)
+    require_walls(problem.body, problem.region)
     space = space_of(problem)
     limits = limits_of(problem, space.reference)
     setup = setup_among(problem, space, limits, mesher_of(problem, part_of(problem)), settings)

@@ -101,7 +101,7 @@ def _material(path: Path) -> list[tuple[str, str]]:
     table = tomllib.loads(_text(path))
     found = [(key.replace("_", " "), _words(value)) for key, value in table["material"].items()]
     for region in table.get("region", []):
-        shape = next({key: region[key]} for key in ("layer", "sleeve", "beyond", "within") if key in region)
+        shape = next({key: region[key]} for key in ("layer", "sleeve", "beyond", "within", "inside") if key in region)
         found.append((f"region {region['name']}", _words(shape)))
         found += [
             (f"{region['name']}: {key.replace('_', ' ')}", _words(value)) for key, value in region["material"].items()

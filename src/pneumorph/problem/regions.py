@@ -61,7 +61,7 @@ def _rising(key: str, angles: tuple[float, float] | None) -> None:
 class Region(Table):
     """A part of the body that is made of another rubber than [material].
 
-    A layer, sleeves, the part beyond a plane, or the part within an angle.
+    A layer, sleeves, the part beyond a plane, the part within an angle, or a solid of a file.
     """
 
     name: Annotated[Name, Example('e.g. name = "skin"')]
@@ -78,10 +78,13 @@ class Region(Table):
     within: tuple[Angle, Angle] | None = None
     """All rubber between two angles around the axis, from x towards y; the half-planes are fixed."""
 
+    inside: tuple[Length, Length, Length] | None = None
+    """Of a body from a file of several solids: a point in the one that is made of this rubber."""
+
     @model_validator(mode="after")
     def _one_shape(self) -> Region:
-        if sum(shape is not None for shape in (self.layer, self.sleeve, self.beyond, self.within)) != 1:
-            raise InvalidKey("layer", "sleeve, beyond and within are the shapes of a region; give one of them")
+        if sum(shape is not None for shape in (self.layer, self.sleeve, self.beyond, self.within, self.inside)) != 1:
+            raise InvalidKey("layer", "sleeve, beyond, within and inside are the shapes of a region; give one of them")
         _rising("within", self.within)
         return self
 

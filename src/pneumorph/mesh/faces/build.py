@@ -9,7 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.cad.faces import Faces
-from pneumorph.cad.parts import Place, Where, parts_of
+from pneumorph.cad.parts import Parts, Place, Where, parts_of
+from pneumorph.cad.solids import grouped
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
 from pneumorph.mesh.build import Boundary, mesh_within
@@ -38,6 +39,9 @@ class FacesMesher:
         The faces in triangles with edges of about this length.
     ends : where base and tip are.
     chambers : where chambers are, by their names.
+    regions : {region: (3,)}
+        A point in the solid of each region, mm.
+    rest : name of the region of all other solids.
     size : float
         Of the elements, mm.
     """
@@ -46,6 +50,8 @@ class FacesMesher:
     ends: tuple[Where, Where]
     chambers: Mapping[str, Place]
     size: float
+    regions: Mapping[str, np.ndarray] = field(default_factory=dict)
+    rest: str = ""
     heights: Sequence[float] = ()
 
     def mesh(self, body: Body[LatticeSurface], finest: float = 0.0) -> Morph:
@@ -53,7 +59,7 @@ class FacesMesher:
         return mesh_within(self._bound, body, self.size, finest)
 
     def _bound(self, body: Body[LatticeSurface], finer: float, _: float) -> Boundary:
-        found = self.faces(finer * self.size)
+        found = grouped(self.faces(finer * self.size), self.regions)
         parts = parts_of(found, *self.ends, self.chambers)
         faces = {name: found.triangles[own] for name, own in parts.triangles.items() if len(own)}
         moved = np.zeros(len(found.points), bool)
@@ -61,6 +67,8 @@ class FacesMesher:
         for surface, where in zip(body.surfaces, body.slices, strict=True):
             own = [f"chamber {surface.name}"] if surface.cavity else ["base", "tip", "exterior"]
             nodes = np.unique(np.concatenate([faces[name].ravel() for name in own if name in faces]))
+            if not surface.cavity:
+                nodes = np.union1d(nodes, self._between(found, parts))
             # Nodes of the rim of a port are moved with the exterior.
             nodes = nodes[~moved[nodes]]
             moved[nodes] = True
@@ -72,4 +80,16 @@ class FacesMesher:
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         B = sparse.csr_array(entries, (len(found.points), body.n_points))
         nodes = B @ body.control_points() + offset
-        return Capped(B, offset, faces, nodes, {"": found.triangles}, caps=parts.caps)
+        return Capped(B, offset, faces, nodes, self._solids(found), caps=parts.caps)
+
+    def _between(self, found: Faces, parts: Parts) -> np.ndarray:
+        """Nodes where solids meet that are on no chamber: they are moved with the exterior."""
+        walls = [found.triangles[own] for name, own in parts.triangles.items() if name.startswith("chamber ")]
+        return np.setdiff1d(found.between, np.concatenate([np.zeros(0, int), *(each.ravel() for each in walls)]))
+
+    def _solids(self, found: Faces) -> dict[str, np.ndarray]:
+        """The triangles around the solids of every region."""
+        if not self.regions:
+            return {"": found.triangles}
+        solids = {name: found.around(number) for number, name in enumerate((self.rest, *self.regions))}
+        return {name: triangles for name, triangles in solids.items() if len(triangles)}

@@ -28,6 +28,9 @@ def check_regions(problem: Tables) -> Iterator[tuple[str, str]]:
         key, wall = f"region[{index}]", problem.limits.wall
         if region.name == REST or region.name in [other.name for other in problem.region[:index]]:
             yield f"{key}.name", f'"{region.name}" is taken; give the region another name'
+        if region.inside is not None:
+            yield f"{key}.inside", "is for bodies from files; a tube has the regions layer, sleeve, beyond and within"
+            continue
         shape = "layer" if region.layer else "sleeve"
         if region.thickness >= wall:
             yield (

@@ -8,9 +8,12 @@ import numpy as np
 
 from pneumorph.cad.parts import faces_where
 from pneumorph.cad.shells import asymmetry, place
+from pneumorph.cad.solids import solids_at
+from pneumorph.errors import MeshError
 from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.models import Limits
 from pneumorph.problem.objectives import Maximize, TargetMotion
+from pneumorph.problem.regions import REST
 from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.operations import operations
@@ -38,9 +41,10 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason of everything that is wrong with a problem whose body is from a file."""
     body = problem.body
     assert isinstance(body, SolidSpec)
-    for key in ("region", "membrane", "fibres"):
+    for key in ("membrane", "fibres"):
         if getattr(problem, key):
-            yield f"{key}[0]", "is for tubes; a body from a file is of one rubber, without sheets and fibres"
+            yield f"{key}[0]", "is for tubes; a body from a file has no sheets and fibres"
+    yield from _regions(problem, body)
     faces = body.outline
     size = problem.mesh.size
     if not SMALLEST <= faces.diagonal <= LARGEST:
@@ -71,6 +75,20 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
                 "measures from the centre of the base along z; move the body in CAD so that its base is centred at the "
                 "origin and its tip on the z axis",
             )
+
+
+def _regions(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
+    """What is wrong with the regions, each of which is a solid of the file."""
+    for index, region in enumerate(problem.region):
+        if region.name == REST or region.name in [other.name for other in problem.region[:index]]:
+            yield f"region[{index}].name", f'"{region.name}" is taken; give the region another name'
+        if region.inside is None:
+            yield f"region[{index}]", "has a shape for tubes; for a body from a file give inside, a point in a solid"
+            return
+    try:
+        solids_at(body.outline, {each.name: np.array(each.inside) for each in problem.region})
+    except MeshError as error:
+        yield "region", f"the file {error}"
 
 
 def _designed(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
