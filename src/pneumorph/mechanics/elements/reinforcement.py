@@ -48,7 +48,7 @@ def _parts(of: Array) -> tuple[Array, Array, Array]:
     return of[..., 0], of[..., 1], of[..., 2]
 
 
-_APART = 1e-6
+_APART = 1e-8
 """Added to the difference of stretches by squares, so that its root has derivatives where they are equal."""
 
 

@@ -44,6 +44,13 @@ QUICK, SLOW = 0.2, 0.7
 """Contraction below which an old factorisation is kept, and the one that is tolerated while it smooths a rough start:
 an assembly with factorisation costs about twelve back-solves."""
 
+GROWN = 2.0
+"""With stiff sheets and fibres the correction after a step may be this much larger than the step: where they become
+taut or slack it says little of the next one, and shorter steps would pass the same points one by one."""
+
+NOTHING = 1e-12
+"""Correction over the size of the body that is not worth a factorisation where the residual is rounding error."""
+
 MOST_TANGENTS_DOWN, STEPS_PER_FACTORISATION, LEAST_SHIFT = 100, 2, 1e-7
 """On the way down from an unstable state: most tangents, steps with each of them, and the least fraction by which their
 diagonal is raised."""
@@ -142,6 +149,9 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
                 tangent.factorise_with(at, model.state(here.vector), others, here.metrics)
             here = _reduced(at, tangent, here)
             direction, fresh = supported(at, tangent.precondition(-here.reduced)), True
+        if here.metrics and _is_rounding(at, here, direction, size * scale):
+            tolerance = max(tolerance, size)
+            continue
         borne = QUICK if rough < SMOOTH else SLOW
         moved = _moved(at, tangent, here, direction, SMALLEST_STEP if fresh else 1.0, None if fresh else borne)
         stuck = fresh and (moved is None or np.linalg.norm(moved[0].residual) > HALVED * size * scale)
@@ -162,6 +172,13 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
         if rough > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
             return f"the body deforms without limit (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
+
+
+def _is_rounding(at: Configuration, here: Iterate, direction: np.ndarray, residual: float) -> bool:
+    """Whether residual (N) and correction (n,) are no larger than rounding errors, as in stiff sheets at rest."""
+    if length(at, direction) > NOTHING * float(np.abs(at.X).max()):
+        return False
+    return residual <= residual_rounding(at, here.vector)
 
 
 def _reduced(at: Configuration, tangent: Tangent, here: Iterate) -> Iterate:
@@ -191,7 +208,8 @@ def _along(at: Configuration, tangent: Tangent, here: Iterate, direction: np.nda
 def _moved(at: Configuration, tangent: Tangent, here: Iterate, direction, smallest: float, bound: float | None):
     """The iterate after a step that passes the test, the next correction and its relative size.
 
-    Steps are halved down to `smallest`. The contraction must be below `bound`, by default 1 − step/4.
+    Steps are halved down to `smallest`. The contraction must be below `bound`, by default 1 − step/4, or `GROWN` with
+    sheets and fibres.
     """
     before, whole = length(at, direction), free_share(at, here.vector, direction)
     step, smallest = whole, whole * smallest
@@ -205,7 +223,8 @@ def _moved(at: Configuration, tangent: Tangent, here: Iterate, direction, smalle
             trial = _reduced(at, tangent, Iterate(vector, metrics, residual, residual))
             correction = supported(at, tangent.precondition(-trial.reduced))
             contraction = length(at, correction) / max(before, 1e-300)
-            if contraction <= (1 - step / 4 if bound is None else bound):
+            most = GROWN if here.metrics else 1 - step / 4
+            if contraction <= (most if bound is None else bound):
                 # Only after a full step does the correction show how good the factorisation still is.
                 return trial, correction, contraction if step == 1.0 else 1.0
         step /= 2
