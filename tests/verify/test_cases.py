@@ -36,6 +36,7 @@ from pneumorph.verify.verdict import absolute, at_least, relative
         lambda: wound.one_family(4.0, 1e-2),
         lambda: wound.covered_tube(4.0),
         lambda: wound.half_covered(4.0),
+        beams.layered,
     ],
 )
 def test_a_case_passes(case):

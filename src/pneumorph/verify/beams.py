@@ -7,13 +7,16 @@ A solid bar of length L and width w differs by terms of second order in w/L and 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.integrate import solve_bvp
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import (
+    Configuration,
     Equilibrium,
+    Model,
     NoEquilibrium,
     Tangent,
     build_loads,
@@ -21,7 +24,9 @@ from pneumorph.mechanics import (
     configure,
     neo_hookean_rubber,
 )
+from pneumorph.mechanics.elements.reinforcement import Membrane
 from pneumorph.mechanics.solve.sweep import sweep
+from pneumorph.mesh.tets import RULE, Covered, TetMesh
 from pneumorph.verify.solids import bar
 from pneumorph.verify.verdict import Verdict, absolute, relative
 
@@ -34,6 +39,9 @@ STIFFNESS = YOUNG * WIDTH**4 / 12
 """Bending stiffness EI of the square section, N·mm²."""
 
 COUNTS = (2, 2, 32)
+
+SHEETS = (1.0, 100.0, 10000.0)
+"""Stiffnesses of a sheet on one face, N/mm; the bar's own is 1 N."""
 
 MATTIASSON = {1.0: (0.30172, 0.05643, 0.46135), 5.0: (0.71379, 0.38763, 1.21537)}
 """P L²/EI: sideways and axial motion of the tip over L, and its angle (Mattiasson 1981, table I)."""
@@ -64,6 +72,34 @@ def force(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Ite
         yield absolute(f"lateral motion / length at PL²/EI = {load:g}", found.plate[0] / LENGTH, sideways, tolerance)
         yield absolute(f"axial motion / length at PL²/EI = {load:g}", found.plate[2] / LENGTH, -axial, tolerance)
         yield relative(f"rotation at PL²/EI = {load:g}, rad", found.plate[4], turn, tolerance)
+
+
+def layered(counts: tuple[int, int, int] = (2, 2, 16), tolerance: float = 1e-2) -> Iterator[Verdict]:
+    """A small tip moment on the bar with a sheet of k N/mm on one face: K = EI + w²/4 / (1/EA + 1/kw).
+
+    A sheet that does not stretch is where the bar does not either, so that its K is E w⁴/3, four times as large.
+    """
+    area, bare = YOUNG * WIDTH**2, STIFFNESS
+    mesh = _covered(bar(WIDTH, LENGTH, counts))
+    for stiffness in SHEETS:
+        sheet = Membrane(stiffness, 0.0, 1.0)
+        built = build_model(mesh, RUBBER, reinforcements={"sheet": sheet})
+        turn = np.pi / 32
+        exact = bare + WIDTH**2 / 4 / (1 / area + 1 / (stiffness * WIDTH))
+        wrench = np.array([0, 0, 0, 0, exact * turn / LENGTH, 0])
+        (found,) = _followed([configure(built, mesh.points, build_loads(built, {}, wrench=wrench))], built)
+        yield relative(
+            f"rotation at {turn / np.pi:g}π rad, sheet of {stiffness:g} N/mm", found.plate[4], turn, tolerance
+        )
+    bent = np.pi / 32 * 3 * exact / (YOUNG * WIDTH**4)
+    yield relative("the same for a sheet that does not stretch", found.plate[4], bent, tolerance)
+
+
+def _covered(mesh: TetMesh) -> TetMesh:
+    """The bar with a cover on its face x = −w/2."""
+    faces = mesh.faces["side"]
+    points = np.concatenate([RULE, np.full((3, 1), 1 / 6), np.tile([1.0, 0.0], (3, 1))], axis=1)
+    return replace(mesh, covers={"sheet": Covered(faces, np.tile(points, (len(faces), 1, 1)))})
 
 
 def elastica_reference() -> Iterator[Verdict]:
@@ -110,7 +146,12 @@ def bend(counts: tuple[int, int, int], wrenches: Sequence[np.ndarray]) -> Iterat
     mesh = bar(WIDTH, LENGTH, counts)
     built = build_model(mesh, RUBBER)
     at = [configure(built, mesh.points, build_loads(built, {}, wrench=wrench)) for wrench in wrenches]
-    for found in sweep(at, Tangent(built)):
+    yield from _followed(at, built)
+
+
+def _followed(path: Sequence[Configuration], built: Model) -> Iterator[Equilibrium]:
+    """Equilibria of configurations, one after the other."""
+    for found in sweep(path, Tangent(built)):
         if isinstance(found, NoEquilibrium):
             raise ComputationError(found.reason)
         yield found

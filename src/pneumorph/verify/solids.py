@@ -17,7 +17,7 @@ RUBBER = neo_hookean_rubber(SHEAR, BULK, DENSITY)
 
 
 def bar(width: float, length: float, counts: Sequence[int]) -> TetMesh:
-    """Square bar about the z axis; faces base (z = 0) and tip (z = length)."""
+    """Square bar about the z axis; faces base (z = 0), tip (z = length), and side, the one of least x."""
 
     def mapping(r: np.ndarray) -> np.ndarray:
         return r * [width, width, length] - [width / 2, width / 2, 0]
@@ -28,6 +28,7 @@ def bar(width: float, length: float, counts: Sequence[int]) -> TetMesh:
         {
             "base": lambda r: r[:, 2] == 0,
             "tip": lambda r: r[:, 2] == 1,
+            "side": lambda r: r[:, 0] == 0,
         },
     )
 

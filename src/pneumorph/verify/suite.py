@@ -45,6 +45,7 @@ def cases() -> tuple[Case, ...]:
         Case("fibres, magic angle", wound.magic_angle, _WOUND),
         Case("fibres, one family", wound.one_family, _WOUND),
         Case("tube in a sheet", wound.covered_tube, _WOUND),
+        Case("bar with a sheet on one face", beams.layered, "beam of two materials (Timoshenko & Gere 1972, ch. 5)"),
         Case(
             "tube with a sheet on one side", wound.half_covered, "beam of two materials (Timoshenko & Gere 1972, ch. 5)"
         ),

@@ -48,8 +48,9 @@ GROWN = 2.0
 """With stiff sheets and fibres the correction after a step may be this much larger than the step: where they become
 taut or slack it says little of the next one, and shorter steps would pass the same points one by one."""
 
-NOTHING = 1e-12
-"""Correction over the size of the body that is not worth a factorisation where the residual is rounding error."""
+NEGLIGIBLE, NOTHING = 1e-5, 1e-12
+"""A relative residual below the first is rounding error where the correction, over the size of the body, is below the
+second: those of stiff sheets and fibres are larger than the tolerance under small loads."""
 
 MOST_TANGENTS_DOWN, STEPS_PER_FACTORISATION, LEAST_SHIFT = 100, 2, 1e-7
 """On the way down from an unstable state: most tangents, steps with each of them, and the least fraction by which their
@@ -149,7 +150,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
                 tangent.factorise_with(at, model.state(here.vector), others, here.metrics)
             here = _reduced(at, tangent, here)
             direction, fresh = supported(at, tangent.precondition(-here.reduced)), True
-        if here.metrics and _is_rounding(at, here, direction, size * scale):
+        if size <= NEGLIGIBLE and length(at, direction) <= NOTHING * float(np.abs(at.X).max()):
             tolerance = max(tolerance, size)
             continue
         borne = QUICK if rough < SMOOTH else SLOW
@@ -172,13 +173,6 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
         if rough > 1e-2 and largest_stretch(at, model.state(here.vector)) > RUNAWAY_STRETCH:
             return f"the body deforms without limit (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
     return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
-
-
-def _is_rounding(at: Configuration, here: Iterate, direction: np.ndarray, residual: float) -> bool:
-    """Whether residual (N) and correction (n,) are no larger than rounding errors, as in stiff sheets at rest."""
-    if length(at, direction) > NOTHING * float(np.abs(at.X).max()):
-        return False
-    return residual <= residual_rounding(at, here.vector)
 
 
 def _reduced(at: Configuration, tangent: Tangent, here: Iterate) -> Iterate:
