@@ -39,4 +39,4 @@ def _files_of(function: Any) -> caching._Cache:
         return caching.NullCache()
 
 
-dispatcher.FunctionCache = _files_of
+dispatcher.FunctionCache = _files_of  # pyright: ignore[reportAttributeAccessIssue]

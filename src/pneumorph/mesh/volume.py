@@ -101,7 +101,8 @@ def _fill_straight(points: np.ndarray, triangles: np.ndarray, size: float) -> tu
     moved = points + _JITTER * size * np.random.default_rng(0).standard_normal(points.shape)
     stop_if_asked()
     # Netgen leaves walls up to twice as thick as the edge length without inner vertices.
-    filled, tets = split_long_edges(*call("fill", moved, triangles, size), triangles, _LONGEST * size)
+    filled, tets = call("fill", moved, triangles, size)
+    filled, tets = split_long_edges(filled, tets, triangles, _LONGEST * size)
     filled, tets = _optimised(filled, tets, triangles, size, "cmdmustm", 3)
     return np.concatenate([points, filled[len(points) :]]), tets
 

@@ -79,10 +79,9 @@ class RubberModel(Table):
     def _unknown_and_missing(cls, data: dict[Any, Any]) -> Iterator[InitErrorDetails]:
         """A missing bulk modulus is hinted at as what the rubber's other parameters make of it."""
         for fault in super()._unknown_and_missing(data):
-            error = fault.get("ctx", {}).get("error")
-            if error.key == "bulk_modulus" and "bulk_modulus" not in data:
-                error = InvalidKey("bulk_modulus", _bulk_hint(cls, data))
-            yield fault | {"ctx": {"error": error}}
+            if "bulk_modulus" not in data and getattr(fault.get("ctx", {}).get("error"), "key", "") == "bulk_modulus":
+                fault["ctx"] = {"error": InvalidKey("bulk_modulus", _bulk_hint(cls, data))}
+            yield fault
 
 
 def _bulk(shear: float) -> str:

@@ -16,7 +16,7 @@ from pneumorph.symmetry.operations import MIRRORS, NORMALS
 def keeps_regions(problem: Problem, plane: str) -> bool:
     """Whether the mirror plane "xz" or "yz" maps every region to itself."""
     matrix = np.diag(np.array(MIRRORS[plane], float))
-    chambers, length = problem.body.chamber, problem.body.length
+    chambers, length = problem.tubes.chamber, problem.body.length
     names = [chamber.name for chamber in chambers]
     for region in problem.region:
         angles = region.within or (region.layer.angles if region.layer else None)
@@ -35,7 +35,7 @@ def keeps_regions(problem: Problem, plane: str) -> bool:
 def keeps_reinforcements(problem: Problem, plane: str) -> bool:
     """Whether the mirror plane "xz" or "yz" maps every reinforcement to itself."""
     matrix = np.diag(np.array(MIRRORS[plane], float))
-    chambers, length = problem.body.chamber, problem.body.length
+    chambers, length = problem.tubes.chamber, problem.body.length
     names = [chamber.name for chamber in chambers]
     for each in reinforcements(problem):
         if isinstance(each, FibresSpec) and each.handed:

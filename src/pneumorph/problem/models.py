@@ -92,7 +92,7 @@ class _Tube(Table):
             return data
         section = data["section"]
         try:
-            outline = (section if isinstance(section, Table) else _SECTION.validate_python(section)).outline
+            outline = _SECTION.validate_python(section).outline
         except ValidationError:
             return {"radius": "1 mm"} | data  # reported with the key of the section
         reach = Quantity(units.LENGTH).write(outline.reach)

@@ -48,8 +48,11 @@ class _Section(Table):
     def turned(self, angle: float) -> _Section:
         """The section rotated by an angle about the tube's axis, rad."""
         # A copy of the model would have this one's outline.
-        keys = {name: getattr(self, name) for name in type(self).model_fields}
-        return type(self).model_construct(**keys | {"turn": self.turn + angle}) if angle else self
+        if not angle:
+            return self
+        keys: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields}
+        keys["turn"] += angle
+        return type(self).model_construct(None, **keys)
 
 
 class Ellipse(_Section):

@@ -65,6 +65,6 @@ def bellows() -> Body:
     """Its optimised body after 40 designs: a bellows that extends by 28 mm at 60 kPa, with a stretch up to 1.5."""
     with resources.files("pneumorph.verify").joinpath("bellows.npz").open("rb") as file, np.load(file) as stored:
         nets = [stored["exterior"], stored["chamber_A"]]
-    return starting_body(linear_actuator().body).with_control_points(
+    return starting_body(linear_actuator().tubes).with_control_points(
         np.concatenate([net.reshape(-1, 3) for net in nets])
     )

@@ -76,7 +76,7 @@ def compared(equilibrium: Equilibrium, u: np.ndarray, plate: np.ndarray, toleran
 
 def start() -> Body:
     """The starting body of the linear actuator."""
-    return starting_body(linear_actuator().body)
+    return starting_body(linear_actuator().tubes)
 
 
 @cache

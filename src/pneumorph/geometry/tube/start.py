@@ -96,7 +96,7 @@ def _outline(spec: BodySpec | ChamberSpec, n_q: int) -> tuple[Array, Array]:
     around = np.linalg.lstsq(values, points, rcond=None)[0]
     along = basis.matrix(share, 1) @ around
     normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
-    return around, np.linalg.lstsq(values, normals, rcond=None)[0]
+    return np.asarray(around, float), np.asarray(np.linalg.lstsq(values, normals, rcond=None)[0], float)
 
 
 def _flat_profile(
@@ -106,7 +106,8 @@ def _flat_profile(
     basis = clamped(spans)
     z = span[0] + (span[1] - span[0]) * basis.greville
     widths = 1.0 + (taper - 1.0) * basis.greville
-    return widths[:, None], np.linalg.solve(basis.matrix(basis.greville), ripple(z)), z
+    waves = np.asarray(np.linalg.solve(basis.matrix(basis.greville), ripple(z)), float)
+    return widths[:, None], waves, z
 
 
 def _pole_profile(

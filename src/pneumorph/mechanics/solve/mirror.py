@@ -66,10 +66,10 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> boo
 
 def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
     """Chambers off the plane, each with its mirror image."""
-    for one in problem.body.chamber:
+    for one in problem.tubes.chamber:
         image = mirror[:2] * one.center
         if np.allclose(image, one.center):
             continue
-        for other in problem.body.chamber:
+        for other in problem.tubes.chamber:
             if np.allclose([*image, *one.span], [*other.center, *other.span]):
                 yield one.name, other.name

@@ -59,7 +59,7 @@ def _along_axis(problem: Problem) -> bool:
 
 def _turns_chambers(problem: Problem, rotation: np.ndarray, applied: list[Pressures]) -> bool:
     """Whether a rotation turns every chamber to itself or to one with the same pressures, and with the same sheets."""
-    chambers = problem.body.chamber
+    chambers = problem.tubes.chamber
     for number, chamber in enumerate(chambers):
         other = image(chambers, number, rotation, problem.body.length)
         if other is None:
@@ -75,7 +75,7 @@ def _turns_chambers(problem: Problem, rotation: np.ndarray, applied: list[Pressu
 
 def _within_sectors(problem: Problem, turns: int) -> bool:
     """Whether the cuts between sectors are away from the chambers beside the axis, by half the size of an element."""
-    beside = [chamber for chamber in problem.body.chamber if np.hypot(*chamber.center) > 0.0]
+    beside = [chamber for chamber in problem.tubes.chamber if np.hypot(*chamber.center) > 0.0]
     begin = beginning_of(np.array([chamber.center for chamber in beside]).reshape(-1, 2), turns)
     cuts = 2.0 * np.pi * (begin + np.arange(turns) / turns)
     for chamber in beside:

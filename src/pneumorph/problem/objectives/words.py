@@ -42,7 +42,17 @@ class Amount(NamedTuple):
         return self if wanted is None else self._replace(word=f"{self.word} (target {self._replace(value=wanted)})")
 
 
-class Result(Protocol):
+class Moved(Protocol):
+    """A state of the tip: its translation in mm, and its rotation vector."""
+
+    @property
+    def translation(self) -> Sequence[float]: ...
+
+    @property
+    def rotation(self) -> Sequence[float]: ...
+
+
+class Result(Moved, Protocol):
     """What words need to know of a task's result; see `TaskResult`."""
 
     @property
@@ -50,12 +60,6 @@ class Result(Protocol):
 
     @property
     def errors(self) -> Mapping[str, float]: ...
-
-    @property
-    def translation(self) -> Sequence[float]: ...
-
-    @property
-    def rotation(self) -> Sequence[float]: ...
 
     @property
     def contact(self) -> Mapping[str, Sequence[float]]: ...
@@ -67,7 +71,7 @@ class Result(Protocol):
     def contact_area(self) -> Mapping[str, float]: ...
 
 
-def motion_amount(name: str, sign: float, result: Result) -> Amount:
+def motion_amount(name: str, sign: float, result: Moved) -> Amount:
     """A motion of the tip, one of `MOTIONS`, or its opposite."""
     word, number = ("−" if sign < 0 else "") + MOTION_WORDS[name], MOTIONS.index(name)
     if number < 3:
