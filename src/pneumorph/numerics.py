@@ -50,7 +50,7 @@ def tells_of_kernels(warning: str) -> bool:
     if "persistent compilation cache entry" not in warning:
         return False
     folder = cache_folder()
-    if warning.startswith("Error reading") and jax.config.jax_compilation_cache_dir == str(folder):
+    if warning.startswith("Error reading") and getattr(jax.config, "jax_compilation_cache_dir", None) == str(folder):
         for path in folder.glob("*-cache"):
             with contextlib.suppress(OSError):
                 path.unlink()

@@ -120,5 +120,6 @@ def _first_hits(
     for number, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if number % _AT_ONCE == 0:
             stop_if_asked()
-        met = locator.IntersectWithLine(start, stop, 0.0, share, place, at, part, cell)
-        yield (place.copy(), int(cell)) if met else None
+        # VTK's types do not know what it writes into.
+        met = locator.IntersectWithLine(start, stop, 0.0, share, place, at, part, cell)  # pyright: ignore
+        yield (place.copy(), int(cell)) if met else None  # pyright: ignore[reportArgumentType]

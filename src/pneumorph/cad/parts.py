@@ -157,7 +157,7 @@ def parts_of(faces: Faces, base: Where, tip: Where, places: Mapping[str, Place])
             others = f"; its faces have the names {known}" if known and isinstance(where, Named) else ""
             raise MeshError(f"has no face {where} for the {name}{others}; give body.{name} another place")
         parts[name] = np.flatnonzero(chosen)
-    both = np.intersect1d(*parts.values())
+    both = np.intersect1d(parts["base"], parts["tip"])
     if len(both):
         where = place(faces.points[faces.triangles[both[0], 0]])
         raise MeshError(f"has a face at {where} that is base and tip at once; give body.base and body.tip apart")

@@ -107,7 +107,8 @@ def asymmetry(faces: Faces, operation: np.ndarray) -> tuple[float, np.ndarray]:
 
     images = faces.points @ operation.T
     surface = pyvista.PolyData.from_regular_faces(faces.points, quarters(faces.triangles))
-    near = np.asarray(surface.find_closest_cell(images, return_closest_point=True)[1])
+    _, near = surface.find_closest_cell(images, return_closest_point=True)  # pyright: ignore
+    near = np.asarray(near)
     away = np.linalg.norm(near - images, axis=1)
     worst = int(away.argmax())
     return float(away[worst]), images[worst]

@@ -86,6 +86,6 @@ def _on(surface: Surface, nodes: np.ndarray) -> np.ndarray:
         if number % _AT_ONCE == 0:
             stop_if_asked()
         place = np.zeros(3)
-        locator.FindClosestPoint(node, place, cell, part, distance)
+        locator.FindClosestPoint(node, place, cell, part, distance)  # pyright: ignore[reportArgumentType]
         found[number] = place
     return found

@@ -229,7 +229,7 @@ class SolidSpec(Table):
     @property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """The centroids (3,) of base and tip, mm."""
-        return _ends(self)
+        return _ends(self)  # pyright: ignore[reportArgumentType]
 
     @property
     def length(self) -> float:
