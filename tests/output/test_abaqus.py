@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 from installed import needs
 
+from pneumorph.analysis.bodies import mesh_of
+from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import body_of
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import (
     Tangent,
@@ -11,6 +14,7 @@ from pneumorph.mechanics import (
     build_model,
     configure,
     loads_of,
+    mirrors_of,
     model_of,
     neo_hookean_rubber,
     solve,
@@ -18,7 +22,8 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh.tets import TET_FACES
 from pneumorph.mesh.tube import mesh_body
-from pneumorph.output.abaqus import FACES, abaqus_input, element_faces, plate_nodes
+from pneumorph.output.abaqus import FACES, abaqus_input, as_whole, covered_faces, element_faces, plate_nodes
+from pneumorph.problem import Problem
 from pneumorph.verify import calculix
 from pneumorph.verify.actuator import linear_actuator
 from pneumorph.verify.solids import tube, with_lids
@@ -138,3 +143,58 @@ def test_part_of_a_body_is_written_whole(mirrors):
     ours = solve(at, Tangent(part))
     assert np.abs(plate - ours.plate).max() < 5e-3 * np.abs(plate).max()
     assert np.abs(u[: len(mesh.points)] - ours.u).max() < 5e-3 * np.abs(u).max()
+
+
+def sheeted(**more):
+    """A tube in a sheet, on a coarse mesh, with its configuration."""
+    sheet = {"name": "sheet", "stiffness": "5 N/mm", "poisson": 0.3, "wrinkling": 1.0}
+    tables = linear_actuator().model_dump(mode="json", exclude_none=True)
+    tables["material"] = {
+        "model": "neo-hookean",
+        "shear_modulus": "0.49 MPa",
+        "bulk_modulus": "4.8 MPa",
+        "density": "1.1 g/cm^3",
+    }
+    tables["body"]["length"], tables["body"]["chamber"][0]["span"] = "30 mm", ["4 mm", "26 mm"]
+    problem = Problem.model_validate(tables | {"membrane": [sheet | more]})
+    mesh = mesh_of(problem, body_of(problem), mirrors_of(problem), 8.0).mesh
+    model = model_of(problem, mesh)
+    return mesh, configure(model, mesh.points, loads_of(problem, model, {"A": 0.04}))
+
+
+def test_a_sheet_is_written_as_shells_of_its_stiffness():
+    mesh, at = sheeted(coverage=0.5)
+    found = blocks(abaqus_input(mesh, at))
+    young, poisson = map(float, found["*ELASTIC"][0].split(","))
+    (section,) = (lines for key, lines in found.items() if key.startswith("*SHELL SECTION"))
+    (shells,) = (lines for key, lines in found.items() if key.startswith("*ELEMENT, TYPE=S6"))
+    assert (young * float(section[0]), poisson) == pytest.approx((2.5, 0.3))
+    whole = as_whole(mesh, at)[0]
+    assert len(shells) == len(np.unique(whole.covers["sheet"].nodes, axis=0))
+
+
+def test_a_sheet_on_a_part_is_as_large_in_the_file():
+    """Faces that it covers in part have thinner shells, so that the areas add up."""
+    mesh, at = sheeted(angles=["-80 deg", "80 deg"])
+    whole, _ = as_whole(mesh, at)
+    faces, shares = covered_faces(whole.covers["sheet"])
+    assert 0 < shares.min() < shares.max() == 1.0
+    assert shares.sum() == pytest.approx(2 * whole.covers["sheet"].points[..., 2].sum(), rel=1e-5)
+    assert len(np.unique(faces, axis=0)) == len(faces)
+
+
+def test_a_sheet_that_wrinkles_is_refused():
+    mesh, at = sheeted(wrinkling=0.01)
+    with pytest.raises(ProblemError, match="sheet") as refused:
+        abaqus_input(mesh, at)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.slow
+def test_calculix_gives_the_same_answer_with_a_sheet():
+    needs(calculix.program)
+    mesh, at = sheeted()
+    u, plate = calculix.equilibrium(mesh, at)
+    ours = solve(at, Tangent(at.model))
+    assert plate[2] == pytest.approx(ours.plate[2], rel=1e-2)
+    assert np.abs(u[: len(mesh.points)] - ours.u).max() < 3e-2 * np.abs(u).max()

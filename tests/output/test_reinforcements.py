@@ -1,16 +1,12 @@
 """Sheets and fibres in pictures, on assembly sheets, and where a format cannot hold them."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from tiny import tiny
 
 from pneumorph.analysis.bodies import mesh_of
-from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.make.mould.sheet import reinforcing
-from pneumorph.output.export import export
 from pneumorph.output.reinforcements import covering_handles, coverings_of
 from pneumorph.problem import loads
 
@@ -50,9 +46,3 @@ def test_assembly_sheets_say_what_is_laid_where(problem):
     assert inside.startswith('Before casting, lay fibres "braid"') and "cores of A" in inside
     assert outside.startswith('Bond fibres "braid"')
     assert reinforcing(loads(tiny())) == []
-
-
-def test_input_files_refuse_them_in_one_line(problem, tmp_path):
-    with pytest.raises(ProblemError, match=r'"inp" cannot hold membranes and fibres .*"paper"') as refused:
-        export(tmp_path / "body.inp", "inp", problem, SimpleNamespace(), {})
-    assert "\n" not in str(refused.value)

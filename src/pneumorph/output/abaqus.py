@@ -1,8 +1,9 @@
 """Write a model as an input file for CalculiX and Abaqus.
 
 The file is complete: ten-node tetrahedra (C3D10), the neo-Hookean rubber, clamped base, rigid plate, springs, dead and
-follower loads, gravity. Abaqus does not know one keyword, ``ROT NODE`` of the rigid plate (a node whose displacements
-are the rotations in CalculiX); for Abaqus, delete it and use degrees of freedom 4 to 6 of the reference node.
+follower loads, gravity, and sheets that carry compression as thin shells (S6): in CalculiX membranes do not converge.
+Abaqus does not know one keyword, ``ROT NODE`` of the rigid plate (a node whose displacements are the rotations in
+CalculiX); for Abaqus, delete it and use degrees of freedom 4 to 6 of the reference node.
 """
 
 from __future__ import annotations
@@ -13,11 +14,22 @@ import numpy as np
 
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Configuration, whole_of
+from pneumorph.mechanics.elements.reinforcement import Membrane
 from pneumorph.mechanics.material.energies import neo_hookean
-from pneumorph.mesh.tets import TetMesh, area_vectors
+from pneumorph.mesh.tets import Covered, TetMesh, area_vectors
 
 FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
 """Corners of the faces P1 to P4 of a C3D10 element (Abaqus and CalculiX manuals), ascending."""
+
+
+_MOST_SPRINGS = 6
+"""Elements that are left free before those of sheets."""
+
+THICKNESS = 0.1
+"""Of sheets in the file, mm; their modulus is the stiffness over it."""
+
+LINEAR = 0.5
+"""Least wrinkling strain of a sheet that counts as linear in compression, as shells of the file are."""
 
 
 def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, tolerance: float = 5e-3) -> str:
@@ -39,12 +51,11 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     Raises
     ------
     ProblemError
-        If a rubber is not neo-Hookean.
+        If a rubber is not neo-Hookean, for fibres, and for sheets that wrinkle.
     """
     mesh, at = as_whole(mesh, at)
-    return "\n".join(
-        [*body_lines(mesh), *_supports(mesh, at), *rubber_lines(mesh, at), *_step(mesh, at, increment, tolerance), ""]
-    )
+    parts = (body_lines(mesh), _supports(mesh, at), rubber_lines(mesh, at), _sheet_lines(mesh, at))
+    return "\n".join([*(line for part in parts for line in part), *_step(mesh, at, increment, tolerance), ""])
 
 
 def as_whole(mesh: TetMesh, at: Configuration) -> tuple[TetMesh, Configuration]:
@@ -121,6 +132,40 @@ def rubber_lines(mesh: TetMesh, at: Configuration) -> Iterator[str]:
         yield f"*SOLID SECTION, ELSET={_part(mesh, number)}, MATERIAL={material}"
 
 
+def _sheet_lines(mesh: TetMesh, at: Configuration) -> Iterator[str]:
+    """Sheets as thin shells of isotropic elastic material; a face that is covered in part has a thinner one."""
+    first = len(mesh.tets) + _MOST_SPRINGS + 1
+    for number, (name, sheet) in enumerate(at.model.reinforcements.items(), 1):
+        if not isinstance(sheet, Membrane) or sheet.wrinkling < LINEAR:
+            raise ProblemError(
+                f'input files for Abaqus and CalculiX cannot hold "{name}": their shells have no fibres and do not '
+                "wrinkle; write wrinkling = 1 for a sheet that carries compression, or export vtu instead"
+            )
+        changed = np.asarray(at.loads.reinforcement)[number - 1]
+        stiffness, coverage = sheet.stiffness + changed[0], sheet.coverage + changed[1]
+        yield f"** the sheet {name}"
+        yield f"*MATERIAL, NAME=SHEET{number}"
+        yield "*ELASTIC"
+        yield f"{stiffness / THICKNESS:.12e}, {float(sheet.poisson):.12e}"
+        faces, shares = covered_faces(mesh.covers[name])
+        for group, share in enumerate(np.unique(shares), 1):
+            own, part = faces[shares == share], f"SHEET{number}P{group}"
+            yield f"*ELEMENT, TYPE=S6, ELSET={part}"
+            yield from (", ".join(map(str, [k, *(face + 1)])) for k, face in enumerate(own, first))
+            yield f"*SHELL SECTION, ELSET={part}, MATERIAL=SHEET{number}"
+            yield f"{THICKNESS * coverage * share:.12e}"
+            first += len(own)
+
+
+def covered_faces(cover: Covered) -> tuple[np.ndarray, np.ndarray]:
+    """Faces (nf, 6) under a cover, each once, and the covered share (nf,) of each, to six digits."""
+    faces, which = np.unique(cover.nodes, axis=0, return_inverse=True)
+    # The weights of a whole triangle add up to its area in its own coordinates, 1/2.
+    shares = 2 * np.bincount(which.ravel(), cover.points[..., 2].sum(axis=1), len(faces))
+    kept = shares.round(6) > 0
+    return faces[kept], shares[kept].round(6)
+
+
 def _part(mesh: TetMesh, number: int) -> str:
     """The name of the set of elements of a region, numbered from 1; a body of one rubber is one."""
     return f"REGION{number}" if mesh.regions else "BODY"
@@ -130,6 +175,10 @@ def _step(mesh: TetMesh, at: Configuration, increment: float, tolerance: float) 
     yield "*STEP, NLGEOM, INC=1000"
     yield "*STATIC"
     yield f"{increment:g}, 1., 1e-4, 1."
+    if at.model.reinforcements:
+        # With shells CalculiX converges slowly: more iterations are allowed before it cuts an increment.
+        yield "*CONTROLS, PARAMETERS=TIME INCREMENTATION"
+        yield "40, 60, 9, 200, 10, 4, , 15, , "
     yield "*CONTROLS, PARAMETERS=FIELD"
     yield f"{tolerance:g}, 1e30"
     for name, pressure in zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True):

@@ -12,7 +12,7 @@ from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.output.abaqus import abaqus_input
 from pneumorph.output.grid import grid
-from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem import Problem
 from pneumorph.problem.materials import materials
 from pneumorph.results import Fields
 
@@ -48,11 +48,6 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
             f'format: "{format}" cannot hold the rubber of {wrong[0]} (its model is "{model}"): input files '
             f"can be written for neo-Hookean rubbers only; export {', '.join(had)} instead, or step, 3mf and stl by "
             "pneumorph make"
-        )
-    if format == "inp" and (reinforced := reinforcements(problem)):
-        raise ProblemError(
-            f'format: "inp" cannot hold membranes and fibres ("{reinforced[0].name}"), since they do not resist '
-            "compression; export vtu instead"
         )
     whole = fields.whole()
     try:
