@@ -126,6 +126,7 @@ def test_it_moves_like_the_same_tube(folder):
     [
         (lambda path: path.write_text("no STEP file\n" * 9), "cannot be read"),
         (lambda path: path.write_text(""), "cannot be read"),
+        (lambda path: path.write_text("#1=ADVANCED_FACE('',(#2),#3,.T.);\n" * 100_000), "100000 faces, more than"),
         (lambda path: written(box((0, 0, 0), (9, 9, 9)), path), "no closed void"),
         (lambda path: written(occ().Compound(list(box((0, 0, 0), (9, 9, 9)).faces)[:5]), path), "5 faces"),
         (

@@ -13,6 +13,7 @@ from pneumorph.cad.netgen_process import call
 from pneumorph.cad.shells import shells_of
 from pneumorph.cad.stl import Surface
 from pneumorph.cad.triangles import READERS, meshed_anew, surface_in, with_middles
+from pneumorph.errors import MeshError
 from pneumorph.processes import temporary_folder
 
 Format = Literal["step", "brep", "stl", "obj", "3mf"]
@@ -49,6 +50,9 @@ def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0)
 def _read(data: bytes, form: Format, scale: float, size: float) -> Faces:
     if form in READERS:
         return _of_triangles(data, form, scale, size)
+    # Reading tens of thousands of faces takes minutes, so they are counted first.
+    if form == "step" and (count := data.count(b"ADVANCED_FACE(")) > MOST_FACES:
+        raise MeshError(f"has {count} faces, more than {MOST_FACES}; simplify it in CAD")
     key = blake2b(data, digest_size=16).hexdigest()
     with temporary_folder() as folder:
         path = folder / f"body.{form}"
