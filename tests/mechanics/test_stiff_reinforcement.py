@@ -11,6 +11,7 @@ from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.hessian import tangent as values
+from pneumorph.mechanics.solve.path import follow
 from pneumorph.problem import Problem
 from pneumorph.problem.reinforcement import buckling_of, wrinkling_of
 
@@ -136,3 +137,15 @@ def test_stiff_sheets_wrinkle_before_the_mesh_does():
             assert stiffness * strain <= shear * size / np.pi * (1 + 1e-12)
     assert wrinkling_of(sheet.model_copy(update={"wrinkling": 0.3}), shear, size) == 0.3
     assert buckling_of(fibres.model_copy(update={"buckling": 0.2}), shear, size) == 0.2
+
+
+def test_a_path_has_metrics_of_its_own_too():
+    """It reaches the pressure in 23 factorisations; without them it needed 27, and shorter steps."""
+    problem = bender(500.0)
+    mesh, model = meshed(problem)
+    tangent = Tangent(model)
+    found = follow(at_pressure(problem, mesh, model, 0.04), tangent, load=1.0, most=20)
+    last = found.points[-1]
+    assert last.load >= 1.0
+    assert last.equilibrium.stable
+    assert tangent.factorisations <= 25

@@ -18,7 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.assembly.metrics import Metrics, metrics_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
@@ -32,6 +34,7 @@ from pneumorph.mechanics.solve.balance import (
     supported,
 )
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, read_off, solve
+from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduced_with
 
 TOLERANCE = 1e-8
 """Relative residual, over the norm of the applied forces, at which a point has converged."""
@@ -286,19 +289,29 @@ def _corrected(
     along = here.direction / here.slope
     scale = applied_force(_loaded(at, load), at.model.state(vector))
     previous, fresh = np.inf, False
+    metrics: Metrics = ()
+    if at.model.reinforcements:
+        was, now = (displacement(at.model.tip, at.X, at.model.state(each)) for each in (here.vector, vector))
+        metrics = metrics_after(at.model, at.X, at.model.state(here.vector), now - was)
     for _ in range(MOST_CORRECTIONS):
-        residual = residual_at(_loaded(at, load), vector)
+        there = _loaded(at, load)
+        residual = residual_at(there, vector)
         size = float(np.linalg.norm(residual)) / scale
         if not np.isfinite(size) or smallest_ratio(at, vector) <= SMALLEST_RATIO:
             return None
         if size <= TOLERANCE:
             return vector, load, size
-        change, rise = _bordered(tangent, residual, along, here.across)
+        point = reduced_with(there, tangent, Iterate(vector, metrics, residual, residual))
+        change, rise = _bordered(tangent, point.reduced, along, here.across)
         now = length(at, change)
         if now > CONTRACTION * previous and not fresh:
-            tangent.factorise(_loaded(at, load), at.model.state(vector))
+            if metrics:
+                tangent.factorise_with(there, at.model.state(vector), None, metrics)
+            else:
+                tangent.factorise(there, at.model.state(vector))
             along = _along(at, tangent, vector)
-            change, rise = _bordered(tangent, residual, along, here.across)
+            point = reduced_with(there, tangent, point)
+            change, rise = _bordered(tangent, point.reduced, along, here.across)
             fresh, now = True, length(at, change)
         elif now > 2 * previous:
             return None
@@ -306,6 +319,8 @@ def _corrected(
             fresh = False
         if free_share(at, vector, change) < 1.0:
             return None
+        by = metrics_along_step(there, tangent, point, change)
+        metrics = tuple(held + each for held, each in zip(metrics, by, strict=True))
         vector, load, previous = vector + change, load + rise, now
     return None
 

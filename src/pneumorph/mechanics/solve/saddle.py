@@ -130,7 +130,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
     here = Iterate(vector, start.metrics or metrics_at(model, at.X, model.state(vector)), residual, residual)
     direction, fresh = None, True
     if tangent.ready:
-        here = _reduced(at, tangent, here)
+        here = reduced_with(at, tangent, here)
         # The factorisation may belong to other blocked components of the plate.
         direction, fresh = supported(at, tangent.precondition(-here.reduced)), False
     size = np.inf
@@ -148,7 +148,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
                 tangent.factorise(at, model.state(here.vector))
             else:
                 tangent.factorise_with(at, model.state(here.vector), others, here.metrics)
-            here = _reduced(at, tangent, here)
+            here = reduced_with(at, tangent, here)
             direction, fresh = supported(at, tangent.precondition(-here.reduced)), True
         if size <= NEGLIGIBLE and length(at, direction) <= NOTHING * float(np.abs(at.X).max()):
             tolerance = max(tolerance, size)
@@ -175,7 +175,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
     return f"Newton's method did not converge in {MOST_NEWTON_STEPS} steps (relative residual {size:.1e})"
 
 
-def _reduced(at: Configuration, tangent: Tangent, here: Iterate) -> Iterate:
+def reduced_with(at: Configuration, tangent: Tangent, here: Iterate) -> Iterate:
     """The same unknowns, with the metrics eliminated by the tangent that is factorised now."""
     model, origin = at.model, tangent.origin
     if not here.metrics or origin is None:
@@ -189,8 +189,20 @@ def _reduced(at: Configuration, tangent: Tangent, here: Iterate) -> Iterate:
     return replace(here, reduced=here.residual + supported(at, change))
 
 
-def _along(at: Configuration, tangent: Tangent, here: Iterate, direction: np.ndarray) -> Metrics:
-    """How the metrics change with a step along a direction: at its end they are those linearised."""
+def metrics_along_step(at: Configuration, tangent: Tangent, here: Iterate, direction: np.ndarray) -> Metrics:
+    """How the metrics change with a step along a direction: at its end they are those linearised.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model with its nodes and loads.
+    tangent : Tangent
+        By which the direction was found.
+    here : Iterate
+        Where the step begins.
+    direction : (n,) array
+        The step.
+    """
     model, origin = at.model, tangent.origin
     if not here.metrics or origin is None:
         return ()
@@ -208,13 +220,13 @@ def _moved(at: Configuration, tangent: Tangent, here: Iterate, direction, smalle
     before, whole = length(at, direction), free_share(at, here.vector, direction)
     step, smallest = whole, whole * smallest
     least = min(SMALLEST_RATIO, smallest_ratio(at, here.vector))
-    along = _along(at, tangent, here, direction)
+    along = metrics_along_step(at, tangent, here, direction)
     while step >= smallest:
         vector = here.vector + step * direction
         residual = residual_at(at, vector)
         if np.isfinite(residual).all() and smallest_ratio(at, vector) >= least:
             metrics = [held + step * change for held, change in zip(here.metrics, along, strict=True)]
-            trial = _reduced(at, tangent, Iterate(vector, metrics, residual, residual))
+            trial = reduced_with(at, tangent, Iterate(vector, metrics, residual, residual))
             correction = supported(at, tangent.precondition(-trial.reduced))
             contraction = length(at, correction) / max(before, 1e-300)
             most = GROWN if here.metrics else 1 - step / 4
