@@ -85,7 +85,7 @@ def test_pieces_contain_their_points(block, seed, far):
             assert (away <= pieces.error + 1e-9).all()
             errors.append(pieces.error.max())
             pieces = shown.divided(pieces)
-        assert errors[2] == pytest.approx(errors[0] / 16, rel=0.2)
+        assert 0.0 < errors[2] < errors[0] / 14
 
 
 def test_points_and_gradients_are_those_of_the_lattice(block):

@@ -8,15 +8,17 @@ coordinates,
                               ≤ 4/3 max_e Σ_k A_k |m_e,k| + 1/6 max_e Σ_k Q_k d_e,k²,
 
 with the edges d_e and the distances m_e of their middles on the face from those of the chords: x̂ is quadratic, and
-Σ_{i<j} λ_i λ_j ≤ 1/3. A_k bounds |∂φ/∂x_k|, and Q_k = Σ_l |∂²φ/∂x_k∂x_l|, in the knot cells around the face, by the
-largest of their B-spline coefficients, which are differences of control points. Both terms fall to a quarter where a
-piece is divided into four.
+Σ_{i<j} λ_i λ_j ≤ 1/3. A_k bounds |∂φ/∂x_k|, and Q_k = Σ_l |∂²φ/∂x_k∂x_l| r_l / r_k with the extents r of the piece,
+since 2 |w_k| |w_l| ≤ w_k² r_l / r_k + w_l² r_k / r_l. Derivatives are bounded in the knot cells around the face by the
+largest of their B-spline coefficients, which are differences of control points; second ones also by their values in the
+middle of a piece and third ones. Both terms fall to a quarter, or more, where a piece is divided into four.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations_with_replacement, permutations
 
 import numba
 import numpy as np
@@ -32,6 +34,8 @@ Ints = NDArray[np.integer]
 # Corners of the four parts of a triangle among its corners and the middles of its edges 01, 12, 20.
 _PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 _MIDDLES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]])
+# Where the derivatives along two axes are among xx, xy, xz, yy, yz and zz.
+_SECOND = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 _DIVIDED = np.vstack([np.eye(3), _MIDDLES])
 
 
@@ -108,6 +112,8 @@ class Pieces:
         How far points of the surface may be from the flat triangle of the displaced corners, mm.
     bulge : (n,) array
         The same in the reference.
+    bends : (n, 3, 3) array
+        Bounds of the lengths of second derivatives of the map on each, 1/mm.
     """
 
     patch: Ints
@@ -116,6 +122,7 @@ class Pieces:
     x: Floats
     error: Floats
     bulge: Floats
+    bends: Floats
 
     def __getitem__(self, some: Ints) -> Pieces:
         return Pieces(*(part[some] for part in vars(self).values()))
@@ -134,23 +141,39 @@ class Displaced:
 
     def map(self, places: Floats) -> Floats:
         """Where reference places (n, 3) are moved, mm."""
-        return self._evaluated(places, slopes=False)[:, :, 0]
+        return self._evaluated(places, 0)[:, :, 0]
 
     def gradients(self, places: Floats) -> Floats:
         """Derivatives (n, 3, 3) of the map there: of each component along x, y and z."""
-        return self._evaluated(places, slopes=True)[:, :, 1:]
+        return self._evaluated(places, 1)[:, :, 1:]
 
-    def _evaluated(self, places: Floats, slopes: bool) -> Floats:
-        """Where places (n, 3) are moved, and derivatives if asked for, (n, 3, 1 or 4)."""
+    def _evaluated(self, places: Floats, order: int) -> Floats:
+        """Where places (n, 3) are moved, and derivatives up to an order: (n, 3, 1), (n, 3, 4) or (n, 3, 10)."""
         lattice = self.patches.lattice
-        counts = np.array([basis.count for basis in lattice.bases])
-        knots = np.zeros((3, max(counts) + 4))
-        for axis, basis in enumerate(lattice.bases):
-            knots[axis, : basis.count + 4] = basis.knots
-        found = np.zeros((len(places), 3, 4 if slopes else 1))
+        found = np.zeros((len(places), 3, (1, 4, 10)[order]))
         box, spans = np.stack([lattice.lower, lattice.upper]), np.array(lattice.spans)
-        _evaluate(np.ascontiguousarray(places), box, spans, knots, self.net.reshape(*counts, 3), found)
+        net = self.net.reshape(*(basis.count for basis in lattice.bases), 3)
+        _evaluate(np.ascontiguousarray(places), box, spans, net, found)
         return found
+
+    @cached_property
+    def still(self) -> NDArray[np.bool_]:
+        """Which triangles (m,) no control point that is displaced can move."""
+        lattice = self.patches.lattice
+        moved = np.any(self.net != lattice.points(), axis=1).reshape([basis.count for basis in lattice.bases])
+        within = np.pad(moved.astype(int).cumsum(0).cumsum(1).cumsum(2), ((1, 0), (1, 0), (1, 0)))
+        (low, high), counts = self.patches.boxes, np.array(lattice.spans)
+        low, high = (
+            np.round((end - lattice.lower) / (lattice.upper - lattice.lower) * counts, 9) for end in (low, high)
+        )
+        # The functions that do not vanish everywhere on the box.
+        first = np.clip(np.floor(low).astype(int), 0, counts + 2)
+        stop = np.clip(np.ceil(high).astype(int) + 3, first + 1, counts + 3)
+        count = np.zeros(len(first), int)
+        for signs in np.ndindex(2, 2, 2):
+            corner = np.where(signs, stop, first)
+            count += (-1) ** (3 - sum(signs)) * within[tuple(corner.T)]
+        return count == 0
 
     @cached_property
     def slopes(self) -> Floats:
@@ -173,6 +196,22 @@ class Displaced:
         """Bounds of the lengths of first and second derivatives on every knot cell."""
         axes = np.eye(3, dtype=int)
         return [self._size(axis) for axis in axes], [[self._size(one + other) for one in axes] for other in axes]
+
+    @cached_property
+    def _twists(self) -> Floats:
+        """(m, 3, 3, 3): bounds of third derivatives on the knot cells around each triangle, 1/mm²."""
+        found = np.empty((len(self.patches.nodes), 3, 3, 3))
+        for axes in combinations_with_replacement(range(3), 3):
+            bound = self._over(self._size(np.bincount(axes, minlength=3)), *self.patches.spans)
+            for each in set(permutations(axes)):
+                found[:, each[0], each[1], each[2]] = bound
+        return found
+
+    def bends_near(self, patch: Ints, middles: Floats, reach: Floats) -> Floats:
+        """Bounds (n, 3, 3) of second derivatives within `reach` (n, 3) of places (n, 3) on triangles, 1/mm."""
+        here = np.linalg.norm(self._evaluated(middles, 2)[:, :, 4:], axis=1)[:, _SECOND]
+        near = here + np.einsum("nkmc,nc->nkm", self._twists[patch], reach)
+        return np.where(self.still[patch, None, None], 0.0, np.minimum(near, self.bends[patch]))
 
     def _size(self, order: Ints) -> Floats:
         """Bounds of the length of a partial derivative of the map on every knot cell."""
@@ -220,9 +259,16 @@ class Displaced:
         edges = np.abs(place - place[:, around])
         middles = self.patches.places(np.repeat(patch, 3), ((bary + bary[:, around]) / 2.0).reshape(-1, 3))
         off = np.abs(middles.reshape(place.shape) - (place + place[:, around]) / 2.0)
-        straight = np.einsum("nek,nk->ne", edges**2, self.bends[patch].sum(axis=2)).max(axis=1) / 6.0
-        bulge = np.einsum("nek,nk->ne", off, self.slopes[patch]).max(axis=1) * 4.0 / 3.0
-        return Pieces(patch, bary, place, x, straight + bulge, np.linalg.norm(off, axis=2).max(axis=1) * 4.0 / 3.0)
+        bulge = np.linalg.norm(off, axis=2).max(axis=1) * 4.0 / 3.0
+        center = place.mean(axis=1)
+        bends = self.bends_near(patch, center, np.abs(place - center[:, None]).max(axis=1) + bulge[:, None])
+        longest = edges.max(axis=1)
+        weight = np.divide(
+            np.einsum("nkm,nm->nk", bends, longest), longest, out=np.zeros_like(longest), where=longest > 0
+        )
+        straight = np.einsum("nek,nk->ne", edges**2, weight).max(axis=1) / 6.0
+        off = np.einsum("nek,nk->ne", off, self.slopes[patch]).max(axis=1) * 4.0 / 3.0
+        return Pieces(patch, bary, place, x, straight + off, bulge, bends)
 
 
 def displaced(surface: LatticeSurface, patches: Patches) -> Displaced:
@@ -240,43 +286,41 @@ def _differentiated(net: Floats, axis: int, basis: Basis, times: int) -> Floats:
 
 
 @numba.njit(cache=True, nogil=True)
-def _evaluate(places, box, spans, knots, net, found):
-    """Fill in the values (n, 3, 1) of a trivariate cubic spline on uniform knots, or derivatives too, (n, 3, 4)."""
-    values, slopes, first = np.zeros((3, 4)), np.zeros((3, 4)), np.zeros(3, np.int64)
-    left, right = np.zeros(4), np.zeros(4)
+def _evaluate(places, box, spans, net, found):
+    """Fill in values and derivatives of a trivariate uniform cubic spline, see `Displaced._evaluated`."""
+    functions, first = np.zeros((3, 3, 4)), np.zeros(3, np.int64)
+    wide = found.shape[2]
+    weights = np.zeros(wide)
     for n in range(len(places)):
         for axis in range(3):
-            width = box[1, axis] - box[0, axis]
-            t = min(max((places[n, axis] - box[0, axis]) / width, 0.0), 1.0)
-            span = min(int(t * spans[axis]), spans[axis] - 1)
-            first[axis] = span
-            own, by, knot = values[axis], slopes[axis], knots[axis]
-            own[0] = 1.0
-            for degree in range(1, 4):
-                if degree == 3:
-                    for r in range(4):
-                        below = own[r - 1] / (knot[span + r + 3] - knot[span + r]) if r > 0 else 0.0
-                        above = own[r] / (knot[span + r + 4] - knot[span + r + 1]) if r < 3 else 0.0
-                        by[r] = 3.0 * (below - above) / width
-                left[degree], right[degree] = t - knot[span + 4 - degree], knot[span + 3 + degree] - t
-                saved = 0.0
-                for r in range(degree):
-                    part = own[r] / (right[r + 1] + left[degree - r])
-                    own[r] = saved + right[r + 1] * part
-                    saved = left[degree - r] * part
-                own[degree] = saved
+            scale = spans[axis] / (box[1, axis] - box[0, axis])
+            t = min(max((places[n, axis] - box[0, axis]) * scale, 0.0), float(spans[axis]))
+            first[axis] = min(int(t), spans[axis] - 1)
+            u = t - first[axis]
+            v, own, by, twice = 1.0 - u, functions[axis, 0], functions[axis, 1], functions[axis, 2]
+            own[0], own[3] = v * v * v / 6.0, u * u * u / 6.0
+            own[1], own[2] = (4.0 - 6.0 * u * u + 3.0 * u * u * u) / 6.0, (4.0 - 6.0 * v * v + 3.0 * v * v * v) / 6.0
+            by[0], by[3] = -v * v / 2.0 * scale, u * u / 2.0 * scale
+            by[1], by[2] = (3.0 * u - 4.0) * u / 2.0 * scale, -(3.0 * v - 4.0) * v / 2.0 * scale
+            twice[0], twice[3] = v * scale * scale, u * scale * scale
+            twice[1], twice[2] = (3.0 * u - 2.0) * scale * scale, (3.0 * v - 2.0) * scale * scale
+        x, y, z = functions
         for i in range(4):
             for j in range(4):
                 for k in range(4):
+                    weights[0] = x[0, i] * y[0, j] * z[0, k]
+                    if wide > 1:
+                        weights[1] = x[1, i] * y[0, j] * z[0, k]
+                        weights[2] = x[0, i] * y[1, j] * z[0, k]
+                        weights[3] = x[0, i] * y[0, j] * z[1, k]
+                    if wide > 4:
+                        weights[4] = x[2, i] * y[0, j] * z[0, k]
+                        weights[5] = x[1, i] * y[1, j] * z[0, k]
+                        weights[6] = x[1, i] * y[0, j] * z[1, k]
+                        weights[7] = x[0, i] * y[2, j] * z[0, k]
+                        weights[8] = x[0, i] * y[1, j] * z[1, k]
+                        weights[9] = x[0, i] * y[0, j] * z[2, k]
                     point = net[first[0] + i, first[1] + j, first[2] + k]
-                    weight = values[0, i] * values[1, j] * values[2, k]
                     for c in range(3):
-                        found[n, c, 0] += weight * point[c]
-                    if found.shape[2] == 4:
-                        along_x = slopes[0, i] * values[1, j] * values[2, k]
-                        along_y = values[0, i] * slopes[1, j] * values[2, k]
-                        along_z = values[0, i] * values[1, j] * slopes[2, k]
-                        for c in range(3):
-                            found[n, c, 1] += along_x * point[c]
-                            found[n, c, 2] += along_y * point[c]
-                            found[n, c, 3] += along_z * point[c]
+                        for m in range(wide):
+                            found[n, c, m] += weights[m] * point[c]

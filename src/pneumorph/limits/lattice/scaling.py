@@ -124,6 +124,6 @@ def _enclosed(surface: Displaced, pieces: Pieces, kind: int, sign: float) -> tup
     attained = sign * scalings(surface.gradients(pieces.place.reshape(-1, 3))).reshape(-1, 3, 2)[..., kind]
     middles = pieces.place.mean(axis=1)
     reach = np.abs(pieces.place - middles[:, None]).max(axis=1) + pieces.bulge[:, None]
-    differs = np.linalg.norm(np.einsum("nkm,nm->nk", surface.bends[pieces.patch], reach), axis=1)
+    differs = np.linalg.norm(np.einsum("nkm,nm->nk", pieces.bends, reach), axis=1)
     above = sign * scalings(surface.gradients(middles))[:, kind] + differs
     return np.maximum(above, attained.max(axis=1)), attained
