@@ -154,3 +154,20 @@ def test_rows_are_derivatives(block):
         # Points that are closest on flat triangles are nearly so on the faces.
         share = 0.15 if name in ("wall", "fold") else 0.02
         assert worst[0] == pytest.approx(worst[1], abs=share * abs(worst[1] - before) + 1e-8), name
+
+
+def test_hulls_contain_boxes(block):
+    surface = moved(block[1], 7, 1.0).exterior
+    shown = displaced(surface, patches_of(surface))
+    draw = np.random.default_rng(8)
+    width = surface.lattice.upper - surface.lattice.lower
+    lower = surface.lattice.lower + width * draw.uniform(0.0, 0.8, (30, 3))
+    upper = lower + width * draw.uniform(0.0, 0.2, (30, 3))
+    directions = draw.normal(size=(20, 3))
+    inside = lower[:, None] + (upper - lower)[:, None] * draw.uniform(0, 1, (30, 200, 3))
+    reached = (shown.map(inside.reshape(-1, 3)) @ directions.T).reshape(30, 200, 20).max(axis=1)
+    most = np.full((30, 20), -np.inf)
+    for number, points in shown.hulls(lower, upper):
+        most[number] = np.maximum(most[number], (points @ directions.T).max(axis=1))
+    assert (reached <= most + 1e-12).all()
+    assert (most - reached).mean() < 0.5 * np.linalg.norm(upper - lower, axis=1).mean()

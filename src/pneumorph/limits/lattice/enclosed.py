@@ -99,7 +99,15 @@ class EnclosedLattices:
         def bounds(pieces: Pieces) -> tuple[Floats, Floats]:
             attained = value(pieces.x)
             around = pieces.x[:, :, None] + pieces.error[:, None, None, None] * _AROUND
-            return np.maximum(value(around).max(axis=(1, 2)), attained.max(axis=1)), attained
+            above = np.maximum(value(around).max(axis=(1, 2)), attained.max(axis=1))
+            # Along faces and edges that nothing moves, the hull of a box is exact.
+            some = np.flatnonzero(above > accuracy.needed)
+            bulge, hull = pieces.bulge[some, None], np.full(len(some), -np.inf)
+            lower, upper = pieces.place[some].min(axis=1) - bulge, pieces.place[some].max(axis=1) + bulge
+            for boxes, points in self.surfaces[number].hulls(lower, upper):
+                hull[boxes] = np.maximum(hull[boxes], value(points).max(axis=1))
+            above[some] = np.minimum(above[some], np.maximum(hull, attained[some].max(axis=1)))
+            return above, attained
 
         return self.bounded(number, bounds, accuracy, worst)
 
@@ -136,7 +144,11 @@ class EnclosedLattices:
             corner = pieces.bary[better, best[better]]
             at[pieces.patch[better]] = np.column_stack([pieces.patch[better], corner[:, 1:]])
             needed = accuracy.enough(float(attained.max()), worst) if level < FULL else accuracy.needed
-            open_ = above > np.maximum(needed, accuracy.close(attained[pieces.patch]))
+            # Whether the limit holds is decided where a face lies exactly at its bound, too.
+            known = attained[pieces.patch]
+            close = accuracy.close(known)
+            close = np.where(known <= accuracy.needed, np.minimum(close, accuracy.needed), close)
+            open_ = above > np.maximum(needed, close)
             if level == LEVELS or 4 * np.count_nonzero(open_) > MOST:
                 open_[:] = False
             np.maximum.at(upper, pieces.patch[~open_], above[~open_])

@@ -16,9 +16,11 @@ middle of a piece and third ones. Both terms fall to a quarter, or more, where a
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement, permutations
+from math import comb
 
 import numba
 import numpy as np
@@ -36,6 +38,8 @@ _PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 _MIDDLES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]])
 # Where the derivatives along two axes are among xx, xy, xz, yy, yz and zz.
 _SECOND = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+# The uniform cubic B-splines (columns) of a knot span, by the powers of the fraction of the way through it.
+_POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0
 _DIVIDED = np.vstack([np.eye(3), _MIDDLES])
 
 
@@ -235,6 +239,28 @@ class Displaced:
             found = np.maximum(found, size[tuple(np.minimum(first + step, last).T)])
         return found
 
+    def hulls(self, lower: Floats, upper: Floats) -> Iterator[tuple[Ints, Floats]]:
+        """Control points (k, 64, 3) in mm whose convex hulls hold what boxes (n, 3) in the reference are moved to.
+
+        Of each box there is one set for every knot cell in which a part of it is; with the numbers (k,) of the boxes.
+        """
+        lattice = self.patches.lattice
+        net, counts = self.net.reshape(*(basis.count for basis in lattice.bases), 3), np.array(lattice.spans)
+        ends = ((end - lattice.lower) / (lattice.upper - lattice.lower) * counts for end in (lower, upper))
+        low, high = (np.clip(end, 0.0, counts) for end in ends)
+        first = np.minimum(np.floor(low).astype(int), counts - 1)
+        last = np.clip(np.ceil(high).astype(int) - 1, first, counts - 1)
+        for step in np.ndindex(*((last - first).max(axis=0, initial=0) + 1)):
+            some = np.flatnonzero((first + step <= last).all(axis=1))
+            cell = first[some] + step
+            start, stop = (np.clip(end[some] - cell, 0.0, 1.0) for end in (low, high))
+            i, j, k = (cell[:, axis, None] + np.arange(4) for axis in range(3))
+            near = net[i[:, :, None, None], j[:, None, :, None], k[:, None, None, :]]
+            for axis in range(3):
+                by = _bernstein(start[:, axis], stop[:, axis])
+                near = np.moveaxis(np.einsum("nbf,nf...->nb...", by, np.moveaxis(near, 1 + axis, 1)), 1, 1 + axis)
+            yield some, near.reshape(len(some), 64, 3)
+
     def pieces(self) -> Pieces:
         """Every triangle as one piece."""
         count = len(self.patches.nodes)
@@ -274,6 +300,17 @@ class Displaced:
 def displaced(surface: LatticeSurface, patches: Patches) -> Displaced:
     """A surface with its faces in the reference."""
     return Displaced(patches, np.ascontiguousarray(surface.net))
+
+
+def _bernstein(start: Floats, stop: Floats) -> Floats:
+    """From the four B-splines of a knot span to Bernstein coefficients on parts of it, (n, 4, 4): by polar forms."""
+    found = np.empty((len(start), 4, 4))
+    for number in range(4):
+        rest = 3 - number
+        once = rest * start + number * stop
+        twice = comb(rest, 2) * start**2 + rest * number * start * stop + comb(number, 2) * stop**2
+        found[:, number] = np.stack([np.ones_like(start), once / 3, twice / 3, start**rest * stop**number], 1) @ _POWERS
+    return found
 
 
 def _differentiated(net: Floats, axis: int, basis: Basis, times: int) -> Floats:
