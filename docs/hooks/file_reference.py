@@ -111,8 +111,9 @@ def _toml(value: Any) -> str:
 def _default(key: str, value: Node, table: Node) -> str:
     if key in table.get("required", ()):
         return "must be given"
-    alternatives = [one for choice in table.get("oneOf", ()) for one in choice["required"]]
-    if key in alternatives:
+    choices = (*table.get("oneOf", ()), *table.get("anyOf", ()))
+    alternatives = [one for choice in choices for one in choice.get("required", ())]
+    if key in alternatives and "default" not in value:
         return f"this or {', '.join(f'`{other}`' for other in alternatives if other != key)} must be given"
     default = value.get("default", value.get("const"))
     if isinstance(default, dict):
