@@ -63,8 +63,8 @@ class SampledLattices:
 
     @cached_property
     def whole(self) -> list[Pieces]:
-        """The triangles of each surface."""
-        return [surface.pieces() for surface in self.surfaces]
+        """The triangles of each surface, each in four: of every part the nearest points get a row."""
+        return [surface.divided(surface.pieces()) for surface in self.surfaces]
 
     def positions(self, number: int) -> Floats:
         surface = self.body.surfaces[number]
@@ -98,11 +98,10 @@ class SampledLattices:
             As for `SampledBody.couples`.
         """
         i, j, distance, u, v = self._near(first, second, bound + reach)
-        # Of every triangle the nearest one, of either surface.
+        # Of every part of a triangle the nearest one, of either surface.
         pick = np.unique(np.concatenate([worst_of_cells(-distance, i), worst_of_cells(-distance, j)]))
         i, j, u, v = i[pick], j[pick], u[pick], v[pick]
-        one = self.placed(first, np.column_stack([i, u[:, 1:]]))
-        other = self.placed(second, np.column_stack([j, v[:, 1:]]))
+        one, other = self.placed(first, self._at(first, i, u)), self.placed(second, self._at(second, j, v))
         outward = None
         if first != second:
             a, b, c = np.moveaxis(self.whole[second].x[j], 1, 0)
@@ -115,14 +114,14 @@ class SampledLattices:
         for other in range(len(self.patches)):
             if other != number:
                 i, _, distance, _, _ = self._near(number, other, bound)
-                np.minimum.at(found, i, distance)
+                np.minimum.at(found, self.whole[number].patch[i], distance)
         return np.repeat(found[:, None], 6, axis=1)
 
     def folded(self, number: int, bound: float) -> Floats:
         found = np.full(len(self.patches[number].nodes), np.inf)
         i, j, distance, _, _ = self._near(number, number, bound)
-        np.minimum.at(found, i, distance)
-        np.minimum.at(found, j, distance)
+        for part in (i, j):
+            np.minimum.at(found, self.whole[number].patch[part], distance)
         return np.repeat(found[:, None], 6, axis=1)
 
     def pooled(self, number: int, values: Floats) -> Floats:
@@ -131,8 +130,13 @@ class SampledLattices:
         np.maximum.at(found, surface.patches, values)
         return found
 
+    def _at(self, number: int, piece: Ints, bary: Floats) -> Floats:
+        """Points (n, 3) of parts of triangles, given by barycentric coordinates there, see `places.Points`."""
+        pieces = self.whole[number]
+        return np.column_stack([pieces.patch[piece], np.einsum("nc,ncb->nb", bary, pieces.bary[piece])[:, 1:]])
+
     def _near(self, first: int, second: int, within: float) -> tuple[Ints, Ints, Floats, Floats, Floats]:
-        """Pairs of triangles within a distance, mm, their distances, and the closest points (n, 3) of both.
+        """Pairs of parts of triangles within a distance, mm, their distances, and the closest points (n, 3) of both.
 
         Triangles are taken as flat. On one surface points count that are not within the neighbourhood.
         """
@@ -140,10 +144,10 @@ class SampledLattices:
         i, j = close_pairs(one.x, other.x, within)
         if first == second:
             i, j = i[i < j], j[i < j]
-        distance, u, v = distances(one.x, other.x, i, j)
+        distance, u, v = distances(one.x, other.x, i, j, np.full(len(i), within))
         some = np.flatnonzero(distance < within)
         if first == second:
-            here, there = (self.patches[first].places(k[some], part[some]) for k, part in ((i, u), (j, v)))
+            here, there = (self.places(first, self._at(first, k[some], part[some])) for k, part in ((i, u), (j, v)))
             near = np.linalg.norm(here - there, axis=1) < self.spec.fold.neighbourhood
-            some = some[~(near & self.links[first].hold(i[some], j[some]))]
+            some = some[~(near & self.links[first].hold(one.patch[i[some]], other.patch[j[some]]))]
         return i[some], j[some], distance[some], u[some], v[some]
