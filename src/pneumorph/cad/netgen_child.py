@@ -132,10 +132,10 @@ def compose(parts: list[tuple[bool, str, tuple[float, ...]]], path: str) -> tupl
         "cylinder": lambda x, y, z, radius, height: occ.Cylinder(occ.Pnt(x, y, z), occ.Z, radius, height),
         "ball": lambda x, y, z, radius: occ.Sphere(occ.Pnt(x, y, z), radius),
     }
-    body = None
-    for added, kind, numbers in parts:
-        part = kinds[kind](*numbers)
-        body = part if body is None else body + part if added else body - part
+    first, *others = ((added, kinds[kind](*numbers)) for added, kind, numbers in parts)
+    body = first[1]
+    for added, part in others:
+        body = body + part if added else body - part
     body.WriteStep(path)
     if not os.path.exists(path):
         raise Unsuitable(f"{path} cannot be written; give another name")

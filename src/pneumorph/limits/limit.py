@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,8 +72,8 @@ class Limit:
         """What distances from the bound are divided by for the optimiser, in the limit's unit."""
         return {"wall": limits.wall, "fold": limits.fold.distance}[self.per] if self.per else self.bound(limits)
 
-    def excess(self, value: float, bound: float) -> float:
-        """Violation relative to the bound (in mm if the bound is zero); negative within it."""
+    def excess(self, value: Any, bound: float) -> Any:
+        """Violation of a value, or of each of several, relative to the bound (in mm if the bound is zero); negative within it."""
         return self.sign * (value - bound) / (bound or 1.0)
 
     def satisfied(self, value: float, bound: float) -> bool:

@@ -259,7 +259,7 @@ def build_model(
     if contact is not None:
         terms += _obstacles(contact)
     terms += [
-        Term(connect_covered(mesh.covers[name]), replace(energy, number=row))
+        Term(connect_covered(mesh.covers[name]), replace(energy, number=row))  # pyright: ignore[reportArgumentType]
         for row, (name, energy) in enumerate(reinforced.items())
     ]
     tip = Tip(np.flatnonzero(on_tip), mesh.faces.get("tip", np.zeros((0, 6), int)), even_of(mesh.part), tied)

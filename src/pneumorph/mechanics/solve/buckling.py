@@ -68,12 +68,12 @@ def through(
     -------
     A stable equilibrium, with the pressures in `buckled` if stability was lost on the way; else `found`.
     """
-    stable = isinstance(found, Equilibrium) and found.stable
-    if stable:
+    known = found if isinstance(found, Equilibrium) and found.stable else None
+    if known is not None:
         ahead = predict_change(begin, tangent, state, whole)
-        if _distance(whole, found.state, state) <= FAR * _distance(whole, ahead, state):
-            return found
-    followed = follow_stable(begin, state, whole, tangent, found if stable else None)
+        if _distance(whole, known.state, state) <= FAR * _distance(whole, ahead, state):
+            return known
+    followed = follow_stable(begin, state, whole, tangent, known)
     return found if isinstance(followed, NoEquilibrium) else followed
 
 
