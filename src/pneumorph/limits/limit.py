@@ -73,7 +73,10 @@ class Limit:
         return {"wall": limits.wall, "fold": limits.fold.distance}[self.per] if self.per else self.bound(limits)
 
     def excess(self, value: Any, bound: float) -> Any:
-        """Violation of a value, or of each of several, relative to the bound (in mm if the bound is zero); negative within it."""
+        """Violation of a value, or of each of several, relative to the bound; negative within it.
+
+        In mm if the bound is zero.
+        """
         return self.sign * (value - bound) / (bound or 1.0)
 
     def satisfied(self, value: float, bound: float) -> bool:
