@@ -16,7 +16,7 @@ from pneumorph.problem.design import DesignSpec
 from pneumorph.symmetry.operations import operations
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Problem
+    from pneumorph.problem import Problem, SolidSpec
 
 Array = NDArray[np.float64]
 
@@ -47,6 +47,12 @@ def lattice_body(problem: Problem) -> Body[LatticeSurface]:
     return Body(found[0], tuple(found[1:]))
 
 
+def solid_of(problem: Problem) -> SolidSpec:
+    """The table of the body in a file of a problem that has one."""
+    assert problem.solid is not None, "the body is none of a file"
+    return problem.solid
+
+
 def design_of(problem: Problem) -> DesignSpec:
     """The table [design] of a problem, by default an empty one."""
     return problem.design or DesignSpec()
@@ -54,14 +60,15 @@ def design_of(problem: Problem) -> DesignSpec:
 
 def faces_of(problem: Problem) -> Faces:
     """The faces in the file of a problem, in triangles that suit its lattices."""
-    design, diagonal = design_of(problem), problem.body.outline.diagonal
+    design, diagonal = design_of(problem), solid_of(problem).outline.diagonal
     names = ("exterior", *(chamber.name for chamber in problem.body.chamber))
-    return problem.body.faces(min(design.spacing_of(name, diagonal) for name in names) / PER_SPACING)
+    return solid_of(problem).faces(min(design.spacing_of(name, diagonal) for name in names) / PER_SPACING)
 
 
 def surface_parts(problem: Problem, faces: Faces) -> dict[str, NDArray[np.int64]]:
     """The triangles of the exterior and of every chamber, by its name, in this order."""
-    parts = parts_of(faces, *problem.body.ends_at, problem.body.chambers_at).triangles
+    solid = solid_of(problem)
+    parts = parts_of(faces, *solid.ends_at, solid.chambers_at).triangles
     outside = np.concatenate([parts[name] for name in ("base", "tip", "exterior")])
     return {"exterior": outside} | {each.name: parts[f"chamber {each.name}"] for each in problem.body.chamber}
 

@@ -15,7 +15,7 @@ from pneumorph.cad.parts import faces_where
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.design_space import DesignSpace, ShapeVariables, build_space, tied_coordinates
-from pneumorph.geometry.lattice.start import design_of, faces_of, surface_parts
+from pneumorph.geometry.lattice.start import design_of, faces_of, solid_of, surface_parts
 from pneumorph.geometry.lattice.surface import LatticeSurface
 from pneumorph.symmetry.basis import column_squares, symmetric_basis
 from pneumorph.symmetry.operations import operations
@@ -68,7 +68,7 @@ def _kept_nodes(problem: Problem, faces: Faces, surfaces: Sequence[NDArray[np.in
     for triangles in surfaces:
         on[np.unique(faces.triangles[triangles])] += 1
     kept = on > 1
-    for where in (*problem.body.ends_at, *(each.where for each in design_of(problem).keep)):
+    for where in (*solid_of(problem).ends_at, *(each.where for each in design_of(problem).keep)):
         kept[faces.triangles[faces_where(faces, where)]] = True
     return kept
 

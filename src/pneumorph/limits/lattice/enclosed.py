@@ -160,6 +160,7 @@ class EnclosedLattices:
     def near(self, first: int, second: int) -> Gaps:
         one, other = self.whole[first], self.whole[second]
         away, j = KDTree(other.x.mean(axis=1)).query(one.x.mean(axis=1), min(_NEAREST, len(other.patch)))
+        j = np.asarray(j)
         i, j = np.repeat(np.arange(len(one.patch)), j.size // len(j)), j.ravel()
         if first == second:
             apart = ~self.links[first].hold(i, j)
@@ -291,7 +292,8 @@ class EnclosedLattices:
             patches = self.patches[first]
             between = np.linalg.norm(patches.places(a, here) - patches.places(b, there), axis=1)
             away[self.links[first].hold(a, b) & (between < self.spec.fold.neighbourhood)] = np.inf
-        return away, np.column_stack([a, here[:, 1:]]), np.column_stack([b, there[:, 1:]])
+        at = [np.column_stack([k.astype(float), p[:, 1:]]) for k, p in ((a, here), (b, there))]
+        return away, at[0], at[1]
 
     def _beside(
         self, number: int, one: Pieces, other: Pieces, i: Ints, j: Ints, origin: Ints, bends: Floats, known: Mask

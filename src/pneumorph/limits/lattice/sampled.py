@@ -76,7 +76,7 @@ class SampledLattices:
     def worst(self, number: int, c: Floats, least: float) -> Placed:
         node = np.round(c, DIGITS).argmax(axis=1)
         patch = np.flatnonzero(c[np.arange(len(c)), node] > least)
-        return self.placed(number, np.column_stack([patch, NODES[node[patch]]]))
+        return self.placed(number, np.column_stack([patch, NODES[node[patch]]]).astype(float))
 
     def placed(self, number: int, at: Floats) -> Placed:
         return Placed(number, self.first[number] + at[:, 0].astype(int), at)
@@ -133,7 +133,8 @@ class SampledLattices:
     def _at(self, number: int, piece: Ints, bary: Floats) -> Floats:
         """Points (n, 3) of parts of triangles, given by barycentric coordinates there, see `places.Points`."""
         pieces = self.whole[number]
-        return np.column_stack([pieces.patch[piece], np.einsum("nc,ncb->nb", bary, pieces.bary[piece])[:, 1:]])
+        inside = np.einsum("nc,ncb->nb", bary, pieces.bary[piece])[:, 1:]
+        return np.column_stack([pieces.patch[piece].astype(float), inside])
 
     def _near(self, first: int, second: int, within: float) -> tuple[Ints, Ints, Floats, Floats, Floats]:
         """Pairs of parts of triangles within a distance, mm, their distances, and the closest points (n, 3) of both.

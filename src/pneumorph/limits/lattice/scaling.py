@@ -94,10 +94,9 @@ class Scalings:
         )
         # The derivative of a singular value by the gradient is u vᵀ.
         u, v = left[every, :, place], right[every, place]
-        along = 0.0
-        for axis, order in enumerate(((1, 0, 0), (0, 1, 0), (0, 0, 1))):
-            numbers, weights = lattice.sums(places, order)
-            along = along + weights * v[:, axis, None]
+        sums = [lattice.sums(places, order) for order in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+        numbers = sums[0][0]
+        along = sum((weights * v[:, axis, None] for axis, (_, weights) in enumerate(sums)), np.zeros(numbers.shape))
         numbers = at.body.slices[number].start + numbers
         entry = (sign / bound)[:, None, None] * along[:, :, None] * u[:, None, :]
         value = sign * (values[every, place] / bound - 1.0)
@@ -113,7 +112,7 @@ class Scalings:
 
 def scalings(gradients: Floats) -> Floats:
     """The least and the largest singular value (..., 2) of gradients (..., 3, 3)."""
-    return np.linalg.svd(gradients, compute_uv=False)[..., [2, 0]]
+    return np.asarray(np.linalg.svd(gradients, compute_uv=False)[..., [2, 0]], float)
 
 
 def _enclosed(surface: Displaced, pieces: Pieces, kind: int, sign: float) -> tuple[Floats, Floats]:
