@@ -144,7 +144,8 @@ class Simulation:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
         whole = whole_of(self.model, self.mesh) if self.model.part else None
-        skin, whole_skin = Skin(self.mesh), Skin(whole.image.mesh) if whole else None
+        skin = Skin(self.mesh)
+        whole_skin = Skin(whole.image.mesh) if whole else skin
         for tasks in self._alike:
             own = self.pressures[tasks[0]]
             for path in self.paths:
@@ -157,8 +158,8 @@ class Simulation:
                 found = self._sweep(configurations, tangent, whole)
                 for pressures, posed, (at, answer) in zip(along, poses, found, strict=True):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
-                    own_skin = skin if at.model is self.model else whole_skin
-                    step = step_of(tasks[0], pressures, at, answer, cast(Skin, own_skin))
+                    own_skin = whole_skin if whole and at.model is whole.model else skin
+                    step = step_of(tasks[0], pressures, at, answer, own_skin)
                     step = replace(step, moves=moves, turns=turns)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, answer)))
