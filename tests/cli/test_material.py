@@ -157,3 +157,11 @@ def test_a_modulus_that_no_rubber_has_is_doubted(run, tmp_path):
     file.write_text(f"stretch, nominal stress (MPa)\n{points}\n")
     output = run("material", "fit", str(file), "--model", "neo-hookean", "--out", str(tmp_path / "fit")).output
     assert "500 MPa is not that of a rubber" in output
+
+
+def test_stiff_rubbers_are_fitted_too(run, tmp_path):
+    points = "\n".join(f"{a},{3.0 * (a - a**-2)}" for a in np.linspace(1.0, 2.0, 12))
+    (tmp_path / "stiff.csv").write_text(f"stretch, nominal stress (MPa)\n{points}\n")
+    run("material", "fit", tmp_path / "stiff.csv", "--model", "neo-hookean", "--out", tmp_path / "fit")
+    table = tomllib.loads((tmp_path / "fit" / "material.toml").read_text(encoding="utf-8"))["material"]
+    assert (table["shear_modulus"], table["bulk_modulus"]) == ("3 MPa", "3000 MPa")

@@ -166,7 +166,8 @@ class MaterialFit:
             "name": self.files[0].stem,
             "model": best.form.model,
             **parameters(best),
-            "bulk_modulus": "1 MPa",
+            # Of any rubber, until its shear modulus is known.
+            "bulk_modulus": "9 GPa",
             "density": self.density,
             "valid_stretch": float(f"{best.reach:.4g}"),
             "source": f"fitted to {_names_of(self.files)}, R2 {best.r2:.4f}; bulk modulus: {BULK_RATIO:g} times shear, "

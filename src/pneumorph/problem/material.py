@@ -90,7 +90,7 @@ def _bulk(shear: float) -> str:
 
 def _bulk_hint(model: type[RubberModel], data: dict[Any, Any]) -> str:
     try:
-        shear = model.model_validate(data | {"bulk_modulus": "1e6 MPa", "density": "1 g/cm^3"}).initial_shear_modulus
+        shear = model.model_validate(data | {"bulk_modulus": "9 GPa", "density": "1 g/cm^3"}).initial_shear_modulus
     except ValidationError:
         return f"is missing; add {INCOMPRESSIBLE:g} times the shear modulus for rubber, which hardly changes its volume"
     return (
