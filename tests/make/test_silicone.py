@@ -119,7 +119,7 @@ def test_an_undercut_is_refused_with_the_place():
 
 def test_a_tube_that_is_thicker_than_the_chamber_is_refused():
     thick = MakeSpec.model_validate({"tube": "10 mm"})
-    with pytest.raises(ComputationError, match=r"chamber A, z = 3 mm: no port of 9 mm lies in the plane.*make\.tube"):
+    with pytest.raises(ComputationError, match=r"chamber A, z = 3 mm: .*port of 9 mm.*make\.tube"):
         plan_silicone(tube((("A", 4, (0, 0), (3, 27)),)), thick, 2.0)
 
 
