@@ -18,7 +18,8 @@ PRESSURE = '{ A = { start = "60 kPa", min = "0 kPa", max = "100 kPa" } }'
 def soft(shear: str) -> Problem:
     """A thin tube of a soft rubber, which balloons not far above its working pressure."""
     table = loads(tiny(pressure=PRESSURE)).model_dump(mode="json", exclude_none=True)
-    table["material"] = {"model": "neo-hookean", "shear_modulus": shear, "bulk_modulus": "2 MPa", "density": "1 g/cm^3"}
+    table["material"] = {"model": "neo-hookean", "shear_modulus": shear, "bulk_modulus": "2 MPa"}
+    table["material"] |= {"density": "1 g/cm^3", "compressible": True}
     table["body"]["chamber"][0]["radius"] = "5.5 mm"
     return Problem.model_validate(table)
 
