@@ -7,13 +7,14 @@ import pytest
 from tiny import tiny
 
 from pneumorph.analysis import analyse, analyse_body, collect_task_results
+from pneumorph.cad import stl
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import TOLERANCE
 from pneumorph.mechanics.contact.shapes import Cylinder
 from pneumorph.objective import build_objectives
 from pneumorph.optimize import design
-from pneumorph.problem import loads, stl
+from pneumorph.problem import loads
 from pneumorph.sensitivity import TaylorTest, gradient
 
 WALL = """
