@@ -115,7 +115,7 @@ def solids(
 
 
 def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The surface in an STL file, meshed anew: points (n, 3), triangles (m, 3), and the smooth part of each from 0."""
+    """The surface in an STL file, remeshed: points (n, 3), triangles (m, 3), and the smooth part of each from 0."""
     with _limited():
         geometry = import_module("netgen.stl").STLGeometry(path)
         mesh = geometry.GenerateMesh(maxh=size, perfstepsend=_netgen().MeshingStep.MESHSURFACE, **_SERIAL)

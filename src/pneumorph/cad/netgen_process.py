@@ -28,7 +28,7 @@ _FAILED = {
     "fill": "the space between the surfaces could not be filled with tetrahedra",
     "optimise": "the tetrahedra between the surfaces could not be improved",
     "compose": "the body cannot be made of its parts; change its sizes",
-    "triangles": "has triangles that cannot be meshed anew; repair them in a mesh program",
+    "triangles": "has triangles that cannot be remeshed; repair them in a mesh program",
     "solids": "has faces that cannot be meshed; repair them in CAD",
 }
 

@@ -12,7 +12,7 @@ from pneumorph.cad.faces import Faces, compact
 from pneumorph.cad.netgen_process import call
 from pneumorph.cad.shells import shells_of
 from pneumorph.cad.stl import Surface
-from pneumorph.cad.triangles import READERS, meshed_anew, surface_in, with_middles
+from pneumorph.cad.triangles import READERS, remeshed, surface_in, with_middles
 from pneumorph.errors import MeshError
 from pneumorph.processes import temporary_folder
 
@@ -67,4 +67,4 @@ def _of_triangles(data: bytes, form: Format, scale: float, size: float) -> Faces
     rough = compact(*with_middles(*surface), np.arange(len(triangles)))
     shells_of(rough)
     size = size or rough.diagonal / COARSE
-    return compact(*meshed_anew(surface, size, SECONDS))
+    return compact(*remeshed(surface, size, SECONDS))

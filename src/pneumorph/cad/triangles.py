@@ -1,4 +1,4 @@
-"""The faces of a body in a file of triangles: meshed anew with triangles of another size on its surface."""
+"""The faces of a body in a file of triangles: its surface is remeshed with triangles of another size."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def with_middles(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
     return np.concatenate([points, middles]), np.hstack([triangles, len(points) + number.reshape(-1, 3)])
 
 
-def meshed_anew(surface: Surface, size: float, seconds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def remeshed(surface: Surface, size: float, seconds: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points, six-node triangles with edges of about a size in mm, and the smooth part of each.
 
     All nodes are on the triangles of the surface.
@@ -55,7 +55,7 @@ def meshed_anew(surface: Surface, size: float, seconds: float) -> tuple[np.ndarr
     Raises
     ------
     ComputationError
-        If it cannot be meshed anew; a sentence whose subject is the file.
+        If it cannot be remeshed; a sentence whose subject is the file.
     """
     points, triangles = surface
     corners = points[triangles]

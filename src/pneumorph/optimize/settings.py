@@ -67,7 +67,7 @@ class MotionSettings:
 
 @dataclass(frozen=True)
 class RepairSettings:
-    """How a design is brought within its limits: by motions, each with limits linearised anew, between certificates.
+    """How a design is brought within its limits: by motions, each with newly linearised limits, between certificates.
 
     Limits may come back within their bounds after more motions and certificates in vain than these; a shorter step
     costs less than those.

@@ -25,7 +25,7 @@ from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.models import Length, PositiveLength, RotationalStiffness, Stiffness
 from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
-from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
+from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table, with_file
 
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Place = tuple[Length, Length, Length]
@@ -208,16 +208,8 @@ class TriangulatedSpec(_Body):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        reference = handler(schema)
-        table = handler.resolve_ref_schema(reference)
-        table["properties"]["file"] = {
-            "type": "string",
-            "title": "File",
-            "description": 'Path of an STL file in mm, from the folder of the problem file, e.g. file = "part.stl".',
-        }
-        table["required"].remove("triangles")
-        table["oneOf"] = [{"required": ["file"]}, {"required": ["triangles"]}]
-        return reference
+        description = 'Path of an STL file in mm, from the folder of the problem file, e.g. file = "part.stl".'
+        return with_file(schema, handler, "triangles", description)
 
 
 KINDS = ("plane", "sphere", "cylinder", "box", "mesh")

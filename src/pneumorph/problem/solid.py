@@ -28,7 +28,7 @@ from pneumorph.problem.models import MOST_CHAMBERS, BodySpec, Length, Ripple, Sy
 from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.regions import Region
-from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.problem.table import Example, InvalidKey, Quantity, Table, with_file
 
 MOST_BYTES = 30_000_000
 """Largest file with a body that is read."""
@@ -266,16 +266,8 @@ class SolidSpec(Table):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        reference = handler(schema)
-        table = handler.resolve_ref_schema(reference)
-        table["properties"]["file"] = {
-            "type": "string",
-            "title": "File",
-            "description": 'Path of a CAD file, from the folder of the problem file, e.g. file = "finger.step".',
-        }
-        table["required"].remove("data")
-        table["oneOf"] = [{"required": ["file"]}, {"required": ["data"]}]
-        return reference
+        description = 'Path of a CAD file, from the folder of the problem file, e.g. file = "finger.step".'
+        return with_file(schema, handler, "data", description)
 
 
 @lru_cache(maxsize=8)

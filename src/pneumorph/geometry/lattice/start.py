@@ -25,7 +25,7 @@ MARGIN = 0.02
 of finer triangles are a little outside the box of coarse ones."""
 
 FLAT = 1e-6
-"""How near to a side of its box all of a plane face is, relative to the diagonal of the body."""
+"""Distance from a side of the box up to which a plane face lies in it, relative to the diagonal of the body."""
 
 PER_SPACING = 2.0
 """Edges of the triangles in which faces are kept, per distance of control points: between these all is smooth."""

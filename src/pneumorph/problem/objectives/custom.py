@@ -12,7 +12,7 @@ from pneumorph.errors import short
 from pneumorph.problem.objectives.table import ObjectiveTable
 from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.problem.reading import read_bytes
-from pneumorph.problem.table import Example, InvalidKey
+from pneumorph.problem.table import Example, InvalidKey, with_file
 
 MOST_CODE = 100_000
 """Characters of a user's function: whoever is asked whether it may run has to read it."""
@@ -69,16 +69,8 @@ class Custom(ObjectiveTable):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        reference = handler(schema)
-        table = handler.resolve_ref_schema(reference)
-        table["properties"]["file"] = {
-            "type": "string",
-            "title": "File",
-            "description": 'Name of a Python file beside the problem file, e.g. file = "objective.py".',
-        }
-        table["required"].remove("code")
-        table["oneOf"] = [{"required": ["file"]}, {"required": ["code"]}]
-        return reference
+        description = 'Name of a Python file beside the problem file, e.g. file = "objective.py".'
+        return with_file(schema, handler, "code", description)
 
     @property
     def aimed(self) -> bool:
