@@ -18,7 +18,7 @@ from table import PAPER, Printed, outcome
 from pneumorph.geometry.tube import build_design_space, starting_body
 from pneumorph.output.format import format_duration
 from pneumorph.problem import load
-from pneumorph.problem.models import Symmetry
+from pneumorph.problem.body import Symmetry
 from pneumorph.results import HistoryEntry
 from pneumorph.run import open_run
 

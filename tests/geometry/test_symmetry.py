@@ -11,8 +11,8 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.problem import Problem
+from pneumorph.problem.body import Symmetry
 from pneumorph.problem.columns import adjusted_columns, columns_multiple
-from pneumorph.problem.models import Symmetry
 from pneumorph.symmetry.operations import operations
 
 ONE = [{"center": ["0 mm", "0 mm"], "span": ["3 mm", "37 mm"], "radius": "4 mm"}]

@@ -1,5 +1,6 @@
 """The design problem: body, material, tasks and limits, read from a file or built in Python, and validated."""
 
+from pneumorph.problem.body import BodySpec, ChamberSpec, Ripple, Symmetry
 from pneumorph.problem.contact import (
     BoxSpec,
     ContactSpec,
@@ -17,8 +18,6 @@ from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
-    BodySpec,
-    ChamberSpec,
     EndEffector,
     Fold,
     Gravity,
@@ -26,10 +25,8 @@ from pneumorph.problem.models import (
     MeshSpec,
     OptimizerSpec,
     Pressure,
-    Ripple,
     Spring,
     Stretch,
-    Symmetry,
     Task,
 )
 from pneumorph.problem.objectives import (

@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.symmetry.operations import Symmetry, operations
 
 if TYPE_CHECKING:
-    from pneumorph.problem.models import BodySpec
+    from pneumorph.problem.body import BodySpec
 
 
 def columns_multiple(symmetry: Symmetry) -> int:

@@ -23,8 +23,9 @@ from pneumorph.cad.parts import Place as PlaceOf
 from pneumorph.cad.read import Format, read_faces
 from pneumorph.cad.shells import shells_of
 from pneumorph.errors import ComputationError, MeshError, ProblemError, short
+from pneumorph.problem.body import BodySpec, Ripple, Symmetry
 from pneumorph.problem.directions import Number
-from pneumorph.problem.models import MOST_CHAMBERS, BodySpec, Length, Ripple, Symmetry
+from pneumorph.problem.models import MOST_CHAMBERS, Length
 from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.regions import Region

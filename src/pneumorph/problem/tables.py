@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
+from pneumorph.problem.body import BodySpec
 from pneumorph.problem.contact import ContactSpec, ObstacleSpec
 from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.fabrication import MakeSpec
@@ -13,7 +14,6 @@ from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
     MOST_OBSTACLES,
     MOST_TASKS,
-    BodySpec,
     EndEffector,
     Gravity,
     Limits,

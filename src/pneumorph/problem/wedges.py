@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pneumorph.problem.models import BodySpec, ChamberSpec
+from pneumorph.problem.body import BodySpec, ChamberSpec
 from pneumorph.problem.regions import Region
 from pneumorph.problem.table import ROUNDING
 from pneumorph.symmetry.operations import operations

@@ -18,7 +18,7 @@ from pneumorph.problem.outline import directions
 
 if TYPE_CHECKING:
     from pneumorph.problem import BodySpec, Ripple
-    from pneumorph.problem.models import ChamberSpec
+    from pneumorph.problem.body import ChamberSpec
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from pneumorph.geometry.tube.level import Sides, sides_of
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.geometry.tube.wedge import Cones, cones_of
-from pneumorph.problem.models import Symmetry
+from pneumorph.problem.body import Symmetry
 from pneumorph.symmetry.basis import column_squares, symmetric_basis
 from pneumorph.symmetry.operations import operations
 

@@ -9,13 +9,14 @@ from itertools import combinations
 import numpy as np
 
 from pneumorph.cad.stl import MOST_TRIANGLES
+from pneumorph.problem.body import BodySpec, ChamberSpec
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
 from pneumorph.problem.checks.solid import MAX_CONTROL_POINTS, MAX_ELEMENTS, check_solid
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
-from pneumorph.problem.models import BodySpec, ChamberSpec, Task
+from pneumorph.problem.models import Task
 from pneumorph.problem.regions import REST
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.problem.body import BodySpec, Ripple
 from pneumorph.problem.columns import columns, columns_multiple
-from pneumorph.problem.models import BodySpec, Ripple
 from pneumorph.problem.regions import Region
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables

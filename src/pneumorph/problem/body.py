@@ -1,0 +1,211 @@
+"""The table [body] of a body of tubes: its sizes, symmetry and chambers at the start."""
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, GetJsonSchemaHandler, Strict, TypeAdapter, ValidationError, model_validator
+from pydantic_core import CoreSchema
+
+from pneumorph import units
+from pneumorph.problem.models import MOST_CHAMBERS, Length, Number, PositiveLength, Whole
+from pneumorph.problem.names import Name
+from pneumorph.problem.outline import Outline, arc
+from pneumorph.problem.section import Section
+from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.symmetry.images import WITHIN, snapped
+from pneumorph.symmetry.part import MOST_TURNS
+
+_SECTION: TypeAdapter[Section] = TypeAdapter(Section)
+
+
+class Ripple(Table):
+    """Sinusoidal variation of the starting radii along z; with lobes it winds around the axis as a helix.
+
+    Negative lobes wind the opposite way. A plain tube, with or without rings, is its own mirror image, so it does not
+    twist, and no small change of shape has a first-order effect on twist: start a twisting actuator from a helix.
+    """
+
+    amplitude: PositiveLength
+    """Largest deviation of the radii from the mean."""
+    period: PositiveLength
+    """Distance of successive waves along z."""
+    lobes: Annotated[Whole, Field(ge=-12, le=12)] = 0
+    """Number of waves around the axis; 0 gives rings, other numbers helices."""
+
+
+class Symmetry(Table):
+    """Symmetries of the shape in every design.
+
+    The mirror planes xz and yz contain the axis, xy cuts the body at half its length. `rotation` is the order of the
+    rotational symmetry about z. The point symmetry, and the half turn about x or y, are about the body's centre.
+    """
+
+    mirror: Annotated[tuple[Literal["xz", "yz", "xy"], ...], Field(max_length=3)] = ()
+    """Mirror planes."""
+    rotation: Annotated[Whole, Field(ge=1, le=MOST_TURNS)] = 1
+    """Order of the rotational symmetry about z; 1 is none."""
+    point: Annotated[bool, Strict()] = False
+    """Whether the shape is point symmetric about its centre."""
+    half_turn: Literal["x", "y"] | None = None
+    """Axis of a half turn about the centre."""
+
+
+class _Tube(Table):
+    """What the tables of tubes have in common: a cylinder, or a prism of another section, that may be tapered."""
+
+    if TYPE_CHECKING:
+        radius: float
+        section: Section | None
+        taper: float
+
+    @model_validator(mode="before")
+    @classmethod
+    def _radius_of_the_section(cls, data: Any) -> Any:
+        """The radius follows from a section; a file that is written has both."""
+        if not isinstance(data, dict) or data.get("section") is None:
+            return data
+        section = data["section"]
+        try:
+            outline = _SECTION.validate_python(section).outline
+        except ValidationError:
+            return {"radius": "1 mm"} | data  # reported with the key of the section
+        reach = Quantity(units.LENGTH).write(outline.reach)
+        given = data.get("radius", reach)
+        if abs((Quantity(units.LENGTH).read(given) if isinstance(given, str) else given) - outline.reach) > WITHIN:
+            raise InvalidKey(
+                "radius", f"is not {outline.reach:g} mm, that of the circle around the section; leave it out"
+            )
+        return {"radius": reach} | data
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        described = handler(schema)
+        own = handler.resolve_ref_schema(described)
+        own["required"] = [key for key in own["required"] if key != "radius"]
+        own["anyOf"] = [{"required": ["radius"]}, {"required": ["section"]}]
+        return described
+
+    @property
+    def outline(self) -> Outline:
+        """The cross-section at the base's end, about the tube's own axis."""
+        return self.section.outline if self.section else Outline(arc([0.0, 0.0], self.radius, 0.0, 2.0 * math.pi)[:-1])
+
+    @property
+    def round(self) -> bool:
+        """Whether it is a cylinder."""
+        return self.section is None and self.taper == 1.0
+
+    @property
+    def mean_radius(self) -> float:
+        """Radius of the circle as long as its outline, mm."""
+        return self.section.outline.length / (2.0 * math.pi) if self.section else self.radius
+
+    @property
+    def area(self) -> float:
+        """Mean area of its cross-sections, mm²."""
+        area = self.section.outline.area if self.section else math.pi * self.radius**2
+        return area * (1.0 + self.taper + self.taper**2) / 3.0
+
+    @property
+    def least_radius(self) -> float:
+        """Least radius of curvature of its cross-sections, mm."""
+        return min(1.0, self.taper) * (1.0 / self.section.outline.curvature if self.section else self.radius)
+
+
+class ChamberSpec(_Tube):
+    """A starting chamber: a tube parallel to z, with flat or hemispherical ends."""
+
+    name: Annotated[Name, Example('e.g. name = "A"')]
+    """Name of the chamber in tasks and results."""
+    radius: PositiveLength
+    """Radius of the cylinder, or of the circle around its section; leave it out where there is a section."""
+    section: Section | None = None
+    """Cross-section, where it is no circle: ellipse, rectangle, polygon, half-round or points."""
+    taper: Annotated[Number, Field(ge=0.2, le=5)] = 1.0
+    """Size of the cross-section at the tip's end relative to that at the base's; between them it changes linearly."""
+    center: Annotated[tuple[Length, Length], Example('e.g. center = ["0 mm", "0 mm"]')]
+    """Position of its axis in x and y."""
+    span: Annotated[tuple[Length, Length], Example('e.g. span = ["3 mm", "77 mm"]')]
+    """Its extent along z."""
+    ends: Literal["flat", "pole"] = "flat"
+    """Flat ends, or hemispheres that close in a pole."""
+    ripple: Ripple | None = None
+    """Initial ripple of this chamber, instead of the body's."""
+    copies: Annotated[Whole, Field(ge=1, le=24)] = 1
+    """Number of such chambers around the body's axis, equally spaced; copies of "A" are named A1, A2, …"""
+
+    @model_validator(mode="after")
+    def _copies_are_apart(self) -> "ChamberSpec":
+        if self.copies > 1 and math.hypot(*self.center) < WITHIN:
+            raise InvalidKey("copies", "would all be in one place; move center away from the body's axis")
+        return self
+
+    def all_copies(self) -> "list[ChamberSpec]":
+        """This chamber and its copies around the axis, numbered from 1; the chamber itself if it is alone."""
+        if self.copies == 1:
+            return [self]
+        (x, y), angles = self.center, [2.0 * math.pi * number / self.copies for number in range(self.copies)]
+        centers = [(x * math.cos(a) - y * math.sin(a), x * math.sin(a) + y * math.cos(a)) for a in angles]
+        sections = [self.section and self.section.turned(a) for a in angles]
+        return [
+            self.model_copy(update={"name": f"{self.name}{number}", "center": center, "copies": 1, "section": section})
+            for number, (center, section) in enumerate(zip(centers, sections, strict=True), 1)
+        ]
+
+    def is_image_of(self, other: "ChamberSpec", matrix: np.ndarray) -> bool:
+        """Whether its ends and its cross-section are those of another chamber's image, see `symmetry.images.image`."""
+        if self.ends != other.ends or (
+            (self.taper, other.taper) != (1.0, 1.0) and self.taper != other.taper ** matrix[2, 2]
+        ):
+            return False
+        return (self.section is other.section is None) or self.outline.is_image_of(other.outline, matrix)
+
+    def at(self, place: np.ndarray) -> "ChamberSpec":
+        """The chamber at another centre, span and radius (5,), see `symmetry.images.place`."""
+        x, y, start, end, radius = place.tolist()
+        return self.model_copy(update={"center": (x, y), "span": (start, end), "radius": radius})
+
+
+class BodySpec(_Tube):
+    """The starting body: a tube from z = 0 to z = length with chambers in it; control_density in 1/mm."""
+
+    length: PositiveLength
+    """Length of the body, constant in all designs."""
+    radius: PositiveLength
+    """Radius of the cylinder, or of the circle around its section; leave it out where there is a section."""
+    section: Section | None = None
+    """Cross-section, where it is no circle: ellipse, rectangle, polygon, half-round or points."""
+    taper: Annotated[Number, Field(ge=0.2, le=5)] = 1.0
+    """Size of the cross-section at the tip's end relative to that at the base's; between them it changes linearly."""
+    control_density: Annotated[float, Quantity(units.PER_LENGTH, "positive")] = 0.6
+    """Control points per length, around and along."""
+    ripple: Ripple | None = None
+    """Initial ripple of the exterior and of chambers without their own."""
+    symmetry: Symmetry = Symmetry()
+    """Symmetries of every design."""
+    chamber: Annotated[tuple[ChamberSpec, ...], Example("a table [[body.chamber]]")] = Field(
+        min_length=1, max_length=MOST_CHAMBERS
+    )
+    """The chambers, each a table [[body.chamber]]."""
+
+    @model_validator(mode="after")
+    def _all_chambers_in_their_places(self) -> "BodySpec":
+        chambers = [each for chamber in self.chamber for each in chamber.all_copies()]
+        places = snapped(chambers, self.symmetry, self.length)
+        object.__setattr__(self, "chamber", tuple(map(ChamberSpec.at, chambers, places)))
+        return self
+
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centres (3,) of base and tip, mm."""
+        return np.zeros(3), np.array([0.0, 0.0, self.length])
+
+    def across(self, normal: np.ndarray) -> list[tuple[float, float]]:
+        """From where to where each chamber is along a normal (3,) across the axis, mm."""
+        middles = [float(np.dot([*chamber.center, 0.0], normal)) for chamber in self.chamber]
+        return [(at - each.radius, at + each.radius) for at, each in zip(middles, self.chamber, strict=True)]
+
+    def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
+        """The ripple a chamber starts with: its own or, if it has none, the body's."""
+        return chamber.ripple or self.ripple
