@@ -85,7 +85,7 @@ def test_one_sweep(drawn):
         "volume of the chambers", "largest stretch",
     ]  # fmt: skip
     motion = panels["translation of the tip"]
-    assert words(motion.get_legend()) == ["along x", "along z", "no equilibrium beyond"]
+    assert words(motion.get_legend()) == ["along x", "along z", "last step with an equilibrium"]
     assert motion.get_xlabel() == "pressure in A, kPa" and motion.get_ylabel() == "mm"
     along_z = motion.lines[2]
     assert along_z.get_xdata() == pytest.approx([0, 20, 40, 60])

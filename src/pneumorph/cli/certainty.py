@@ -11,8 +11,8 @@ from pneumorph.problem.objectives.table import ObjectiveTable
 from pneumorph.problem.objectives.words import MOTION_WORDS, motion_amount
 from pneumorph.results import MotionRates, TaskResult
 
-STIFFER = 0.1
-"""The relative change of the moduli of which the effect is told; rubbers of one name differ by more."""
+STIFFER = 0.01
+"""The relative change of the moduli of which the effect is told: small, since the derivative is that at this state."""
 
 LEAST = {"mm": 0.05, "°": 0.1}
 """Motions of the tip below which they are not worth telling."""
@@ -25,8 +25,8 @@ def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates)
         size = sign * (1.0 if unit == "mm" else float(np.degrees(1.0)))
         by = [f"{1e-3 * size * rate[k]:+.3g} {unit}/kPa of {chamber}" for chamber, rate in rates.by_pressure.items()]
         if rates.by_modulus is not None:
-            changed = f"{STIFFER * size * rates.by_modulus[k]:+.3g} {unit} with {100 * STIFFER:.0f} % stiffer rubber"
-            by.append(changed)
+            changed = STIFFER * size * rates.by_modulus[k]
+            by.append(f"{changed:+.3g} {unit} with {100 * STIFFER:.0f} % stiffer rubber at this state")
         yield f"{MOTION_WORDS[name]} changes by {', '.join(by)}"
     if objective.tip_motions:
         others = [motion_amount(name, 1.0, result) for name in MOTIONS if name not in objective.tip_motions]

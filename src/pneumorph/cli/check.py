@@ -24,6 +24,8 @@ from pneumorph.problem import Problem, Reinforcement, load, reinforcements
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.reinforcement import data_of
 
+BEGINS = "it is at its bound, and a design run begins just within it"
+
 
 def check(problem: Path, quick: bool, trust: bool) -> None:
     """Check the problem of a file, on its starting body, or of a run, on its last design; `quick` tests no gradient.
@@ -56,11 +58,13 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         say(f"task      {task.name}: {motion.word} {motion} at {format_pressures(at.analysis.pressures[task.name])}")
         for sentence in warnings_of(rubbers_of(asked), found[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
+    violated = 0
     for reading in design.limits:
         # The certified bound holds for all points; the attained value is that of the worst sample.
         attained = without_rounding(reading.attained)
         at_bound = not reading.satisfied() and reading.touched()
-        said = "; it is at its bound, and a design run begins just within it" if at_bound else ""
+        violated += not (reading.satisfied() or at_bound)
+        said = "" if reading.satisfied() else f"; {BEGINS if at_bound else 'violated'}"
         say(f"limit     {reading}, attained {attained:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
     states = linear_states(asked, at.space, at.disc, at.analysis)
     for name, value in states.values().items():
@@ -70,7 +74,14 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         bound = limit.read(asked.limits) or 0.0
         kept = limit.satisfied(value, bound)
         kind = "at least" if limit.at_least else "at most"
-        say(f"limit     {name} is {value:.3g}, must be {kind} {bound:g}", "" if kept else "red")
+        violated += not kept
+        say(
+            f"limit     {name} is {value:.3g}, must be {kind} {bound:g}{'' if kept else '; violated'}",
+            "" if kept else "red",
+        )
+    if violated:
+        limits = "1 limit is" if violated == 1 else f"{violated} limits are"
+        say(f"{limits} violated by this body; a design run begins by bringing it within them.", "red")
     if quick:
         say("The problem is sound; its gradient was not tested.")
         return
@@ -91,7 +102,9 @@ def _section(tube: dict[str, Any]) -> str:
     if section is None:
         return f"radius {tube['radius']}{tapered}"
     sizes = (
-        f"{key.replace('_', ' ')} {value}" for key, value in section.items() if key not in ("kind", "turn", "points")
+        f"{key.replace('_', ' ')} {value}"
+        for key, value in section.items()
+        if key not in ("kind", "points") and (key, value) != ("turn", "0 deg")
     )
     return f"section {section['kind']} ({', '.join(sizes)}){tapered}"
 

@@ -118,7 +118,7 @@ def _draw(axes: Axes, diagram: Diagram, curves: Sequence[Curve]) -> None:
         for place, name in enumerate(shown) if name
     ]  # fmt: skip
     if any(len(curve.found) < len(curve.steps) for curve in curves):
-        handles.append(Line2D([], [], color="#444444", marker="x", linestyle="", label="no equilibrium beyond"))
+        handles.append(Line2D([], [], color="#444444", marker="x", linestyle="", label="last step with an equilibrium"))
     if handles:
         axes.legend(handles=handles, fontsize=SMALL, frameon=False, labelspacing=0.3)
     axes.set_title(diagram.title, fontsize=TEXT)

@@ -153,7 +153,7 @@ class MotionRates:
     by_pressure : {chamber: (6,)}
         Per MPa.
     by_modulus : (6,) or None
-        Per relative change of all moduli of all rubbers: 0.1 times it is what ten per cent stiffer rubber does. None
+        Per relative change of all moduli of all rubbers: 0.01 times it is what rubber that is 1 % stiffer does. None
         where it is not known: with contact, sheets or fibres.
     """
 
