@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 from solids import box, cylinder, problem, written
 
+from pneumorph.geometry.lattice.pieces import displaced, patches_of
 from pneumorph.geometry.starting import body_of, space_of
-from pneumorph.limits.lattice.pieces import displaced, patches_of
 from pneumorph.limits.lattice.scaling import scalings
 from pneumorph.limits.lattice.triangles import distances
 from pneumorph.limits.of_shape import limits_of

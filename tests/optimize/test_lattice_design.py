@@ -6,7 +6,7 @@ from scipy.spatial import KDTree
 from solids import box, problem, written
 
 from pneumorph.errors import ProblemError
-from pneumorph.limits.lattice.pieces import patches_of
+from pneumorph.geometry.lattice.pieces import patches_of
 from pneumorph.optimize import DesignAccepted, Finished, build_setup, optimise
 from pneumorph.optimize.start import resumed
 from pneumorph.problem import loads

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
+from pneumorph.geometry.lattice.pieces import patches_of
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places, Points
 from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
 from pneumorph.limits.lattice.neighbours import linked
-from pneumorph.limits.lattice.pieces import patches_of
 from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.linearised import Rows, linearised
 from pneumorph.limits.report import LimitReport, certify

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
 from pneumorph.limits.lattice.neighbours import Links, balls, close_pairs
-from pneumorph.limits.lattice.pieces import Displaced, Patches, Pieces, displaced
 from pneumorph.limits.lattice.triangles import distances
 from pneumorph.limits.rows.sampled import worst_of_cells
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from pneumorph.limits.lattice.pieces import Patches
+from pneumorph.geometry.lattice.pieces import Patches
 from pneumorph.limits.lattice.triangles import distances
 
 Floats = NDArray[np.float64]

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
 from pneumorph.limits.lattice.enclosed import coordinates
 from pneumorph.limits.lattice.neighbours import Links, close_pairs
-from pneumorph.limits.lattice.pieces import Displaced, Patches, Pieces, displaced
 from pneumorph.limits.lattice.triangles import distances
 from pneumorph.limits.rows.sampled import DIGITS, Couples, Placed, Sums, worst_of_cells
 

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.geometry.lattice.pieces import Displaced, Pieces
 from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
-from pneumorph.limits.lattice.pieces import Displaced, Pieces
 from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.rows.sampled import CLOSE, Near, RowBlock
