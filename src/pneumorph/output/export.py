@@ -10,7 +10,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.mechanics import configure, guided_of, loads_of, model_of, rubbers_of
 from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mechanics.material.rubber import Rubber
-from pneumorph.output.abaqus import abaqus_input
+from pneumorph.output.formats.abaqus import abaqus_input
 from pneumorph.output.grid import grid
 from pneumorph.problem import Problem
 from pneumorph.problem.materials import materials

@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Configuration
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.output.abaqus import abaqus_input, as_whole, body_lines, element_faces, plate_nodes, rubber_lines
+from pneumorph.output.formats.abaqus import abaqus_input, as_whole, body_lines, element_faces, plate_nodes, rubber_lines
 from pneumorph.processes import run, temporary_folder
 from pneumorph.verify.verdict import Unavailable
 

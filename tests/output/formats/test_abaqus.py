@@ -22,7 +22,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh.tets import TET_FACES
 from pneumorph.mesh.tube import mesh_body
-from pneumorph.output.abaqus import FACES, abaqus_input, as_whole, covered_faces, element_faces, plate_nodes
+from pneumorph.output.formats.abaqus import FACES, abaqus_input, as_whole, covered_faces, element_faces, plate_nodes
 from pneumorph.problem import Problem
 from pneumorph.verify import calculix
 from pneumorph.verify.actuator import linear_actuator
